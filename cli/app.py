@@ -50,10 +50,11 @@ PANELS = {
 
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
+_MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
 _UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.migrate", "tui": "ask.browse"}
 _MODULES |= _UNLISTED
-"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, which may
-have an `AFTERWORD`."""
+"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, or of
+several by name, and maybe an `AFTERWORD`."""
 
 _OPTIONS = {
     "Catalogue": ("a", "db"),
@@ -144,14 +145,15 @@ def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
     app.callback()(_options)
     for name in commands:
         module = import_module(f"orbitdb.cli.commands.{_MODULES[name]}")
-        command = with_groups(getattr(module, _MODULES[name].partition(".")[2]))
-        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=_epilog(module))(command)
+        command = with_groups(getattr(module, "browse" if name == "tui" else name))
+        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=_epilog(module, name))(command)
     return app
 
 
-def _epilog(module: Any) -> str:
-    several = "s" if len(module.EXAMPLES) > 1 else ""
-    lines = (f"  orbitdb {example}" for example in module.EXAMPLES)
+def _epilog(module: Any, name: str) -> str:
+    examples = module.EXAMPLES[name] if isinstance(module.EXAMPLES, dict) else module.EXAMPLES
+    several = "s" if len(examples) > 1 else ""
+    lines = (f"  orbitdb {example}" for example in examples)
     return "\n\n".join([f"\nExample{several}:", *lines, getattr(module, "AFTERWORD", "")])
 
 
@@ -165,10 +167,12 @@ def call(arguments: Sequence[str]) -> Any:
     """Run the command that the arguments say; return its exit code, if it has one.
 
     `ParsingError` says that they cannot be read, KeyboardInterrupt that Ctrl-C came, or the end of an input
-    that is waited for.
+    that is waited for, BrokenPipeError that nobody reads the output.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
+    except SystemExit as end:  # Typer's way to end where nobody reads the output any more
+        raise end.__context__ or end from None

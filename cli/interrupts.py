@@ -1,4 +1,4 @@
-"""How a command ends before its time: Ctrl-C, a signal to terminate, a pipe that nobody reads.
+"""How a command ends before its time: Ctrl-C, or a signal to terminate.
 
 Both signals become exceptions in whatever the command does, for all commands alike, so that processes and
 files are cleared away as after any other failure. `orbitdb.cli.main` says the one line.
@@ -9,8 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from types import FrameType
 from typing import NoReturn
 
@@ -53,12 +52,10 @@ _heeded: list[int] = []
 
 
 def end_as_users_expect() -> None:
-    """Take Ctrl-C once however often it is pressed, heed SIGTERM, and end quietly before ``| head``.
+    """Take Ctrl-C once however often it is pressed, and heed SIGTERM.
 
     Signals that the process was started to ignore, as by ``nohup``, stay ignored.
     """
-    if hasattr(signal, "SIGPIPE"):
-        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
     _heeded[:] = [number for number in TERMINATING if signal.getsignal(number) == signal.SIG_DFL]
@@ -118,15 +115,3 @@ def go_on() -> None:
     """Raise what ends the command (`ending`), if it has been ended from outside."""
     if (end := ending()) is not None:
         raise end
-
-
-@contextmanager
-def with_other_processes() -> Iterator[None]:
-    """Survive the deaths of other processes, to which this one writes."""
-    number = getattr(signal, "SIGPIPE", None)
-    before = number and signal.signal(number, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        if number:
-            signal.signal(number, before)

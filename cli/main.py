@@ -19,7 +19,7 @@ from orbitdb.plaintext import line
 if TYPE_CHECKING:
     from orbitdb.cli.app import ParsingError
 
-DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED = 0, 1, 2, 3, 130
+DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 _KEPT = "nothing that was stored is lost"
 _STREAMS = 3
 _LOADED = 100_000
@@ -120,6 +120,9 @@ def _advice(error: "ParsingError") -> str:
 
 
 def _unwritten(error: OSError) -> int:
+    """Say what could not be written; nothing where nobody reads any more, as behind ``| head``."""
+    if isinstance(error, BrokenPipeError):
+        return UNREAD
     if error.filename is None and error.errno == errno.ENOENT:
         return _say("the current folder no longer exists: change to another", NO_DATABASE)
     where = error.filename or "the output"

@@ -1,16 +1,13 @@
 """Where data goes: the options that say how it is written to stdout, and writing it so."""
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from orbitdb.cli.render import FOR_PEOPLE, Format, note, write
+from orbitdb.cli.render import FOR_PEOPLE, Format, write
 from orbitdb.errors import InputError
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.results import Result
 
 MarkWords = Annotated[
     bool,
@@ -90,30 +87,3 @@ def with_marks(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[
             f"{MARK}{value}" if word and value is not None else value
             for value, word in zip(row, words, strict=True)
         )
-
-
-def note_results(found: "Sequence[Result]", many: bool, table: bool) -> None:
-    """Say what is missing of what is found at one a, or at several; beside a table what else is known."""
-    for each in found:
-        for text in (*each.notes, *(each.facts if table else ())):
-            here = f"a = {each.selection.a:g}"
-            note(f"{here}: {text}" if many and here not in text else text)
-
-
-def rows_of(
-    found: "Sequence[Result]", many: bool, hidden: Collection[str] = ()
-) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the columns and rows of what is found, but for some; leave if there is nothing.
-
-    Of several a, a stands before them, and a cell is blank where that a has no such column.
-    """
-    there = [each for each in found if len(each)]
-    if not there:
-        raise typer.Exit(1)
-    names = [name for name in dict.fromkeys(n for each in there for n in each.columns) if name not in hidden]
-    rows = [
-        (*([each.selection.a] if many else []), *map(dict(zip(each.columns, row, strict=True)).get, names))
-        for each in there
-        for row in each.rows()
-    ]
-    return (["a", *names] if many else names), rows

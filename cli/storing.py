@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from orbitdb.cli.interrupts import with_other_processes
 from orbitdb.cli.options import count_option, refuse_idle
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.render import note
@@ -143,7 +142,7 @@ class Solvers:
         if self.scheduler is not None:
             from orbitdb.filling.cluster import Cluster
 
-            with with_other_processes(), _quiet_dask(), Cluster(self.scheduler) as cluster:
+            with _quiet_dask(), Cluster(self.scheduler) as cluster:
                 note(f"{self.scheduler}: {_told(cluster.size())}")
                 yield cluster
             return
@@ -151,7 +150,7 @@ class Solvers:
         if count == 1 or words <= a_block:
             yield HERE
             return
-        with with_other_processes(), Processes(count) as processes:
+        with Processes(count) as processes:
             yield processes
 
 

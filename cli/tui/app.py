@@ -19,10 +19,10 @@ from textual.worker import get_current_worker
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
+from orbitdb.cli.tui.keeping import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
-from orbitdb.cli.tui.state_file import Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word

@@ -1,8 +1,16 @@
-"""What is chosen for good on the main screen: columns, marked orbits, and filters by name."""
+"""What is kept from one session to the next: columns, marked orbits, and filters by name.
 
-from collections.abc import Callable
-from dataclasses import replace
+It is one JSON file in the user's state folder. What is changed is read again before it is written, so that
+two sessions side by side keep each other's marks.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from textual.app import ComposeResult
 
@@ -10,15 +18,112 @@ from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.dialogs.lists import KEEP, ColumnDialog, FiltersDialog, Names
 from orbitdb.cli.tui.panels import Panels
-from orbitdb.cli.tui.state_file import among_marked, criteria_of, selection_of
-from orbitdb.cli.tui.table.columns import chosen
-from orbitdb.errors import InputError
+from orbitdb.cli.tui.table.columns import USUAL, chosen
+from orbitdb.errors import InputError, StoreError
+from orbitdb.export import complete
 from orbitdb.plaintext import printable
+from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.words import least_rotation
+from orbitdb.store.file.tokens import tokens
+from orbitdb.symbols.words import least_rotation, parse_primitive
 
 _LONGEST_NAME = 40
+
+Criteria = Mapping[str, Any]
+"""A subset as JSON holds it: what `choose` takes."""
+
+
+@dataclass
+class State:
+    """What is kept: columns in their order, subsets of any catalogue by name, words as they were marked."""
+
+    columns: list[str] = field(default_factory=lambda: list(USUAL))
+    filters: dict[str, Criteria] = field(default_factory=dict)
+    marked: list[str] = field(default_factory=list)
+
+
+class Kept:
+    """The state, and the file that it is kept in, which need not exist; without one it is lost at the end.
+
+    It complains of a file that cannot be used, which is then left as it is.
+    """
+
+    def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
+        self.path, self._complain = path, complain
+        self.state = State()
+
+    def load(self) -> bool:
+        """Read the file, if there is one, and tell whether it can be used."""
+        try:
+            if self.path is not None:
+                stored = json.loads(self.path.read_text(encoding="utf-8"))
+                columns, filters, marked = (stored.get(each.name) or () for each in fields(State))
+                self.state = State(
+                    [str(name) for name in columns or USUAL],
+                    {str(name): dict(criteria) for name, criteria in dict(filters).items()},
+                    [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
+                )
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            self._complain(f"{self.path} cannot be read ({error.strerror})")
+            return False
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            self._complain(f"{self.path} holds no choices of this program: move it away")
+            return False
+        return True
+
+    @contextmanager
+    def changing(self) -> Iterator[State]:
+        """Change the state in a block: here in any case, and then in the file."""
+        usable = self.load()
+        yield self.state
+        if usable and self.path is not None:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                with complete(self.path) as draft:
+                    draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
+            except (OSError, StoreError, InputError) as error:
+                self._complain(f"{error}: what is chosen holds for now only")
+
+
+def state_path() -> Path:
+    """Return the file in the user's state folder."""
+    from platformdirs import user_state_path
+
+    return user_state_path("orbitdb") / "browse.json"
+
+
+def among_marked(words: Sequence[str], where: str | None) -> str:
+    """Return the expression that chooses marked words, among those of a filter if there is one."""
+    marks = f"code({', '.join(map(repr, words))})"
+    if not where:
+        return marks
+    # in one line, so that a comment would hide what follows
+    bare = "".join(" " if token.kind == "blank" else token.text for token in tokens(where))
+    return f"({bare.strip()}) and {marks}"
+
+
+def criteria_of(selection: Selection) -> Criteria:
+    """Return a subset as `choose` takes it, whatever its a is; what chooses nothing is left out."""
+    spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
+    plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
+    several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
+               "not_at": list(selection.not_at), "parameters": dict(selection.parameters)}  # fmt: skip
+    ranges = {name: list(bounds) for name, bounds in selection.ranges.items()}
+    return {name: value for name, value in (plain | several | ranges).items() if value}
+
+
+def selection_of(criteria: Criteria, a: float) -> Selection:
+    """Return a kept subset at some a, or refuse what is none, as somebody has written it by hand."""
+    try:
+        parameters = dict(criteria.get("parameters") or {})
+        return choose(a=a, **{**criteria, "parameters": parameters})
+    except (TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error
 
 
 class Keeping(Panels):

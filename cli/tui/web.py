@@ -22,7 +22,7 @@ from typing import cast
 from aiohttp import web
 from textual_serve.server import Server
 
-from orbitdb.cli.interrupts import TERMINATING, Terminated, with_other_processes
+from orbitdb.cli.interrupts import TERMINATING, Terminated
 from orbitdb.errors import InputError
 
 HOST = "127.0.0.1"
@@ -66,7 +66,7 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
         reason = os.strerror(error.errno or 0)
         raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
     server = TokenServer(arguments, listening.getsockname()[1])
-    with listening, with_other_processes(), redirect_stdout(StringIO()):
+    with listening, redirect_stdout(StringIO()):
         web.run_app(
             server.guarded(),
             sock=listening,

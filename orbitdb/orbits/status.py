@@ -146,8 +146,12 @@ class Verdict(Columns):
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     """Tell which words are orbits, as far as doubles can.
 
-    Given are directions, shape (m, N), at (or near) the maximum of the length, between the limits; words
-    may stand in different stadiums, a of shape (N,).
+    Parameters
+    ----------
+    legs : Chain
+    a : float or ndarray, shape (N,)
+    alpha : ndarray, shape (m, N)
+        Directions of the legs at (or near) the maximum of the length, between the limits.
     """
     check_functions()
     slopes = derivatives(legs, a, alpha)
@@ -172,9 +176,16 @@ def assess(
 ) -> Orbits:
     """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
 
-    Given are the words, shape (N, p), the same words cut, and the directions, as in `decide`, with the
-    steps that the solver took. If not every number is asked for, words that are proved to be no orbits get
-    only status, margin and steps.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Legs
+        The same words, cut.
+    stadium : Stadium
+    found : (ndarray, ndarray)
+        The directions, as in `decide`, and the steps that the solver took.
+    every : bool, optional
+        If not, words that are proved to be no orbits get only status, margin and steps.
     """
     alpha, iterations = found
     verdict = decide(legs, stadium.a, alpha)

@@ -60,7 +60,16 @@ class Exponents(ByValue):
 def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:
     """Find the orbits among packed admissible words of order p <= 20, and their exponents.
 
-    Each part yielded is of some of the words, in the end of all.
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+    p : int
+    stadium : Stadium
+
+    Yields
+    ------
+    Exponents
+        Of some of the words at a time, in the end of all.
     """
     check_functions()
     a = stadium.a

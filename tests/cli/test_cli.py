@@ -65,6 +65,7 @@ def test_query_solves_what_is_not_stored_and_stores_nothing(cli, tmp_path):
         (["query", "--range", "colour=1:2"], "colour"),
         (["query", "--range", "length=long:"], "length=3:10"),
         (["query", "-P", "=3"], "name=value"),
+        (["query", "-c", "p,code,length,code"], "column 'code' is named twice"),
         (["entropy", "--status", "dynamical"], "of orbits .and boundary.: status dynamical has none"),
         (["lyapunov", "--status", "all"], "only orbits .and boundary. have .*: leave out --status all"),
         (["plot", "lyapunov", "-o", "x.svg", "--status", "orbit,unresolved"], "status unresolved has none"),

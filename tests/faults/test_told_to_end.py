@@ -132,6 +132,7 @@ def test_a_verification_ends_with_its_workers_and_their_folder(stored, tmp_path,
     assert started.process.returncode == 128 + signal.Signals[name]
 
 
+@pytest.mark.slow
 def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
     """As by nohup."""
     started = subprocess.Popen(

@@ -135,7 +135,8 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     assert [result.span for result in found] == spans_of(blocks)
 
 
-@pytest.mark.parametrize("which", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("which", [0, 1])
 def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
     blocks = list(cut_into_blocks(1.6, "newton", 4))
     with Processes(2) as workers:

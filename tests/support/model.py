@@ -3,6 +3,7 @@
 import re
 import sqlite3
 from collections import defaultdict
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -91,27 +92,28 @@ def _pruned(stored: sqlite3.Row, a: float) -> Row:
 
 def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]) -> list[Row]:
     """Return the rows that criteria choose, an expression by its own test."""
-    return [row for row in rows if _fits(row, criteria, conditions)]
-
-
-def _fits(row: Row, criteria: dict[str, Any], conditions: dict[str, Any]) -> bool:
     statuses = (criteria.get("status") or "").split(",")
     periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
     where = conditions.get(criteria.get("where", ""))
-    tests = [
-        row["a"] == criteria.get("a", 1.6),
+    return [row for row in rows if all(_tests(row, criteria, statuses, periods, where))]
+
+
+def _tests(
+    row: Row, criteria: dict[str, Any], statuses: list[str], periods: list[tuple[str, str]], where: Any
+) -> Iterator[bool]:
+    yield row["a"] == criteria.get("a", 1.6)
+    yield (
         statuses == ["all"]
         or row["status"] in statuses
-        or (statuses == [""] and row["status"] != "geometric"),
-        any(int(low) <= row["p"] <= int(high or low) for low, high in periods),
-        *(criteria.get(name, row[name]) == row[name] for name in ("time_reversal", "symmetry")),
-        criteria.get("contains", "") in row["code"] * 2,
-        all(lives(row, a) for a in criteria.get("exists", ())),
-        all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ())),
-        *(_within(row[name], *criteria[name]) for name in RANGES if name in criteria),
-        where is None or bool(where(row)),
-    ]
-    return all(tests)
+        or (statuses == [""] and row["status"] != "geometric")
+    )
+    yield any(int(low) <= row["p"] <= int(high or low) for low, high in periods)
+    yield from (criteria[name] == row[name] for name in ("time_reversal", "symmetry") if name in criteria)
+    yield criteria.get("contains", "") in row["code"] * 2
+    yield all(lives(row, a) for a in criteria.get("exists", ()))
+    yield all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ()))
+    yield from (_within(row[name], *criteria[name]) for name in RANGES if name in criteria)
+    yield where is None or bool(where(row))
 
 
 RANGES = ("length", "lambda_c", "margin", "born")

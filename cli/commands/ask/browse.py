@@ -45,7 +45,7 @@ def browse(
         options.refuse_idle(context, "without --web", "port")
         _need_terminal()
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.state_file import state_path
+    from orbitdb.cli.tui.keeping import state_path
 
     app = BrowseApp(db, replace(chosen, a=meant(db, a)[0]), code, state_path())
     if chosen.where is not None:

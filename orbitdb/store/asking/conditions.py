@@ -48,7 +48,8 @@ def conditions_of(
     if selection.symmetry:
         found.append(view.symmetry == selection.symmetry)
     found += [alive_at(view.cycle, a) for a in selection.exists]
-    found += [sa.and_(_has_life(view.cycle), sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
+    has_life = sa.exists().where(change.c.cycle == view.cycle, change.c.number == 1)
+    found += [sa.and_(has_life, sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
         found += [] if low is None else [view[name] >= low]
         found += [] if high is None else [view[name] <= high]
@@ -69,11 +70,6 @@ def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
     ended = sa.and_(change.c.kind == DIED, change.c.a - reach <= a)
     lives = sa.func.coalesce(sa.func.sum(sa.case((begun, 1), (ended, -1), else_=0)), 0)
     return sa.select(lives).where(change.c.cycle == number).scalar_subquery() > 0
-
-
-def _has_life(number: sa.ColumnElement[int]) -> sa.ColumnElement[bool]:
-    """Return the condition that the changes of a class are stored."""
-    return sa.exists().where(change.c.cycle == number, change.c.number == 1)
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

@@ -76,9 +76,9 @@ def confined(
     """Let a connection answer for a limited time, that of the whole query, and with texts of limited size.
 
     Behind the block it is free for other queries, though rows may be left to be fetched in another block.
-    What it may do besides computing is reading the views, or what `authorize` allows. It raises
-    `CancelledError` if nobody waits any more, and for all else that SQLite says what `refusal` makes of
-    it.
+    What it may do besides computing is reading the views and their tables, or what `authorize` allows. It
+    raises `CancelledError` if nobody waits any more, and for all else that SQLite says what `refusal` makes
+    of it.
     """
     own = driver(connection)
     sizes = {
@@ -86,7 +86,7 @@ def confined(
         sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
     }
     before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
-    own.set_authorizer(authorize or authorize_checked)
+    own.set_authorizer(authorize or free.allowing(TABLES_OF_VIEW | VIEWS.keys()))
     try:
         with heeding(connection, patience):
             yield
@@ -99,12 +99,3 @@ def confined(
         own.set_authorizer(None)
         for limit, size in before.items():
             own.setlimit(limit, size)
-
-
-def authorize_checked(
-    action: int, first: str | None, second: str | None, base: str | None, view: str | None
-) -> int:
-    """Allow, too, what a query over a checked expression needs: the views and their tables."""
-    if action == sqlite3.SQLITE_READ and first in TABLES_OF_VIEW | VIEWS.keys():
-        return sqlite3.SQLITE_OK
-    return free.authorize(action, first, second, base, view)

@@ -73,26 +73,23 @@ def choose(
 ) -> Selection:
     """Return a selection from plain values, which are those of `Catalogue.select`; a is 1.6 by default.
 
-    Raises
-    ------
-    SelectionError
-        If one of them cannot be used.
+    A `SelectionError` tells that one of them cannot be used.
     """
     if unknown := sorted(set(ranges) - set(MEASURES)):
         raise _no_criterion(unknown)
-    spans = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
+    pairs = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
     return Selection(
         a=Stadium(USUAL_A if a is None else a).a,
-        periods=() if p is None else parse_periods(_periods_text(p)),
+        periods=() if p is None else parse_periods(_listed(p)),
         statuses=() if status is None else parse_statuses(_listed(status)),
         time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
         symmetry=None if symmetry is None else parse_symmetry(symmetry),
         contains=None if contains is None else parse(contains),
         exists=parse_exists(exists),
         not_at=parse_exists(not_at),
-        ranges={name: pair for name, pair in spans.items() if pair != (None, None)},
+        ranges={name: pair for name, pair in pairs.items() if pair != (None, None)},
         where=where,
         parameters=parameters or {},
     )
@@ -107,15 +104,10 @@ def _no_criterion(names: Sequence[str]) -> SelectionError:
     )
 
 
-def _periods_text(p: int | str | Iterable[int]) -> str:
-    """Write periods as `parse_periods` reads them."""
-    if isinstance(p, range) and p.step == 1 and len(p):
-        return f"{p[0]}-{p[-1]}"
-    return _listed(p)
-
-
 def _listed(value: object) -> str:
-    """Write one value, or several with commas between."""
+    """Write one value, or several with commas between; a range of periods as `parse_periods` reads it."""
+    if isinstance(value, range) and value.step == 1 and len(value):
+        return f"{value[0]}-{value[-1]}"
     if isinstance(value, str) or not isinstance(value, Iterable):
         return str(value)
     return ",".join(map(str, value))

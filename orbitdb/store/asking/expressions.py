@@ -75,8 +75,8 @@ def check(where: str, parameters: Parameters) -> None:
         check_size(plain, parameters)
         _check_shape(meaningful(plain))
         check_names(where, parameters)
-        _compile(plain, parameters, authorize)
-        _compile(f"(\n{plain}\n)", parameters, authorize)
+        for text in (plain, f"(\n{plain}\n)"):
+            _compile(text, parameters, allowing({catalogue.name}))
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         message = str(error)
         if message.endswith('\n"'):  # the end of line that `_compile` has set behind the expression
@@ -188,16 +188,20 @@ def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
         stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
 
 
-def authorize(
-    action: int, first: str | None, second: str | None, _base: str | None, _view: str | None
-) -> int:
-    """Allow reading the table that stands for the view, and calling the functions of the list."""
-    allowed = (
-        action == sqlite3.SQLITE_SELECT
-        or (action == sqlite3.SQLITE_READ and first == catalogue.name)
-        or (action == sqlite3.SQLITE_FUNCTION and second in FUNCTIONS)
-    )
-    return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
+def allowing(readable: Set[str]) -> Authorizer:
+    """Return what allows reading some tables and views, and calling the functions of the list."""
+
+    def authorize(
+        action: int, first: str | None, second: str | None, _base: str | None, _view: str | None
+    ) -> int:
+        allowed = (
+            action == sqlite3.SQLITE_SELECT
+            or (action == sqlite3.SQLITE_READ and first in readable)
+            or (action == sqlite3.SQLITE_FUNCTION and second in FUNCTIONS)
+        )
+        return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
+
+    return authorize
 
 
 def refusal(where: str, message: str, what: str = "where") -> SelectionError:

@@ -11,20 +11,15 @@ from orbitdb.store.file.database import to_read, to_write, waiting
 
 
 def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write; it works in a read-only folder and beside a writer.
-
-    What it connects to must be a catalogue of the newest schema and hold nothing that acts
-    (`orbitdb.store.file.guard`).
-    """
+    """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
     return _engine(to_read(path), "BEGIN")
 
 
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
-    """Return an engine whose every transaction takes the write lock at once.
+    """Return an engine whose every transaction takes the write lock at once (`to_write`).
 
-    What it connects to must hold nothing that acts; it may be new, or older than the newest schema. With
-    `references` SQLite looks up every reference that is written: a fill knows that its references are
-    right, they being keys of words, and the random lookups would take a third of its time.
+    A fill knows that its references are right, they being keys of words, and to look them up, in random
+    places, would take a third of its time.
     """
     return _engine(to_write(path, references), "BEGIN IMMEDIATE")
 

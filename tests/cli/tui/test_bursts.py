@@ -98,6 +98,7 @@ run()
 """
 
 
+@pytest.mark.slow
 def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_path):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200, TMPDIR=str(tmp_path))

@@ -9,9 +9,9 @@ from screens import ask, drive, press, settle, shown, until
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.keeping import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-from orbitdb.cli.tui.state_file import Kept
 from orbitdb.cli.tui.statistics import averages as statistics
 from orbitdb.cli.tui.statistics.averages import StatisticsScreen
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen

@@ -7,7 +7,7 @@ from screens import ask, drive, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.state_file import Kept, State, among_marked, criteria_of, selection_of
+from orbitdb.cli.tui.keeping import Kept, State, among_marked, criteria_of, selection_of
 from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE

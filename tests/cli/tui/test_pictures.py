@@ -8,6 +8,7 @@ import pytest
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
 from orbitdb.cli.tui.orbit.pictures import (
+    MOST_DRAWN,
     Curve,
     along,
     draw_curves,
@@ -99,6 +100,14 @@ def test_the_path_is_closed_and_as_long_as_the_orbit(word):
     assert length_of(walked) == pytest.approx(orbit.length, rel=0.02)
 
 
+@pytest.mark.parametrize("more", [-1, 0, 1])
+def test_of_a_path_the_first_bounces_are_drawn_and_it_is_closed_if_these_are_all(more):
+    orbit = solved("1^{0} 5^{0}".format(MOST_DRAWN // 2 + more))
+    path = path_of(orbit)
+    assert (path == orbit.points[np.arange(min(orbit.p + 1, len(path))) % orbit.p]).all()
+    assert len(path) == (orbit.p + 1 if more <= 0 else MOST_DRAWN)
+
+
 def test_half_the_way_of_the_orbit_13_is_its_other_end():
     path = path_of(solved("13"))
     assert along(path, 0.0) == pytest.approx([-A - 1, 0], abs=1e-12)
@@ -137,6 +146,12 @@ def test_phase_space_names_walls_and_orbits():
     assert columns[0][columns[1] > 20] == pytest.approx(119 * joints / joints[-1], abs=0.51)
     assert heights[0][heights[1] > 25].tolist() == [20]  # sine 0, half way down
     assert heights[1].max() < 40
+
+
+@pytest.mark.parametrize(("size", "drawn"), [((15, 5), True), ((14, 5), False), ((15, 4), False)])
+def test_curves_need_some_room(size, drawn):
+    picture = draw_curves([Curve("one", "", np.arange(2.0, 8.0), np.arange(6.0), "×")], *size)
+    assert (picture.text == "×").any() == drawn
 
 
 @pytest.mark.parametrize("size", [(60, 12), (20, 6), (10, 3)])

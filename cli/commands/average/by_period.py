@@ -1,0 +1,144 @@
+"""``orbitdb table``, ``entropy`` and ``lyapunov``: counts and averages of a chosen subset, by period."""
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.arguments import several
+from orbitdb.cli.choice import Choice
+from orbitdb.cli.output import Output
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import averaged, reading
+from orbitdb.cli.render import note
+from orbitdb.numerals import concise
+
+if TYPE_CHECKING:
+    from orbitdb.catalogue.results import Result
+
+EXAMPLES = {
+    "table": ("table", "table --a 1 --p 2-8 --json", "table --a all --p 11"),
+    "entropy": ("entropy", "entropy --p 2-9 --reversal self --json", "entropy --a all --format csv"),
+    "lyapunov": (
+        "lyapunov",
+        "lyapunov --weight det --p 2-10",
+        "lyapunov --cut 9",
+        "lyapunov --a 1 --a 1.6 --p 2-8",
+    ),
+}
+
+
+def table(
+    *,
+    a: options.StoredHalfLengths = None,
+    p: options.Periods = None,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Show the paper's Table 1 for the filled periods: numbers of words and orbits, and the entropy.
+
+    N_t: words that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
+    of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
+    Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
+    """
+    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
+        found = [catalogue.table(chosen) for chosen in stadiums]
+    output.write(*_rows_of(found, several(a), output))
+
+
+def entropy(
+    *,
+    a: options.StoredHalfLengths = None,
+    choice: Choice,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Compute the topological entropy of the chosen orbits, by period.
+
+    N: points on orbits of period p or a divisor of p; K_0 = ln N / p; h_zeta: from the leading zero of
+    the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
+    error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
+    """
+    from orbitdb.catalogue.results import PROVED
+
+    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, stadiums):
+        found = [catalogue.entropy(chosen) for chosen in stadiums]
+    output.write(*_rows_of(found, several(a), output, hidden=PROVED if output.table else ()))
+
+
+def lyapunov(
+    *,
+    a: options.StoredHalfLengths = None,
+    choice: Choice,
+    weight: Annotated[
+        str, typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
+    ] = "exp",
+    cut: Annotated[
+        float | None,
+        options.number_option(
+            help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
+        ),
+    ] = None,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Compute the average Lyapunov exponents over the chosen orbits, by period.
+
+    lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length. pair: means of
+    neighbouring periods. zeta: from the zeta function truncated at p, with its zero z0 (1 if no orbit is
+    missing). sum_rule: all orbits up to p with weights e^-lambda, constrained by exact means; a table has an
+    estimate of its error in brackets behind the last digits. The trajectory values come from
+    'orbitdb simulate'.
+    """
+    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (catalogue, stadiums):
+        from orbitdb.catalogue.averaged import lyapunov as average
+
+        def tell(done: float) -> None:
+            shown.tell("summing pseudo-cycles", done, 1.0)
+
+        found = [average(catalogue, chosen, weight, cut, tell) for chosen in stadiums]
+    names, rows = _rows_of(found, several(a), output)
+    if not output.table or cut is not None:
+        output.write(names, rows)
+        return
+    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    output.write(*_block(columns, "lambda_d", "z0"))
+    print()
+    output.write(*_block(columns, "lambda_c"))
+
+
+def _block(
+    columns: dict[str, list[Any]], exponent: str, *further: str
+) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Return the part of the table that one exponent has, the error in brackets behind the sum rule."""
+    block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
+    block |= {method: columns[f"{exponent}_{method}"] for method in ("pair", "zeta")}
+    sums = f"{exponent}_sum_rule"
+    block["sum_rule"] = list(map(concise, columns[sums], columns[f"{sums}_error"]))
+    block |= {name: columns[name] for name in further}
+    return list(block), list(zip(*block.values(), strict=True))
+
+
+def _rows_of(
+    found: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
+) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Return the columns and rows of what is found, but for some; leave if there is nothing.
+
+    Notes say what is missing, and beside a table what else is known. Of several a, a stands before the
+    columns, and a cell is blank where that a has no such column.
+    """
+    for each in found:
+        for text in (*each.notes, *(each.facts if output.table else ())):
+            here = f"a = {each.selection.a:g}"
+            note(f"{here}: {text}" if many and here not in text else text)
+    there = [each for each in found if len(each)]
+    if not there:
+        raise typer.Exit(1)
+    names = [name for name in dict.fromkeys(n for each in there for n in each.columns) if name not in hidden]
+    rows = [
+        (*([each.selection.a] if many else []), *map(dict(zip(each.columns, row, strict=True)).get, names))
+        for each in there
+        for row in each.rows()
+    ]
+    return (["a", *names] if many else names), rows
