@@ -32,6 +32,8 @@ from orbitdb.store.file.engines import driver
 from orbitdb.store.reading.lookup import certificate_of
 
 _SECONDS_BETWEEN_LOOKS = 2.0
+_WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
+_HEIGHTS = [(0, "-short"), (36, "-tall")]
 
 
 class BrowseApp(OrderlyApp):
@@ -42,8 +44,8 @@ class BrowseApp(OrderlyApp):
 
     TITLE = "orbitdb"
     CSS_PATH = "style.tcss"
-    HORIZONTAL_BREAKPOINTS: ClassVar = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
-    VERTICAL_BREAKPOINTS: ClassVar = [(0, "-short"), (36, "-tall")]
+    HORIZONTAL_BREAKPOINTS = _WIDTHS
+    VERTICAL_BREAKPOINTS = _HEIGHTS
     KEYS: ClassVar[Keys] = {
         "orbitdb": [
             Binding("question_mark", "keys", "keys", tooltip="these keys"),
