@@ -55,10 +55,15 @@ class Entropy(ByValue):
 def entropy_of_counts(cycles: Integers) -> Entropy:
     """Return the topological entropy at p = 2 .. n.
 
-    Given is how many cyclic words of each period 0 .. n are orbits, shape (n + 1,).
+    Parameters
+    ----------
+    cycles : ndarray of int, shape (n + 1,)
+        How many cyclic words of each period 0 .. n are orbits.
 
-    N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p). Its zero,
-    which weighs all periods up to p together, settles sooner than K_0.
+    Notes
+    -----
+    N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
+    Its zero, which weighs all periods up to p together, settles sooner than K_0.
 
     Source: Biham and Kvale, Table 1.
     """
@@ -112,10 +117,18 @@ class Lyapunov(ByValue):
 def lyapunov_of_periods(
     periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
 ) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest, at most `HIGHEST`, given the sums by period.
+    """Return the Lyapunov averages at p = 2 .. highest.
 
-    A period that is not there has no orbit.
+    Parameters
+    ----------
+    periods : mapping of int to PeriodSums
+        The sums by period; what is not there has no orbit.
+    highest : int
+        At most `HIGHEST`.
+    weight : Weight, optional
 
+    Notes
+    -----
     Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
@@ -149,9 +162,19 @@ def lyapunov_of_periods(
 def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dict[str, list[Any]]:
     """Return the columns of averages by period, None where a missing period or a spurious zero spoils one.
 
-    ``filled`` are the periods whose orbits are all among those averaged over, as far as they were chosen. A
-    sum over the fixed points of order p needs all divisors of p, a mean of neighbouring periods those of
-    both, a zeta function or sum rules every period up to p.
+    A sum over the fixed points of order p needs all divisors of p, a mean of neighbouring periods those
+    of both, a zeta function or sum rules every period up to p.
+
+    Parameters
+    ----------
+    found : Entropy, Lyapunov or SumRules
+    filled : iterable of int
+        The periods whose orbits are all among those averaged over, as far as they were chosen.
+
+    Returns
+    -------
+    dict of str to list
+        One list a field that is an array, with a number or None for each p.
     """
     have = set(filled)
     columns = {}

@@ -64,8 +64,12 @@ class Mean:
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     """Return the mean of c2 at half length a.
 
-    The tolerance is what the last halving of all panels may change at most. The error that is returned is
-    eight times what it did change, added up without signs: near a kink a change may be small by chance.
+    Parameters
+    ----------
+    a : float
+    tolerance : float, optional
+        What the last halving of all panels may change at most. The error that is returned is eight times
+        what it did change, added up without signs: near a kink a change may be small by chance.
     """
     ends = _first_ends(a)
     low, high = ends[:-1], ends[1:]

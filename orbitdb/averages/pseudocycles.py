@@ -56,16 +56,26 @@ def expand_by_stability(
     highest: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Expansion:
-    """Return every term of 1/zeta whose product of multipliers is at most e^cut, up to the highest order.
+    """Return every term of 1/zeta whose product of multipliers is at most e^cut.
 
-    ``progress`` is called now and then with the share of the terms that is done: a guess, which never
-    falls. What is to come of some terms is taken to be as much as can follow them at once.
+    Parameters
+    ----------
+    factors : Factors
+    cut : float
+        Largest sum of costs of a term (pseudo-cycle) that is kept.
+    highest : int, optional
+        Largest order of a term that is kept; by default any.
+    progress : callable, optional
+        Called now and then with the share of the terms that is done: a guess, which never falls. What
+        is to come of some terms is taken to be as much as can follow them at once.
 
-    Exact, and far cheaper than to list the pseudo-cycles. Sort the factors by cost and build pseudo-cycles
-    upwards. The last factor added is not listed: all that fit in form a stretch of the sorted factors, so
-    prefix sums give their total. So only those pseudo-cycles are listed that have room for their dearest
-    factor once more. A class of equal cycles is one factor with a count, and its m-th power carries the
-    binomial coefficient.
+    Notes
+    -----
+    Exact, and far cheaper than to list the pseudo-cycles. Sort the factors by cost and build
+    pseudo-cycles upwards. The last factor added is not listed: all that fit in form a stretch of the
+    sorted factors, so prefix sums give their total. So only those pseudo-cycles are listed that have
+    room for their dearest factor once more. A class of equal cycles is one factor with a count, and
+    its m-th power carries the binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
     factors = factors.rows(np.argsort(factors.cost, kind="stable"))

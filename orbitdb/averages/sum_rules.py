@@ -178,8 +178,13 @@ def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int)
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
     """Return the averages of all orbits up to period p, p = 2 .. highest, where some are swept.
 
-    The moments are of the periods `EXACT` + 1, ... without a gap; beyond them averages are NaN, and the
-    levels are those that the orbits up to `EXACT` have.
+    Parameters
+    ----------
+    a : float
+    moments : sequence of Moments
+        Of the periods `EXACT` + 1, ... without a gap; beyond them averages are NaN, and the levels are those
+        that the orbits up to `EXACT` have.
+    highest : int
     """
     last = min(highest, EXACT)
     start = beginning(a, last)

@@ -43,9 +43,14 @@ class Tilted(NamedTuple):
 def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
     """Return mu with which all means are 0, shape (k,), by Newton's method with step halving; None if none.
 
-    ``at`` tells what a tilt makes of the quantities, None where mu x < 0 for all orbits, which proves that
-    no tilt does it: mu grows until that is so. It ends where the square of the Newton step, in its own
-    metric, is small.
+    Parameters
+    ----------
+    at : callable
+        Tells what a tilt makes of the quantities; None where mu x < 0 for all orbits, which proves that no
+        tilt does it: mu grows until that is so.
+    start : ndarray, shape (k,)
+    small : float, optional
+        Square of the Newton step, in its own metric, at which it ends.
     """
     mu, here = start, at(start)
     for _ in range(_MOST_STEPS):
@@ -68,10 +73,21 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
 
 
 def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[Floats, Floats] | None:
-    """Tilt weights until the means of some quantities, shape (k, N), are 0; k may be 0.
+    """Tilt weights until the means of some quantities are 0.
 
-    Return mu, shape (k,), and the weights of the orbits, shape (N,), with the sum 1; None where no tilt
-    exists: some combination of the quantities is positive for all orbits.
+    Parameters
+    ----------
+    log_weights : ndarray, shape (N,)
+    x : ndarray, shape (k, N)
+        The quantities; k may be 0.
+    start : ndarray, shape (k,), optional
+        Where to begin.
+
+    Returns
+    -------
+    (ndarray, shape (k,), ndarray, shape (N,)) or None
+        mu, and the weights of the orbits, with the sum 1; None where no tilt exists: some combination of the
+        quantities is positive for all orbits.
     """
 
     def at(mu: Floats) -> Tilted | None:

@@ -46,14 +46,21 @@ class Expansion(ByValue):
 
 
 def expand(traces: Floats, slopes: Floats) -> Expansion:
-    """Return 1/zeta from its traces T_1 .. T_n, shape (n,), and their derivatives, shape (k, n).
+    """Return 1/zeta from its traces.
 
-    The traces are the sums of the weights over all fixed points of each order; minus the logarithm of
-    1/zeta is sum T_j z^j / j. Their derivatives in the exponents of k observables are the same sums, each
-    weight times the observable.
+    Parameters
+    ----------
+    traces : ndarray, shape (n,)
+        T_1 .. T_n, the sums of the weights over all fixed points of each order; minus the logarithm
+        of 1/zeta is sum T_j z^j / j.
+    slopes : ndarray, shape (k, n)
+        Derivatives of the traces in the exponents of k observables: the same sums, each weight times
+        the observable.
 
-    Newton's identities, j c_j = -sum_i T_i c_(j-i), and their derivatives: no product of cycles is ever
-    formed. With T_j = trace of the j-th power of an operator, this is its Fredholm determinant.
+    Notes
+    -----
+    Newton's identities, j c_j = -sum_i T_i c_(j-i), and their derivatives: no product of cycles is
+    ever formed. With T_j = trace of the j-th power of an operator, this is its Fredholm determinant.
     """
     order = len(traces)
     c = np.zeros(order + 1)
@@ -97,9 +104,18 @@ def zero_fault(coefficients: Floats, zero: float) -> str:
 def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
     """Return the cycle averages at the leading zero; NaN where there is none.
 
-    They are z0, the leading zero; <p>, the mean period; and <A> of each observable, shape (k,), <A> / <p>
-    being its average per bounce: <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0 (Artuso et
-    al.).
+    Returns
+    -------
+    float
+        z0, the leading zero; 1 for a closed system with weights that conserve probability.
+    float
+        <p>, the mean period.
+    ndarray, shape (k,)
+        <A> of each observable; <A> / <p> is its average per bounce.
+
+    Notes
+    -----
+    <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0 (Artuso et al.).
     """
     z0 = leading_zero(expansion.coefficients)
     orders = np.arange(len(expansion.coefficients))

@@ -70,9 +70,19 @@ def agreement(
 def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
     """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
 
-    Of what `relax` has made of admissible words, words, status, coordinates and steps count; it has stopped
-    at the force epsilon. Also return a sentence on each word to which one method gives another status, in
-    the order of the words.
+    Parameters
+    ----------
+    relaxed : Orbits
+        What `relax` has made of admissible words; of it, words, status, coordinates and steps count.
+    stadium : Stadium
+    epsilon : float, optional
+        The force at which the relaxation has stopped.
+
+    Returns
+    -------
+    Agreement
+    list of str
+        A sentence on each word to which one method gives another status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)

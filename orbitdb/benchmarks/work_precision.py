@@ -115,9 +115,18 @@ def _spread(n: int, count: int) -> NDArray[np.intp]:
 
 
 def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
-    """Measure all methods on the same words; yield each method and setting as soon as it is measured.
+    """Measure all methods on the same words.
 
-    The methods that work word by word, ``root`` and ``balls``, have about ``slow`` words.
+    Parameters
+    ----------
+    cases : Sample
+    slow : int, optional
+        Number of words for the methods that work word by word, ``root`` and ``balls``.
+
+    Yields
+    ------
+    WorkPrecision
+        One row for each method and setting, as soon as it is measured.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))

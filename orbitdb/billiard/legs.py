@@ -107,9 +107,17 @@ def following(rows: NDArray[Any]) -> NDArray[Any]:
 
 
 def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
-    """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
+    """Cut admissible words into runs and legs.
 
-    There is one entry for each number of runs: the rows of ``words`` it holds, and their structure.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words, in any rotation.
+
+    Returns
+    -------
+    list of (ndarray of intp, Legs)
+        One entry for each number of runs: the rows of ``words`` it holds, and their structure.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]

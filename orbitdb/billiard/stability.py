@@ -27,12 +27,20 @@ _LARGE = 1e120
 
 
 def exponent(slopes: Derivatives) -> Floats:
-    """Return lambda, the logarithm of the largest eigenvalue's modulus of M, shape (N,), of N orbits.
+    """Return lambda, the logarithm of the largest eigenvalue's modulus of M, shape (N,).
 
-    With X = [[0, D], [K, K D]] the factor of a run and the leg behind it less the unit matrix, and P the
-    product so far less the unit matrix, P <- P X + P + X has positive terms only; a power of two is kept
-    apart so that words of any length stay in range. The factors stand in the order of time, which gives M
-    of the reversed orbit; its trace is the same. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
+    Parameters
+    ----------
+    slopes : Derivatives
+        The derivatives of L at N orbits.
+
+    Notes
+    -----
+    With X = [[0, D], [K, K D]] the factor of a run and the leg behind it less the unit matrix, and P
+    the product so far less the unit matrix, P <- P X + P + X has positive terms only; a power of two
+    is kept apart so that words of any length stay in range. The factors stand in the order of time,
+    which gives M of the reversed orbit; its trace is the same. From t = |tr M| - 2,
+    lambda = 2 arsinh(sqrt(t) / 2).
     """
     unit = np.ones(slopes.beyond.shape[1])
     doublings = np.zeros(len(unit), dtype=np.int64)
@@ -69,8 +77,17 @@ def maslov_index(p: _Count, walls: _Count) -> _Count:
 def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
     """Return the monodromy matrix of every bounce as the paper sets it up, shape (N, p, 2, 2).
 
-    Biham and Kvale, eqs. (3) and (4), mended as this module's docstring says. They act on (d theta, d y)
-    and are computed from the bounces alone: an independent check of `exponent`.
+    Parameters
+    ----------
+    stadium : Stadium
+    words : ndarray of uint8, shape (N, p)
+    coordinates : ndarray, shape (N, p)
+        Coordinates of the orbits.
+
+    Notes
+    -----
+    Biham and Kvale, eqs. (3) and (4), mended as this module's docstring says. They act on
+    (d theta, d y) and are computed from the bounces alone: an independent check of `exponent`.
     """
     links = Links.of(stadium, words, coordinates)
     path = links.before

@@ -138,10 +138,19 @@ def as_stadium(stadium: Stadium | float) -> Stadium:
 
 
 def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArray[np.uint8], Floats]:
-    """Write bounces in symbols and coordinates, shape (N, p) each, but the first and the last of each row.
+    """Write bounces in the symbols and coordinates of the catalogue, but the first and the last of each row.
 
-    Given are the points, shape (N, p + 2), and where they are: side -1 left semicircle, +1 right
-    semicircle, 0 a straight wall, where y is -1 or 1.
+    Parameters
+    ----------
+    stadium : Stadium
+    x, y, side : ndarray, shape (N, p + 2)
+        The points, and where they are: side -1 left semicircle, +1 right semicircle, 0 a straight wall,
+        where y is -1 or 1.
+
+    Returns
+    -------
+    symbols : ndarray of uint8, shape (N, p)
+    coordinates : ndarray, shape (N, p)
     """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)

@@ -126,9 +126,13 @@ def _told(
     found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[str, ...]:
     """Say what the zeta function lacks, and which sums over fixed points do."""
+    divided = [
+        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
+        for p in periods
+        if (gone := missing_divisors(p, periods))
+    ]
     zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
-    told = [zeta, faults_of(found, periods), *_lacking_divisors(periods, chosen)]
-    return tuple(filter(None, told))
+    return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))
 
 
 def _weight(name: str) -> Weight:
@@ -208,16 +212,6 @@ def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
     return [
         f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
         "and not which of them are chosen: leave out all but --p, or fill them"
-    ]
-
-
-def _lacking_divisors(periods: Sequence[int], chosen: Selection) -> list[str]:
-    """Say which sums over fixed points lack periods, and why."""
-    found = [(p, missing_divisors(p, periods)) for p in periods]
-    return [
-        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
-        for p, gone in found
-        if gone
     ]
 
 

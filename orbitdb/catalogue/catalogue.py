@@ -14,10 +14,10 @@ from orbitdb.store.asking.selection import Selection
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from orbitdb.catalogue.chosen_classes import ChosenClasses
     from orbitdb.catalogue.identification import Candidate, Trajectory
     from orbitdb.catalogue.results import Result
     from orbitdb.catalogue.subset import Subset
+    from orbitdb.catalogue.whole_periods import ChosenClasses
     from orbitdb.quantum.spectrum import Spectrum
 
 
@@ -112,7 +112,7 @@ class Catalogue(StoredWords):
         SelectionError
             If you name a status whose words have no length and lambda.
         """
-        from orbitdb.catalogue.chosen_classes import read_classes
+        from orbitdb.catalogue.whole_periods import read_classes
 
         chosen = self._chosen(selection, criteria)
         return read_classes(self, chosen if chosen.statuses else replace(chosen, statuses=(Status.ORBIT,)))

@@ -278,8 +278,7 @@ class Subset(ByValue):
 
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of whole periods, one by one, for averages."""
-        from orbitdb.catalogue.chosen_classes import ChosenClasses
-        from orbitdb.catalogue.whole_periods import WholePeriods
+        from orbitdb.catalogue.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones(len(rows), dtype=np.int64)

@@ -78,10 +78,15 @@ def orientation(chains: OpenChains) -> Floats:
 
 
 def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
-    """Push the left and the right end of windows at one a.
+    """Push the ends of windows.
 
-    The pushes, shape (N,), are +1 where an end is pushed so that the marked direction is as high as can be,
-    -1 for as low.
+    Parameters
+    ----------
+    chains : OpenChains
+    a : float
+        Half length of a straight wall.
+    left, right : ndarray, shape (N,)
+        +1 where an end is pushed so that the marked direction is as high as can be, -1 for as low.
     """
     sigma = orientation(chains)
     k, d, n, s = chains.k.copy(), chains.d.copy(), chains.n.copy(), chains.s.copy()
@@ -130,8 +135,15 @@ class Condition(ByValue):
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     """Find the sign of the marked junction's condition, by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is small beside f, or below ``enough``, shape (N,),
-    whatever f is, or does not shrink any more: then the sign is known, or cannot be.
+    A window leaves the batch when its error bound is small beside f, or does not shrink any more: then the
+    sign is known, or cannot be.
+
+    Parameters
+    ----------
+    problem : Corner
+    a : float
+    enough : ndarray, shape (N,)
+        Error of f that is small enough whatever f is.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))

@@ -46,10 +46,14 @@ class Growth:
 
 
 def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> Growth:
-    """Enclose the growth rate of the paths in a graph of so many states.
+    """Enclose the growth rate of the paths in a graph.
 
-    The steps, from and to, have shape (E,); two between the same states count twice. At most 9 lead from
-    one state.
+    Parameters
+    ----------
+    origin, target : ndarray of int32, shape (E,)
+        The steps; two between the same states count twice. At most 9 from one state.
+    states : int
+        Number of states.
     """
     matrix, first = _components(origin, target, states)
     if not len(first):

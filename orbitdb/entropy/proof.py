@@ -33,9 +33,22 @@ _OFTEN = 256
 def proved(
     windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None
 ) -> NDArray[np.bool_]:
-    """Tell of each window whether its verdict, allowed or forbidden, is proved in balls, shape (N,).
+    """Tell of each window whether its verdict is proved in balls.
 
-    a is taken as exact. One that is undecided is not proved.
+    Parameters
+    ----------
+    windows : Windows
+        N of them.
+    verdict : ndarray of uint8, shape (N,)
+        `Verdict` of each; one that is undecided is not proved.
+    a : float
+        Half length of a straight wall, taken as exact.
+    tell : callable, optional
+        Is told how far the work is.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
     """
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)

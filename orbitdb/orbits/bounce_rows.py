@@ -20,7 +20,12 @@ def bounce_rows(
 ) -> list[list[BounceRow]]:
     """Return the bounces of some orbits, for each a list of rows with the columns `BOUNCE_COLUMNS`.
 
-    A word whose coordinates, shape (p,), are None has no rows.
+    Parameters
+    ----------
+    stadium : Stadium
+    words : sequence of str
+    coordinates : sequence of ndarray, shape (p,), or None
+        Those of each word; one that has none has no rows.
     """
     found: list[list[BounceRow]] = [[] for _ in words]
     periods: dict[int, list[int]] = {}

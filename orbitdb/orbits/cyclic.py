@@ -34,9 +34,19 @@ def _end_terms(column: Floats, x: Floats) -> Floats:
 
 
 def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite tridiagonal systems of m unknowns, all at once, with c right sides (c, m, N).
+    """Solve N positive definite tridiagonal systems of m unknowns, all at once.
 
-    The diagonals have shape (m, N); entry i of ``beside``, shape (m - 1, N), couples unknowns i and i + 1.
+    Parameters
+    ----------
+    diagonal : ndarray, shape (m, N)
+    beside : ndarray, shape (m - 1, N)
+        Entry i couples unknowns i and i + 1.
+    rhs : ndarray, shape (c, m, N)
+        c right sides of each system.
+
+    Returns
+    -------
+    ndarray, shape (c, m, N)
     """
     pivots = np.empty_like(diagonal)
     x = rhs.copy()

@@ -105,10 +105,20 @@ def solve_in_doubles(
 def certificates(
     words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
 ) -> list["Enclosure"]:
-    """Prove what becomes of admissible words, shape (N, p), in ball arithmetic, from the words alone.
+    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
 
-    The precision is the bits to begin with, `orbitdb.orbits.balls.enclosure.PRECISION` by default. Newton's
-    method in doubles says where to look; the proof does not rest on it.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    precision : int, optional
+        Bits to begin with; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
+
+    Returns
+    -------
+    list of Enclosure
+        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        rest on it.
     """
     from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
 

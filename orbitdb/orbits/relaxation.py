@@ -37,15 +37,27 @@ def relax(
     start: Floats | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Orbits:
-    """Find the orbits of admissible words, shape (N, p), by the paper's artificial dynamics.
+    """Find the orbits of admissible words by the paper's artificial dynamics.
 
-    The dynamics of a word stops where all its forces, differences of two cosines, are smaller than epsilon;
-    after so many Runge-Kutta steps at most it is given up and stays unresolved. It starts from coordinates,
-    shape (N, p), by default `starting_points`. ``progress`` is called now and then with the number of steps
-    taken and of words that still move.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible primitive words of one order, in any rotation.
+    stadium : Stadium
+    epsilon : float, optional
+        The dynamics of a word stops where all its forces, differences of two cosines, are smaller.
+    max_steps : int, optional
+        Runge-Kutta steps after which a word is given up and stays unresolved.
+    start : ndarray, shape (N, p), optional
+        Coordinates to start from; `starting_points` by default.
+    progress : callable, optional
+        Called now and then with the number of steps taken and of words that still move.
 
-    The status is that of a plain comparison of the coordinates with the ends of walls and semicircles. The
-    method knows no error bounds: these are NaN.
+    Returns
+    -------
+    Orbits
+        The status is that of a plain comparison of the coordinates with the ends of walls and
+        semicircles. The method knows no error bounds: these are NaN.
     """
     orbits = Orbits.empty(words)
     symbols = np.ascontiguousarray(words.T)
@@ -89,9 +101,15 @@ def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
 def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Floats) -> Floats:
     """Return how fast words come to rest in the end, shape (N,): deviations fall like exp(-rate t).
 
-    The slowest rate of the linearised dynamics at the words' coordinates at rest; not positive where one is
-    unstable. A Runge-Kutta step takes the time `STEP`, and a force f that is left means a deviation of f /
-    rate.
+    The slowest rate of the linearised dynamics at its fixed points; not positive where one is unstable.
+    A Runge-Kutta step takes the time `STEP`, and a force f that is left means a deviation of f / rate.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    stadium : Stadium
+    coordinates : ndarray, shape (N, p)
+        Of the words at rest.
     """
     way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)

@@ -64,9 +64,22 @@ def shadows(
 ) -> list[Shadow]:
     """Find the orbits that a trajectory shadows, those it goes round most often first.
 
-    Given are the symbols of its bounces, shape (T,), their Cartesian points, shape (T, 2), and how far a
-    bounce may be from that of the orbit, in units of the radius; ``whole`` tries all bounces as one cycle,
-    too, as of a polygon. Each cyclic word comes once, with its longest stretch.
+    Parameters
+    ----------
+    stadium : Stadium
+    symbols : ndarray of uint8, shape (T,)
+        Its bounces.
+    points : ndarray, shape (T, 2)
+        Cartesian.
+    tolerance : float
+        How far a bounce may be from that of the orbit, in units of the radius.
+    whole : bool, optional
+        Whether to try all bounces as one cycle, too, as of a polygon.
+
+    Returns
+    -------
+    list of Shadow
+        Each cyclic word once, with its longest stretch.
     """
     best: dict[str, Shadow] = {}
     for words, starts in _candidates(stadium, symbols, points, max(_NEAR, 2 * tolerance), whole):

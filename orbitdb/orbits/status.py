@@ -146,8 +146,12 @@ class Verdict(Columns):
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     """Tell which words are orbits, as far as doubles can.
 
-    Given are directions, shape (m, N), at (or near) the maximum of the length, between the limits; words
-    may stand in different stadiums, a of shape (N,).
+    Parameters
+    ----------
+    legs : Chain
+    a : float or ndarray, shape (N,)
+    alpha : ndarray, shape (m, N)
+        Directions of the legs at (or near) the maximum of the length, between the limits.
     """
     check_functions()
     slopes = derivatives(legs, a, alpha)
@@ -172,9 +176,16 @@ def assess(
 ) -> Orbits:
     """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
 
-    Given are the words, shape (N, p), the same words cut, and the directions, as in `decide`, with the
-    steps that the solver took. If not every number is asked for, words that are proved to be no orbits get
-    only status, margin and steps.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Legs
+        The same words, cut.
+    stadium : Stadium
+    found : (ndarray, ndarray)
+        The directions, as in `decide`, and the steps that the solver took.
+    every : bool, optional
+        If not, words that are proved to be no orbits get only status, margin and steps.
     """
     alpha, iterations = found
     verdict = decide(legs, stadium.a, alpha)
@@ -201,22 +212,3 @@ def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdi
         length_error=length_error(legs, a, alpha, slopes, alpha_error),
         lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
     )
-
-
-def surely_outside(legs: Chain, a: float, alpha: Floats, slopes: Derivatives) -> NDArray[np.bool_]:
-    """Tell which words leave the stadium for sure, shape (N,), from directions that need not be near.
-
-    One step of Newton's method is enough to tell nearly all of them. It is `direction_errors` and
-    `orbitdb.billiard.bounces.slack_errors` once more, with one bound for all directions of a word and
-    roundings that are quicker to find and larger.
-    """
-    eps = float(np.finfo(float).eps)
-    run = 2 + 2 * np.pi / legs.k
-    rounding = ABOVE * eps * (6 * (a + legs.n) + run + following(run))
-    ratio = (np.abs(slopes.gradient) + rounding) / slopes.beyond
-    first = 2 * ABOVE * ratio.max(axis=0)
-    loss = (np.abs(slopes.lean) + rounding) / slopes.beyond * (first / 2) + first**2 / 2
-    error = ABOVE * (ratio / (1 - np.minimum(loss, 0.5))).max(axis=0)
-    slack = slacks(legs, alpha).min(axis=1)
-    ends, walls = np.minimum(slack[0], slack[1]), np.minimum(slack[2], slack[3])
-    return (ends < -ABOVE * (error + 26 * eps)) | (walls < -ABOVE * (3 * error + 26 * eps))

@@ -19,11 +19,23 @@ _NEAR = 0.12
 
 
 def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) -> str:
-    """Draw a closed path in its stadium, as one ``svg`` element so many pixels wide.
+    """Draw a closed path in its stadium.
 
-    It shows the stadium with its continued walls and circles, the path with an arrow on its first link, and
-    its bounces, shape (p, 2) in units of the radius, numbered if they are few. The title says what the
-    picture shows, for those who cannot see it.
+    Parameters
+    ----------
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order, in units of the radius.
+    title : str
+        What the picture shows, for those who cannot see it.
+    width : int, optional
+        Width in pixels.
+
+    Returns
+    -------
+    str
+        One ``svg`` element: the stadium with its continued walls and circles, the path with an arrow
+        on its first link, and its bounces, numbered if they are few.
     """
     scale = width / (2 * (stadium.a + 1 + _MARGIN))
     height = 2 * (1 + _MARGIN) * scale
@@ -44,7 +56,10 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
 
 
 def small_svg(stadium: Stadium, points: Floats, width: int = 150) -> str:
-    """Draw a closed path, as `orbit_svg` does, so small that nothing can be written beside it."""
+    """Draw a closed path in its stadium so small that nothing can be written beside it.
+
+    The parameters are those of `orbit_svg`.
+    """
     scale = (width - 4) / (2 * (stadium.a + 1))
     height = 2 * scale + 4
     a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
@@ -104,10 +119,19 @@ def _pixels(points: Floats, scale: float) -> list[tuple[float, float]]:
 
 
 def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
-    """Return where to write the numbers of bounces, shape (p, 2), which count from 1.
+    """Return where to write the numbers of bounces, which count from 1.
 
-    For each label a bounce, the direction outward from the wall there, and text; bounces near one place
-    share a label, such as ``2, 6``.
+    Parameters
+    ----------
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order.
+
+    Returns
+    -------
+    list of (Place, Place, str)
+        A bounce, the direction outward from the wall there, and text; bounces near one place share a
+        label, such as ``2, 6``.
     """
     places: list[tuple[Floats, list[str]]] = []
     for n, point in enumerate(points):

@@ -79,10 +79,18 @@ def draw_entropy_over_a(
     curves: Mapping[int, tuple[Floats, Floats]],
     limit: float,
 ) -> None:
-    """Draw the bounds on the entropy over rising a, shape (n,), as a band, with a bar where it is proved.
+    """Draw the bounds on the entropy over a as a band, with a bar where it is proved.
 
-    The curves are, by the highest period of a zeta function, values of a and the entropy there, NaN where
-    it has no zero that can be used; the limit is the bound that holds at every a.
+    Parameters
+    ----------
+    ax : Axes
+    a, lower, upper : ndarray, shape (n,)
+        Where the entropy is enclosed, rising, and between what; per bounce.
+    curves : mapping of int to (ndarray, ndarray)
+        By the highest period of a zeta function: values of a, and the entropy there, NaN where it has no
+        zero that can be used.
+    limit : float
+        The bound that holds at every a.
     """
     ax.fill_between(a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0)
     middle, half = (lower + upper) / 2, (upper - lower) / 2

@@ -39,8 +39,16 @@ def draw_entropy(
 ) -> None:
     """Draw the topological entropy against the period, as in the paper's Fig. 5, and its zeta value.
 
-    K_0 = ln N(p) / p and the value from the zeta function cut off at order p, shape (n,) each, per bounce;
-    and the band of proved bounds.
+    Parameters
+    ----------
+    ax : Axes
+    p : ndarray of int, shape (n,)
+    k_0 : ndarray, shape (n,)
+        ln N(p) / p, per bounce.
+    h_zeta : ndarray, shape (n,)
+        The value from the zeta function cut off at order p.
+    band : (float, float)
+        Proved bounds.
     """
     low, high = _span(np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band]), k_0)
     ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
@@ -65,9 +73,16 @@ def draw_lyapunov(
 ) -> None:
     """Draw one kind of Lyapunov average against the period, as in the paper's Fig. 6.
 
-    The averages by their names (`orbitdb.averages`), shape (n,) each, are NaN where there is none; ``name``
-    says which are drawn, ``lambda_d`` or ``lambda_c``. The reference is the value of random trajectories,
-    with its standard error.
+    Parameters
+    ----------
+    ax : Axes
+    p : ndarray of int, shape (n,)
+    values : mapping of str to ndarray, shape (n,)
+        Averages by their names (`orbitdb.averages`), NaN where there is none.
+    name, label : str
+        Which are drawn, ``lambda_d`` or ``lambda_c``, and what the axis says.
+    reference : (float, float) or None
+        The value of random trajectories, with its standard error.
     """
     plain, pair, zeta, rule, error = (values[name + end] for end in ("", *_METHODS))
     ax.plot(p, plain, "x:", color=BLUE, markersize=6, linewidth=1, label="average over fixed points")
@@ -101,9 +116,17 @@ def _span(values: Floats, fallback: Floats) -> tuple[float, float]:
 
 
 def draw_staircase(ax: Axes, length: Floats, count: Integers, complete: float | None = None) -> None:
-    """Draw how many orbits are no longer than L, given lengths and how many orbits have each, shape (n,).
+    """Draw how many orbits are no longer than L.
 
-    Up to the length ``complete`` these are all orbits.
+    Parameters
+    ----------
+    ax : Axes
+    length : ndarray, shape (n,)
+        Lengths, in units of the radius.
+    count : ndarray of int, shape (n,)
+        How many orbits have each.
+    complete : float, optional
+        Up to which length these are all orbits.
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
@@ -117,7 +140,20 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers, complete: float | 
 def draw_density(ax: Axes, p: Integers, length: Floats, count: Integers, bins: int = 120) -> QuadMesh:
     """Draw how many orbits of each period there are per unit of length, as colours.
 
-    Return them for a colour bar.
+    Parameters
+    ----------
+    ax : Axes
+    p : ndarray of int, shape (n,)
+        Periods.
+    length, count
+        As in `draw_staircase`.
+    bins : int, optional
+        How many intervals of length.
+
+    Returns
+    -------
+    QuadMesh
+        For a colour bar.
     """
     edges = np.linspace(length.min() - 0.5, length.max() + 0.5, bins + 1)
     periods = np.arange(p.min(), p.max() + 2) - 0.5
@@ -151,9 +187,17 @@ def draw_spectrum(ax: Axes, found: "Spectrum", label: Callable[[str], str]) -> N
 def draw_level_count(
     above: Axes, below: Axes, k: Floats, at: Floats, smooth: Floats, family: Floats, orbits: Floats, p: int
 ) -> None:
-    """Draw the number of levels k, and how far it is from its smooth part at some wavenumbers, shape (n,).
+    """Draw the number of levels, and how far it is from its smooth part.
 
-    Beside stands what bouncing balls and the orbits up to period p make of the rest.
+    Parameters
+    ----------
+    above, below : Axes
+    k : ndarray, shape (N,)
+        The levels.
+    at, smooth, family, orbits : ndarray, shape (n,)
+        Wavenumbers, the smooth part there, and what bouncing balls and orbits make of the rest.
+    p : int
+        The highest period of the orbits.
     """
     above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
     above.plot(at, smooth, color=ORANGE, linestyle="--", linewidth=1, label="Weyl's law")
@@ -167,7 +211,14 @@ def draw_level_count(
 
 
 def draw_work_precision(ax: Axes, rows: "Sequence[WorkPrecision]") -> None:
-    """Draw the run time per word against the largest error of a coordinate, of every method and setting."""
+    """Draw the run time per word against the largest error of a coordinate.
+
+    Parameters
+    ----------
+    ax : Axes
+    rows : sequence of WorkPrecision
+        All methods and settings of one run.
+    """
     for method, (line, colour, label) in _OF_METHODS.items():
         mine = [row for row in rows if row.method == method]
         errors = [row.coordinates_max for row in mine]

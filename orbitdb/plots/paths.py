@@ -38,9 +38,16 @@ _DIGIT = 0.63
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
-    """Draw an orbit in its stadium, as in the paper's Fig. 1, given its bounces in their order, shape (p, 2).
+    """Draw an orbit in its stadium, as in the paper's Fig. 1.
 
-    They are numbered from 1 if there are `MOST_NUMBERED` or fewer.
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    points : ndarray, shape (p, 2)
+        The bounces in their order; they are numbered from 1 if there are `MOST_NUMBERED` or fewer.
+    colour : str, optional
+        Of the path.
     """
     _draw_stadium(ax, stadium)
     closed = np.concatenate([points, points[:1]])
@@ -127,7 +134,19 @@ def draw_sheet(
     labels: Sequence[str],
     columns: int,
 ) -> None:
-    """Draw many orbits on one sheet, each in its stadium with a label under it, in rows from the top left."""
+    """Draw many orbits on one sheet, each in its stadium, in rows from the top left.
+
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    paths : sequence of ndarray, shape (p, 2) each
+        The bounces of each orbit.
+    labels : sequence of str
+        What stands under each.
+    columns : int
+        How many stand in a row.
+    """
     wide, high = cell_size(stadium)
     places = [(k % columns * wide, -(k // columns) * high) for k in range(len(paths))]
     outline = stadium.outline(24)
@@ -165,9 +184,21 @@ def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats
 def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
     """Draw bounces in phase space: place along the boundary against tangential momentum.
 
-    All arrays have shape (n,): arc length as `Stadium.arclength` counts it, the sine of the angle between
-    the leaving path and the inward normal, positive anticlockwise, and a number that the colour shows.
-    Return what a colour bar needs.
+    Parameters
+    ----------
+    ax : Axes
+    stadium : Stadium
+    place : ndarray, shape (n,)
+        Arc length, as `Stadium.arclength` counts it.
+    sine : ndarray, shape (n,)
+        Sine of the angle between the leaving path and the inward normal, positive anticlockwise.
+    colour : ndarray, shape (n,)
+        A number of each bounce that its colour shows.
+
+    Returns
+    -------
+    PathCollection
+        For a colour bar.
     """
     size = float(np.clip(6e4 / max(len(place), 1), 0.3, 12))
     low, high = np.percentile(colour, [2, 98])

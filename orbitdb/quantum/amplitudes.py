@@ -122,7 +122,16 @@ class Classes(NamedTuple):
 
 
 def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the terms of orbits and their repetitions up to a length, or of half orbits for one parity."""
+    """Return the terms of orbits and their repetitions, or of half orbits for one parity.
+
+    Parameters
+    ----------
+    classes : Classes
+    longest : float
+        Terms up to this length.
+    parity : Parity, optional
+        By default of all levels.
+    """
     number = len(classes.length)
     kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)
     x, y = (1, 1) if parity is None else parity.signs

@@ -34,7 +34,14 @@ _SAME = 1e-10
 def nodes(order: int) -> tuple[Floats, Floats, Floats]:
     """Return nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and what differentiates there.
 
-    Shapes (n,), (n,) and (n, n) for the n = order + 1 nodes of polynomials of that degree.
+    Parameters
+    ----------
+    order : int
+        Degree of the polynomials; there are order + 1 nodes.
+
+    Returns
+    -------
+    ndarray, shape (order + 1,); the same; ndarray, shape (order + 1, order + 1)
     """
     polynomial = legendre.Legendre.basis(order)
     inside = np.sort(polynomial.deriv().roots().real)
@@ -51,10 +58,20 @@ def gradient(
 ) -> sparse.csr_matrix:
     """Return the matrix B whose B^T B has the eigenvalues k^2 of -Laplace, in units of 1/radius^2.
 
-    The cells meet in whole edges; ``order`` is the degree of the polynomials; ``fixed`` tells of points,
-    shape (N, 2), where functions are 0 (Dirichlet); the rest of the edge is free. There are two rows a node
-    of a cell, a column a node that is not fixed; functions are weighted with the root of the mass, so that
-    |v|^2 is the integral of the square.
+    Parameters
+    ----------
+    cells : sequence of Cell
+        They meet in whole edges.
+    order : int
+        Degree of the polynomials.
+    fixed : callable
+        Tells of points, shape (N, 2), where functions are 0 (Dirichlet); the rest of the edge is free.
+
+    Returns
+    -------
+    csr_matrix
+        Two rows a node of a cell, a column a node that is not fixed; functions are weighted with the root
+        of the mass, so that |v|^2 is the integral of the square.
     """
     x, weights, slope = nodes(order)
     s, t = np.meshgrid((x + 1) / 2, (x + 1) / 2, indexing="ij")

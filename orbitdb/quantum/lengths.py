@@ -35,9 +35,22 @@ def reach(k_max: float) -> float:
 def of_levels(
     k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
 ) -> Complexes:
-    """Return F at lengths x, shape (n,), from all levels below the end of the window, of a parity or of all.
+    """Return F from levels.
 
-    Levels above it do not count.
+    Parameters
+    ----------
+    k : ndarray, shape (N,)
+        All levels below `k_max`, of one parity or of all; those above do not count.
+    x : ndarray, shape (n,)
+        Lengths.
+    k_max : float
+        The end K of the window, in 1/radius.
+    stadium : Stadium
+    parity : Parity, optional
+
+    Returns
+    -------
+    ndarray of complex128, shape (n,)
     """
     inside = k[k < k_max]
     nodes, weights = _quadrature(k_max, x)

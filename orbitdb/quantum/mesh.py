@@ -48,9 +48,15 @@ class Cell:
 def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
     """Return the cells of the quarter x > 0, y > 0, the centre of the arc at (a, 0).
 
-    Edges of cells have at most the length ``size``, roughly, in units of the radius. Cells of the disc are
-    smaller in any case, and none of the rectangle is longer than 1. The cells at the joint are divided so
-    many times.
+    Parameters
+    ----------
+    a : float
+        Half length of a straight wall.
+    size : float
+        Length that edges of cells have at most, roughly; in units of the radius. Cells of the disc are
+        smaller in any case, and none of the rectangle is longer than 1.
+    layers : int
+        How often the cells at the joint are divided.
     """
     small = min(size, _LARGEST)
     cells = [*rectangle(a, min(size, 1.0), small), *quarter_disc(a, small)]

@@ -79,9 +79,14 @@ def count_primitive(p: int) -> int:
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of order p that break none of some rules, for any p.
+    """Count the primitive cyclic words of order p that break none of the rules, for any p.
 
-    With all rules, as by default, this is the paper's N_t(p).
+    Parameters
+    ----------
+    p : int
+        Order.
+    rules : frozenset of int, optional
+        Numbers of the rules that count; by default all, which makes this the paper's N_t(p).
     """
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 

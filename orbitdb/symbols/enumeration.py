@@ -40,8 +40,17 @@ class Span(NamedTuple):
 def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
     """Generate all primitive cyclic words of order p, pruned or not, as least rotations, in order.
 
-    p is at most `MAX_PERIOD`. They begin behind the packed word ``after`` and come some thousand at a time,
-    shape (n, p).
+    Parameters
+    ----------
+    p : int
+        Order, 1..`MAX_PERIOD`.
+    after : int, optional
+        Begin behind this packed word.
+
+    Yields
+    ------
+    ndarray of uint8, shape (n, p)
+        The next words; n is at most a few times `CHUNK`, so that memory is bounded.
     """
     for codes, lyndon, _ in prefixes(Span.whole(p, after), p):
         whole = (lyndon == p) & (codes > after)

@@ -45,10 +45,18 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 
 
 def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
-    """Return sets of words as sets of their places in the class, bit masks of shape (C,) both.
+    """Return sets of words as sets of their places in the class.
 
-    Bit g of a set is set where the word that element g leads to belongs to it, bit n of what is returned
-    where the n-th word of the class with this stabiliser does.
+    Parameters
+    ----------
+    elements : ndarray of uint8, shape (C,)
+        Bit g is set where the word that element g leads to belongs to the set.
+    stabilisers : ndarray of uint8, shape (C,)
+
+    Returns
+    -------
+    ndarray of uint8, shape (C,)
+        Bit n is set where the n-th word does.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
@@ -60,7 +68,12 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
 def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:
     """Return for each class all its words, p symbols each, as one text.
 
-    A class is given by its packed least word, of order p <= 20, and its stabiliser.
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (C,)
+        The packed least words, of order p <= 20.
+    stabilisers : ndarray of uint8, shape (C,)
+    p : int
     """
     sizes = SIZES[stabilisers]
     every = packed_members(codes, p, ((1 << sizes) - 1).astype(np.uint8), stabilisers)
@@ -79,8 +92,19 @@ def packed_members(
 ) -> Iterator[Integers]:
     """Yield chosen words of classes as packed words, class by class in the order of their places.
 
-    A class is given by its packed least word, of order p <= 20, and its stabiliser; bit n of its mask is
-    set where its n-th word is chosen. There are the words of some thousand classes at a time.
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (C,)
+        The packed least words, of order p <= 20.
+    p : int
+    masks : ndarray of uint8, shape (C,)
+        Bit n is set where the n-th word of the class is chosen.
+    stabilisers : ndarray of uint8, shape (C,)
+
+    Yields
+    ------
+    ndarray of int64
+        The words of some thousand classes.
     """
     for start in range(0, len(codes), _BATCH):
         batch = slice(start, start + _BATCH)

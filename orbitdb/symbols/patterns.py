@@ -100,11 +100,26 @@ def _spread(places: Integers, p: int) -> None:
 
 
 def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, factor: str) -> Integers:
-    """Count the words of symmetry classes that contain a factor, shape (N,).
+    """Count the words of symmetry classes that contain a factor.
 
-    A class is given by one packed word of order p <= 20 and its stabiliser. As a selection has it, a word
-    contains what its least rotation, written twice, contains. So it has every factor of up to p + 1 symbols
-    that it has in any rotation, and none of more than 2 p.
+    Parameters
+    ----------
+    codes : ndarray of int64, shape (N,)
+        One packed word of order p <= 20 of each class.
+    stabiliser : ndarray of uint8, shape (N,)
+        Their stabilisers.
+    p : int
+    factor : str
+        Symbols 0..5.
+
+    Returns
+    -------
+    ndarray of int64, shape (N,)
+
+    Notes
+    -----
+    As a selection has it, a word contains what its least rotation, written twice, contains. So it has every
+    factor of up to p + 1 symbols that it has in any rotation, and none of more than 2 p.
     """
     images = np.zeros(len(codes), dtype=np.int64)
     for image in packed_images(codes, p):

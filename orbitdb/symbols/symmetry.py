@@ -69,11 +69,24 @@ def _lone_apart(words: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the images of cyclic words, shape (N, p), under one element, symbol by symbol.
+    """Return the images of words under one element, symbol by symbol, reversed in time if it says so.
 
-    Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal). Mirror ``y``
-    and time reversal turn the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a semicircle is
-    always written 1 or 3.
+    Parameters
+    ----------
+    element : int
+        One of `ELEMENTS`.
+    words : ndarray of uint8, shape (N, p)
+        Symbol sequences; neighbours are cyclic.
+
+    Returns
+    -------
+    ndarray of uint8, shape (N, p)
+        Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal).
+
+    Notes
+    -----
+    Mirror ``y`` and time reversal turn the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce
+    on a semicircle is always written 1 or 3.
     """
     image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
@@ -82,9 +95,21 @@ def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def act_on_coordinates(
     element: int, words: NDArray[np.uint8], coordinates: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the coordinates, shape (N, p), of the images of orbits with these words under one element.
+    """Return the coordinates of the images of orbits under one element.
 
-    They are in the order of the symbols of ``act_on_words(element, words)``.
+    Parameters
+    ----------
+    element : int
+        One of `ELEMENTS`.
+    words : ndarray of uint8, shape (N, p)
+        The words of the orbits before the element acts.
+    coordinates : ndarray, shape (N, p)
+        x in units of R on a straight wall, radians on a semicircle.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        In the order of the symbols of ``act_on_words(element, words)``.
     """
     straight = STRAIGHT[words]
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
@@ -95,10 +120,23 @@ def act_on_coordinates(
 def image_coordinates(
     words: Sequence[str], least: Sequence[str], element: int, coordinates: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the coordinates of the images of orbits under one element, in chosen rotations, shape (N, p).
+    """Return the coordinates of the images of orbits under one element, in chosen rotations.
 
-    Given are a rotation of each image's word, in whose order they are returned, the words of the orbits,
-    the element, and the coordinates of the orbits in the order of their words.
+    Parameters
+    ----------
+    words : sequence of str, length N
+        A rotation of each image's word.
+    least : sequence of str, length N
+        The words of the orbits.
+    element : int
+        The element that leads to the images.
+    coordinates : ndarray, shape (N, p)
+        Those of the orbits, in the order of ``least``.
+
+    Returns
+    -------
+    ndarray, shape (N, p)
+        In the order of ``words``.
 
     Raises
     ------

@@ -105,7 +105,7 @@ def simulate_legs(
     seed: int = 0,
     progress: Callable[[float, Reference], None] | None = None,
 ) -> Reference:
-    """Average over random trajectories, leg by leg; otherwise as `orbitdb.trajectories.ensemble.simulate`.
+    """Average over random trajectories, leg by leg.
 
     Parameters
     ----------
@@ -115,13 +115,21 @@ def simulate_legs(
         `LEAST` starts.
     known : tuple of float
         The exact mean of ln D + ln K + c2 of a leg, and a bound on its error.
-    seed, progress : optional
+    seed : int, optional
+        The same seed and number give the same result.
+    progress : callable, optional
+        Called after every batch with the fraction done and the averages so far.
 
     Returns
     -------
     Reference
         The errors come from the spread of independent starts, `Reference.groups` of them, and are added
         to those of the known mean and of starts that are not quite forgotten.
+
+    Raises
+    ------
+    ValueError
+        If there are no bounces.
 
     Notes
     -----
@@ -168,10 +176,20 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 
 
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
-    """Follow trajectories, and what is known of their tangent vectors, over a run and the leg behind it.
+    """Follow trajectories over a run and the leg behind it.
 
-    Return the next runs, the beams there, and per trajectory, shape (4, N): the rest, the width of what it
-    may be, the path less two for every wall, and the bounces.
+    Parameters
+    ----------
+    runs : Runs
+    beams : Beams
+        What is known of the slopes of tangent vectors at their beginning.
+    a : float
+
+    Returns
+    -------
+    tuple
+        The next runs, the beams there, and per trajectory, shape (4, N): the rest, the width of what
+        it may be, the path less two for every wall, and the bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift

@@ -36,10 +36,18 @@ class Bounce(NamedTuple):
 
 
 def bounce(rays: Rays, a: float) -> Bounce:
-    """Move rays to their next bounce, in the stadium of half length a, and reflect them.
+    """Move rays to their next bounce and reflect them.
 
-    Where a path crosses the level of the wall ahead decides what it hits: the stadium is convex, so within
-    (-a, a) it is the wall and beyond it the semicircle of that side.
+    Parameters
+    ----------
+    rays : Rays
+    a : float
+        Half the length of a straight wall.
+
+    Notes
+    -----
+    Where a path crosses the level of the wall ahead decides what it hits: the stadium is convex, so
+    within (-a, a) it is the wall and beyond it the semicircle of that side.
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
     wall = np.copysign(1.0, vy)
@@ -91,6 +99,14 @@ class Step(NamedTuple):
 def advance(arcs: Arcs, a: float) -> Step:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
+    Parameters
+    ----------
+    arcs : Arcs
+    a : float
+        Half the length of a straight wall.
+
+    Notes
+    -----
     The next bounce is on the same semicircle where the chord of the circle ends on it. Otherwise the level
     at which the unfolded path reaches the other centre's x gives the copy.
     """

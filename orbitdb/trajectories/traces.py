@@ -50,9 +50,15 @@ def trace_start(
 ) -> Trace:
     """Follow a trajectory from its start, ahead and back, as far as rounding leaves its bounces known.
 
-    The start is x, y from the middle of the stadium, and the angle of the path from the x axis (radians).
-    The tolerance is the error of a bounce, as an estimate, at which to stop; there are at most so many
-    bounces each way, `BOUNCES` by default.
+    Parameters
+    ----------
+    stadium : Stadium
+    start : (float, float, float)
+        x, y from the middle of the stadium, and the angle of the path from the x axis (radians).
+    tolerance : float
+        Error of a bounce, as an estimate, at which to stop.
+    bounces : int, optional
+        At most so many each way; `BOUNCES` by default.
 
     Raises
     ------
@@ -149,8 +155,13 @@ def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> 
 def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     """Write measured bounces as symbols.
 
-    Given are x, y of N >= 3 successive bounces, shape (N, 2); the last may be the first again, which closes
-    a polygon. The tolerance is how far from the boundary they may lie.
+    Parameters
+    ----------
+    stadium : Stadium
+    points : array-like, shape (N, 2)
+        x, y of N >= 3 successive bounces; the last may be the first again, which closes a polygon.
+    tolerance : float
+        How far from the boundary they may lie.
 
     Raises
     ------

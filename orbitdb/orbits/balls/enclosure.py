@@ -57,9 +57,21 @@ def enclose_all(
 ) -> Iterator[Enclosure]:
     """Enclose the stationary points of N cut words one by one, with the precision that their status takes.
 
-    The stadium's a is taken as the exact value of the double. Directions near the maxima, shape (m, N), as
-    `orbitdb.orbits.newton.newton` finds them, save time only. The bits to begin with are doubled until the
-    status is decided, as long as lambda gives hope, up to `MAX_PRECISION`.
+    Parameters
+    ----------
+    legs : Legs
+    stadium : Stadium
+        Its a is taken as the exact value of the double.
+    start : ndarray, shape (m, N), optional
+        Directions near the maxima, as `orbitdb.orbits.newton.newton` finds them; they save time only.
+    precision : int, optional
+        Bits to begin with; they are doubled until the status is decided, as long as lambda gives hope,
+        up to `MAX_PRECISION`.
+
+    Yields
+    ------
+    Enclosure
+        In the order of the words.
     """
     low, high = (limit.T.tolist() for limit in direction_limits(legs, stadium.a))
     if start is None:
@@ -115,10 +127,19 @@ def _most_bits(path: BallPath) -> int:
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return how far the numbers of N orbits may be from the enclosed ones, shape (N,) each.
+    """Return how far the numbers of orbits may be from the enclosed ones.
 
-    Of the coordinates (the worst), of the length and of lambda: the largest distance from any point of the
-    ball, rounded up.
+    Parameters
+    ----------
+    orbits : Orbits
+        N words.
+    found : sequence of Enclosure
+        The same N words, enclosed.
+
+    Returns
+    -------
+    coordinates, length, lyapunov : ndarray, shape (N,) each
+        The largest distance from any point of the ball, rounded up; of the coordinates the worst.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))

@@ -114,9 +114,14 @@ class ExactPath:
 
 
 def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
-    """Tell whether some slacks, given with what encloses them, are proved to be exactly zero at the maximum.
+    """Tell whether slacks are proved to be exactly zero at the maximum of the length.
 
-    The path is enclosed at its maximum.
+    Parameters
+    ----------
+    path : BallPath
+        Enclosed at its maximum.
+    touching : sequence of (Condition, arb)
+        The slacks and what encloses them.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):

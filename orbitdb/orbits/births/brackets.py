@@ -48,7 +48,16 @@ class Bracketed(Columns):
 
 
 def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
-    """Put brackets around zeros of some words' slacks; return those in which words are proved to change."""
+    """Put brackets around zeros; return those in which words are proved to change.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Chain
+        Theirs.
+    zeros : Zeros
+        Of some of the words' slacks.
+    """
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
     for _ in range(2):  # once to the zero as near as doubles come, and once more there
@@ -87,7 +96,12 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     """Tell which words are orbits, each at its own a: 1, -1, or 0 where doubles do not decide.
 
-    Directions near the maximum, shape (m, N), say where to look; the verdicts do not depend on them.
+    Parameters
+    ----------
+    legs : Chain
+    a : ndarray, shape (N,)
+    alpha : ndarray, shape (m, N)
+        Directions near the maximum; the verdicts do not depend on them.
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)

@@ -135,10 +135,21 @@ class Kind(IntEnum):
 def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArray[np.int8], Floats, Floats]:
     """Tell what is proved of N words in their cells.
 
-    Given are the words, one column a cell, the middle of each cell in ln a and how far it reaches to both
-    sides, shape (N,), and directions to look from (radians), shape (m, N). Return values of `Kind`, shape
-    (N,), and, shape (m, N) each, the directions in the middle, and d alpha/dx there where nothing is
-    pressed.
+    Parameters
+    ----------
+    legs : Chain
+        The words, one column a cell.
+    x, radius : ndarray, shape (N,)
+        The middle of each cell in ln a, and how far it reaches to both sides.
+    start : ndarray, shape (m, N)
+        Directions to look from (radians).
+
+    Returns
+    -------
+    kind : ndarray of int8, shape (N,)
+        Values of `Kind`.
+    alpha, drift : ndarray, shape (m, N)
+        Directions in the middle, and d alpha/dx there where nothing is pressed.
     """
     a, r = np.exp(x), radius + _EDGE
     box = _box(legs, a, r)

@@ -125,7 +125,11 @@ def _signs(words: NDArray[np.uint8], legs: Chain, a: float, start: Floats) -> tu
 def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integers]:
     """Return what one smooth slack of each word is about, shape (N,): the bounce, from 1, and the joint.
 
-    Slacks are given as rows of `orbitdb.orbits.births.continuation.Station.slack`.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    slack : ndarray of int, shape (N,)
+        Rows of `orbitdb.orbits.births.continuation.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -202,9 +206,16 @@ def _inconsistent(found: Bracketed, always: Flags) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes of words of one order, shape (K,), from 1 by rising a.
+    """Number the events among changes: those whose brackets touch one another share one, from 1 by rising a.
 
-    Changes whose brackets touch one another share one.
+    Parameters
+    ----------
+    a, error : ndarray, shape (K,)
+        Changes of words of one order, in any order.
+
+    Returns
+    -------
+    ndarray of int, shape (K,)
     """
     order = np.argsort(a, kind="stable")
     reach = np.maximum.accumulate((a + error)[order])

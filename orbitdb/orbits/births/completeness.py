@@ -49,8 +49,19 @@ def prove_all(
 ) -> tuple[NDArray[np.int8], int]:
     """Tell whether the known changes of words are all there are between `LOW` and `HIGH`.
 
-    Given are admissible primitive words of one order, shape (N, p), and the changes of each, by rising a.
-    Return values of `Verdict`, shape (N,), and how many cells were looked at.
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible primitive words of one order.
+    changes : sequence of sequence of KnownChange
+        Those of each word, by rising a.
+
+    Returns
+    -------
+    verdict : ndarray of int8, shape (N,)
+        Values of `Verdict`.
+    cells : int
+        How many cells were looked at.
     """
     verdict, cells = np.zeros(len(words), np.int8), 0
     for rows, legs in cut(words):
@@ -70,8 +81,12 @@ def stretches(
 ) -> tuple[NDArray[np.intp], NDArray[np.int8], Floats, Floats, int]:
     """Cut [low, high] in ln a into cells in which something is proved of each word, as far as that goes.
 
-    Return K stretches by word and rising a, as arrays of shape (K,): which word, values of `Kind`, from
-    where to where in ln a; and how many cells were looked at.
+    Returns
+    -------
+    word, kind, low, high : ndarray, shape (K,)
+        Stretches by word and rising a: which word, values of `Kind`, from where to where in ln a.
+    cells : int
+        How many cells were looked at.
     """
     count, cells = int(np.ceil((high - low) / (2 * _FIRST))), 0
     x = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
@@ -101,10 +116,16 @@ def stretches(
 
 
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
-    """Tell whether known changes are all that segments allow, both by rising a.
+    """Tell whether known changes are all that segments allow.
 
-    The segments stand one behind the other; changes outside them do not matter. ``alive`` tells whether the
-    word is an orbit where the segments begin, and is None if that is not known.
+    Parameters
+    ----------
+    segments : sequence of Segment
+        One behind the other, by rising a.
+    changes : sequence of KnownChange
+        By rising a; those outside the segments do not matter.
+    alive : bool or None
+        Whether the word is an orbit where the segments begin; None if that is not known.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True

@@ -66,9 +66,17 @@ def motion(
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a, shape (J,), in its order: yield one station for each point.
+    """Follow N words along a grid of x = ln a, in its order; each solve starts from the last two stations.
 
-    Each solve starts from the last two stations.
+    Parameters
+    ----------
+    legs : Chain
+    grid : ndarray, shape (J,)
+
+    Yields
+    ------
+    Station
+        One for each point of the grid.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha

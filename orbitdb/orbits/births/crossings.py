@@ -49,10 +49,19 @@ class Zeros(Columns):
 
 
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
-    """Find the cells in which slacks of N words change sign while no other is negative throughout.
+    """Find the cells in which slacks of words change sign while no other is negative throughout.
 
-    The stations are the words' on their way, as of `orbitdb.orbits.births.continuation.follow`; the zeros
-    are guessed from the cubics.
+    Parameters
+    ----------
+    legs : Chain
+        N words of m legs.
+    stations : iterable of Station
+        The words on their way, as of `orbitdb.orbits.births.continuation.follow`.
+
+    Returns
+    -------
+    Zeros
+        Guessed from the cubics.
     """
     found, before = [], None
     for station in stations:
@@ -115,7 +124,14 @@ def _guess(word: Indices, slack: Indices, column: Indices, start: Station, end: 
 
 
 def refine(legs: Chain, guessed: Zeros) -> Zeros:
-    """Find the zeros that were guessed, those that stay in their cell and have no slack far below zero."""
+    """Find the zeros that were guessed, those that stay in their cell and have no slack far below zero.
+
+    Parameters
+    ----------
+    legs : Chain
+        The N words that the zeros number.
+    guessed : Zeros
+    """
     x, alpha = guessed.x.copy(), guessed.alpha.copy()
     settled = np.zeros(len(guessed), dtype=bool)
     active = np.arange(len(guessed))
