@@ -14,6 +14,8 @@ from there import there
 from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.results import PROVED
+from orbitdb.cli.tui.statistics.averages import statistics
 from orbitdb.errors import InputError
 from orbitdb.filling.periods import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
@@ -85,6 +87,22 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
         found, expected = there(swept.sums), PeriodSums.of(rows.rows(), swept.p)
         np.testing.assert_allclose(found.sums, expected.sums, rtol=2e-15)
         np.testing.assert_allclose(found.ranges, expected.ranges, rtol=2e-15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("subset", [SUBSETS[0], SUBSETS[-1]])
+def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, subset):
+    chosen = choose(1.6, p="2-6", **subset)
+    migrate(tmp_path / "swept.db")
+    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 7), selection=replace(chosen, periods=())):
+        pass
+    with closing(Catalogue(tmp_path / "swept.db")) as swept, closing(Catalogue(filled_once)) as filled:
+        for averages in (Catalogue.entropy, Catalogue.lyapunov, statistics):
+            found, wanted = averages(swept, chosen), averages(filled, chosen)
+            for name in set(wanted.columns) - {"classes", *PROVED}:
+                one, other = (np.array(each[name], dtype=float) for each in (found, wanted))
+                np.testing.assert_allclose(one, other, rtol=1e-12, err_msg=name)
+        assert sum(wanted["N_c"])
 
 
 def test_a_bound_is_compared_with_the_number_that_is_stored():

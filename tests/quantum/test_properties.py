@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from contextlib import nullcontext
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
+from orbitdb.catalogue.spectrum import missing_levels
 from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
-from orbitdb.quantum.levels import LevelTask, windows
+from orbitdb.quantum.levels import Levels, LevelTask, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
 from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
 
@@ -115,6 +117,26 @@ def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
     sizes = [smooth(each.high) - max(smooth(each.low), 0.0) for each in found]
     expected = [64] * whole + [rest] if rest > 16 else [64] * (whole - 1) + [64 + rest]
     assert sizes == pytest.approx(expected, abs=1e-6)
+
+
+ENDS = st.floats(0, 9)
+
+
+@given(cuts=st.lists(ENDS, max_size=9, unique=True).map(sorted), low=ENDS, high=ENDS)
+@example([1.0, 2.0, 3.0], 1.0, 2.0)
+@example([1.0, 2.0], 2.0, 3.0)
+@example([1.0, 2.0], 0.0, 1.0)
+def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
+    """Every other piece between two cuts, and the last, is a window."""
+    none = np.zeros(0)
+    windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
+    known = [Levels(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
+    found = list(missing_levels(known, low, high))
+    assert all(one < other for one, other in found)
+    for one, other in pairwise(sorted({*cuts, low, high})):
+        missing = low <= one < high and (one, other) not in windows
+        covered = any(window[0] <= one and other <= window[1] for window in windows)
+        assert any(gap[0] <= one and other <= gap[1] for gap in found) == (missing and not covered)
 
 
 @pytest.mark.parametrize("parity", Parity)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import Catalogue, Stadium, solve_word
+from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.billiard.stability import bounce_matrices
 from orbitdb.catalogue.spectrum import read_classes
+from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.amplitudes import Parity, orbit_terms
 from orbitdb.quantum.lengths import EDGE, family, of_family, of_levels, of_terms
 from orbitdb.quantum.levels import levels
@@ -46,6 +47,32 @@ def test_terms_are_the_amplitudes_of_single_orbits(catalogue):
     for wave, n, times in zip(waves, terms.orbit, terms.repetitions.tolist(), strict=True):
         single = catalogue[codes[n]].amplitude(k, times)
         assert wave == pytest.approx(classes.words[n] * single, abs=1e-12)
+
+
+@pytest.mark.parametrize("parity", [None, "oe"])
+def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, parity):
+    found = catalogue.spectrum((9.0, 16.0), points=9, k_max=20.0, parity=parity)
+    assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
+    assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
+    assert found.complete == least_length(8, 1.6) / (1 if parity is None else 2)
+
+
+LIMITS = [
+    ("lengths", [(0, 1), (99, 100)], [(-1e-9, 1), (99, 100.1), (2, 2), (3, 2), (1, 2, 3), (math.nan, 2)]),
+    ("points", [2], [1, 100_001]),
+    ("k_max", [1], [0.999, 1000.1, math.nan]),
+    ("parity", ["ee", "oo"], ["", "xx"]),
+]
+
+
+@pytest.mark.parametrize(("name", "inside", "outside"), LIMITS)
+def test_what_is_asked_of_a_spectrum_has_its_limits(catalogue, name, inside, outside):
+    usual = {"lengths": (3, 4), "points": 3, "k_max": 3.0}
+    for value in inside:
+        catalogue.spectrum(**usual | {name: value})
+    for value in outside:
+        with pytest.raises(InputError):
+            catalogue.spectrum(**usual | {name: value})
 
 
 def test_peaks_name_orbits_of_their_length(catalogue):

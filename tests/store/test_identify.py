@@ -130,10 +130,11 @@ def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
     turns=st.integers(1, 9),
     off=st.sampled_from([0.0, 1e-4, -0.03, 0.2]),
     number=st.integers(0, 10**6),
-    tolerance=st.sampled_from([0, 1e-3, 0.05, 0.2, None]),
-    limit=st.none() | st.integers(0, 9),
+    tolerance=st.sampled_from([0, 1e-3, 0.05, 0.2, 1.0, None]),
+    limit=st.none() | st.integers(0, 9) | st.just(10**30),
 )
 @example(3, -0.2, 0, 0.2, 1)
+@example(4, 0.0, 300, 1.0, 10**30)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
     catalogue, turns, off, number, tolerance, limit
