@@ -14,7 +14,7 @@ from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import MAX_STEPS, newton, solve, solve_admissible
 from orbitdb.orbits.orbit import NUMBERS, Status
-from orbitdb.orbits.status import direction_errors
+from orbitdb.orbits.status import decide, direction_errors
 from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import from_strings, pack, parse
