@@ -7,8 +7,7 @@ from there import there
 from orbitdb import Catalogue
 from orbitdb.catalogue.gaps import describe_unfilled
 from orbitdb.errors import InputError
-from orbitdb.filling.fill_word import fill_word
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.reading.fills import Fill
 
