@@ -43,7 +43,7 @@ def facts(
 
 def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:
     """Return the births and deaths of a word that look like simple numbers, and these."""
-    from orbitdb.orbits.births.closed_forms import closed_form
+    from orbitdb.numerals import closed_form
 
     ends = sorted({end for life in orbit.exists or () for end in life if end})
     return [(end, form) for end in ends if (form := closed_form(end)) is not None]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from edges import code_of, edge_words, edges_of
+from edges import code_of, edge_words, edges_of, text_of
 from quick import slow_but
 from solutions import words_of
 
@@ -14,7 +14,6 @@ from orbitdb.entropy.windows import (
     REVERSAL,
     geometric_entropy,
     reverse,
-    text_of,
 )
 from orbitdb.symbols.words import least_rotation, primitive_root, to_strings
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from orbitdb.orbits.births.closed_forms import closed_form
+from orbitdb.numerals import closed_form
 
 
 @pytest.mark.parametrize(
