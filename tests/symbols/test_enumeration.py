@@ -1,4 +1,4 @@
-"""Enumeration and counts: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
+"""Enumeration, counts, pruning: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
 
 from functools import cache
 from itertools import pairwise, product
@@ -12,8 +12,9 @@ from solutions import words_of
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
+from orbitdb.symbols.pruning import rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
-from orbitdb.symbols.words import SYMBOLS, to_strings, unpack
+from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
 """Biham and Kvale, Table 1."""
@@ -80,3 +81,14 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
         (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind
     ]
+
+
+@pytest.mark.parametrize("p", slow_but(range(1, 5), range(1, 7)))
+def test_every_word_breaks_the_rules_it_breaks_by_hand(p):
+    words = ["".join(symbols) for symbols in product(SYMBOLS, repeat=p)]
+    masks = rules_broken(from_strings(words))
+    assert [rule_numbers(int(mask)) for mask in masks] == [broken_by_hand(word) for word in words]
+
+
+def test_no_words_break_no_rules():
+    assert rules_broken(np.zeros((0, 6), dtype=np.uint8)).shape == (0,)
