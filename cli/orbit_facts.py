@@ -12,7 +12,7 @@ def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return what is known of a word, and with which others it is born, name by name, in words."""
-    from orbitdb.orbits.births.closed_forms import closed_form
+    from orbitdb.numerals import closed_form
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
 
