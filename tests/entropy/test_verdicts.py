@@ -6,7 +6,7 @@ from itertools import compress
 
 import numpy as np
 import pytest
-from edges import code_of, edge_words, edges_of, texts_of, windows_of
+from edges import code_of, edge_words, edges_of, text_of, texts_of, windows_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from quick import slow_but
@@ -28,7 +28,6 @@ from orbitdb.entropy.windows import (
     geometric_entropy,
     open_chains,
     reverse,
-    text_of,
 )
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings, least_rotation, primitive_root, to_strings

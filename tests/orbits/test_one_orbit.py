@@ -7,7 +7,7 @@ import pytest
 from there import there
 
 from orbitdb import solve_word
-from orbitdb.orbits.births.closed_forms import closed_form
+from orbitdb.numerals import closed_form
 from orbitdb.symbols.words import least_rotation
 
 WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
