@@ -12,6 +12,7 @@ def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return what is known of a word, and with which others it is born, name by name, in words."""
+    from orbitdb.numerals import closed_form
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
 
@@ -25,7 +26,9 @@ def facts(
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))
-    facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in _closed_forms(orbit)]
+    ends = sorted({end for life in orbit.exists or () for end in life if end})
+    forms = ((end, closed_form(end)) for end in ends)
+    facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in forms if form is not None]
     facts += [(f"  born at {a:.9g}", f"with {', '.join(map(code_text, words))}") for a, words in born_with]
     errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
     names = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
@@ -39,14 +42,6 @@ def facts(
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]
-
-
-def _closed_forms(orbit: Orbit) -> list[tuple[float, str]]:
-    """Return the births and deaths of a word that look like simple numbers, and these."""
-    from orbitdb.orbits.births.closed_forms import closed_form
-
-    ends = sorted({end for life in orbit.exists or () for end in life if end})
-    return [(end, form) for end in ends if (form := closed_form(end)) is not None]
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:

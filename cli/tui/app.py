@@ -6,12 +6,11 @@ from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from textual import work
 from textual.app import SystemCommand
 from textual.binding import Binding
-from textual.notifications import SeverityLevel
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
@@ -142,7 +141,7 @@ class BrowseApp(OrderlyApp):
             self._shown_at = time.monotonic()
             self._main.refresh_catalogue()
         if not state.runs:
-            severity: SeverityLevel = "error" if state.state == "failed" else "information"
+            severity = "error" if state.state == "failed" else "information"
             self.notify(f"fill {state.sentence()}", severity=severity)
 
     def leave(self) -> None:
@@ -158,17 +157,9 @@ class BrowseApp(OrderlyApp):
 
     # habits
 
-    def notify(
-        self,
-        message: str,
-        *,
-        title: str = "",
-        severity: SeverityLevel = "information",
-        timeout: float | None = None,
-        markup: bool = True,
-    ) -> None:
+    def notify(self, message: str, **options: Any) -> None:
         """Say something, never as markup: errors and paths may look like it."""
-        super().notify(printable(message), title=title, severity=severity, timeout=timeout, markup=False)
+        super().notify(printable(message), **options | {"markup": False})
 
     def action_keys(self) -> None:
         """Show the keys that matter here."""

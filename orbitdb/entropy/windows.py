@@ -38,11 +38,6 @@ def letters_of(text: str) -> Letters:
     return np.array([LETTERS.index(letter) for letter in text], dtype=np.uint8)
 
 
-def text_of(letters: Letters) -> str:
-    """Return an edge word as text."""
-    return "".join(LETTERS[letter] for letter in letters)
-
-
 MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
 """MAY_FOLLOW[x, y]: whether letter y may stand behind letter x; the geometric rules, all of them."""
 

@@ -37,23 +37,21 @@ class Span(NamedTuple):
         return cls(p, after, (1 << BITS * p) - 1)
 
 
-def primitive_words(p: int, after: int = -1) -> Iterator[NDArray[np.uint8]]:
+def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
     """Generate all primitive cyclic words of order p, pruned or not, as least rotations, in order.
 
     Parameters
     ----------
     p : int
         Order, 1..`MAX_PERIOD`.
-    after : int, optional
-        Begin behind this packed word.
 
     Yields
     ------
     ndarray of uint8, shape (n, p)
         The next words; n is at most a few times `CHUNK`, so that memory is bounded.
     """
-    for codes, lyndon, _ in prefixes(Span.whole(p, after), p):
-        whole = (lyndon == p) & (codes > after)
+    for codes, lyndon, _ in prefixes(Span.whole(p), p):
+        whole = lyndon == p
         if whole.any():
             yield unpack(codes[whole], p)
 

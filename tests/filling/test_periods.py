@@ -1,6 +1,8 @@
-"""Filling: Table 1, resuming, reuse, two processes, and kills."""
+"""Filling periods and births: resuming, reuse, two processes, and what births say of any a."""
 
+import json
 import os
+import shutil
 import sqlite3
 import time
 from contextlib import closing
@@ -12,11 +14,13 @@ from contents import alter, content
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.fill_word import fill_word
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling import births as module
+from orbitdb.filling.births import fill_births
+from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
+from orbitdb.symbols.counting import count_admissible
 
 
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
@@ -116,3 +120,80 @@ def test_the_papers_method_fills_the_same_statuses(tmp_path):
     assert [row[:6] for row in one] == [row[:6] for row in other]
     lengths = [(row[6], again[6]) for row, again in zip(one, other, strict=True) if row[6] is not None]
     assert all(again == pytest.approx(exact, rel=1e-11) for exact, again in lengths)
+
+
+def store_births(path: Path, periods=range(2, 8)) -> None:
+    for _ in fill_births(path, periods):
+        pass
+
+
+@pytest.fixture(scope="module")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("births") / "orbits.db"
+    Catalogue.create(path)
+    begun = time.monotonic()
+    store_births(path)
+    spent = time.monotonic() - begun
+    assert 0 < sum(each.seconds for each in Catalogue(path).birth_fills()) < spent
+    return path
+
+
+@pytest.fixture
+def born(once: Path, tmp_path: Path) -> Path:
+    """A catalogue with the births of p = 2..7 and no store_births, the test's own."""
+    return Path(shutil.copy(once, tmp_path / "born.db"))
+
+
+def test_one_row_a_period(born):
+    found = {each.p: each for each in Catalogue(born).birth_fills()}
+    assert [each.p for each in found.values()] == list(range(2, 8))
+    assert all(each.whole for each in found.values())
+    assert [each.words for each in found.values()] == [count_admissible(p) for p in range(2, 8)]
+    assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
+        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
+    ]  # fmt: skip
+    assert all(each.seconds > 0 for each in found.values())
+    assert found[4].least is None
+    assert found[7].largest == pytest.approx(4.773733293664)
+
+
+def test_the_run_says_what_it_was_asked_to_do(born):
+    with closing(sqlite3.connect(born)) as plain:
+        ((parameters,),) = plain.execute("SELECT DISTINCT parameters FROM run").fetchall()
+    asked = json.loads(parameters)
+    assert (asked["command"], asked["periods"]) == ("births", list(range(2, 8)))
+
+
+@pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
+def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
+    """Orbits through a joint among them."""
+    before = Catalogue(born).counts(a=a)
+    assert before.from_births == tuple(range(2, 8))
+    for _ in fill_periods(born, a, [p]):
+        pass
+    after = Catalogue(born).counts(a=a)
+    assert p not in after.from_births
+    assert after.known == before.known
+    assert after.known[p].boundary == boundary
+
+
+def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "BLOCK", 100)
+    path = tmp_path / "two.db"
+    Catalogue.create(path)
+    one, other = fill_births(path, [3, 4, 5]), fill_births(path, [3, 4, 5])
+    assert [(step.p, step.words) for step in (next(one), next(other))] == [(3, 8), (4, 32)]
+    other.close()
+    assert [(step.p, step.words) for step in one] == [(5, 96)]
+    assert [each.births for each in Catalogue(path).birth_fills()] == [0, 0, 13]
+
+
+def test_partners_share_an_event(born):
+    with closing(sqlite3.connect(born)) as plain:
+        events = plain.execute(
+            "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
+            " JOIN cycle ON id = cycle WHERE p = 7 AND event IS NOT NULL GROUP BY event"
+        ).fetchall()
+    assert len(events) == 43
+    assert {count for count, *_ in events} == {2, 3}
+    assert all(width <= 4 * error for _, width, error in events)

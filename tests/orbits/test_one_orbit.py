@@ -1,10 +1,13 @@
-"""One orbit as a library gives it: its matrix, its images, its name and its equality."""
+"""One orbit as a library gives it: its matrix, its images, its name, its numbers that are recognised."""
+
+import math
 
 import numpy as np
 import pytest
 from there import there
 
 from orbitdb import solve_word
+from orbitdb.numerals import closed_form
 from orbitdb.symbols.words import least_rotation
 
 WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
@@ -69,3 +72,23 @@ def test_an_orbit_is_named_in_one_line():
     assert "pruned" in repr(solve_word("1001", 1.6))
     assert len(repr(solve_word("(0102)^50 3 1", 1.6))) < 120
     assert solve_word("1001", 1.6).images() == (solve_word("1001", 1.6),)
+
+
+@pytest.mark.parametrize(
+    ("a", "form"),
+    [
+        (2.0, "2"),
+        (2.499999999999999, "5/2"),
+        (math.sqrt(0.5), "sqrt(2)/2"),
+        (math.sqrt(432) / 18, "2 sqrt(3)/3"),
+        ((math.sqrt(3) - 1) / 2, "(sqrt(3) - 1)/2"),
+        ((3 * math.sqrt(2) + 2) / 2, "(3 sqrt(2) + 2)/2"),
+        ((5 - math.sqrt(5)) / 2, "(5 - sqrt(5))/2"),
+    ],
+)
+def test_simple_numbers_are_recognised(a, form):
+    assert closed_form(a) == form
+
+
+def test_no_other_number_is():
+    assert not any(map(closed_form, np.random.default_rng(3).uniform(0.05, 12, 40).tolist()))

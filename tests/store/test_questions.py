@@ -3,9 +3,11 @@
 import contextlib
 import csv
 import io
+import itertools
 import json
 import math
 from collections import Counter
+from contextlib import closing
 from itertools import pairwise
 
 import model
@@ -16,9 +18,12 @@ from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 from quick import slow_but
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
+from orbitdb.store.asking import confinement
 from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
 
 LISTS = ("rules", "coordinates")
@@ -200,3 +205,34 @@ def test_a_query_shows_the_rows_of_a_list(asked, criteria, order, limit, offset,
     else:
         found = [json.loads(line) for line in lines] if form == "jsonl" else json.loads(out.getvalue())
         assert found == [{name: row[name] for name in names} for row in wanted]
+
+
+@pytest.mark.parametrize(
+    ("criteria", "order"),
+    [
+        ({"where": "length > 9"}, "p"),
+        ({"where": "code like '%13%'"}, "p"),
+        ({"contains": "13"}, "code"),
+        ({"where": "code like '%13%' or p = 4"}, "p"),
+        ({"where": "element = 3"}, "-element,length"),
+    ],
+)
+def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, monkeypatch):
+    monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
+    with closing(Catalogue(filled_once)) as catalogue:
+        selection, looks = choose(**criteria), itertools.count()
+        size = catalogue.count(selection)  # so that SQLite has read the schema
+        whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)
+        asked = next(looks)
+        assert asked > 0
+        assert len(whole) == size
+        ended = 0
+        for n in range(asked):
+            looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
+            try:
+                found = catalogue.choose(selection, order, cancelled=looks_until.__next__)
+            except CancelledError:
+                ended += 1
+            else:
+                assert found == whole  # nothing was left to be done
+        assert ended >= max(1, asked - 2)

@@ -1,13 +1,24 @@
-"""Results by period: what the library gives, commands print, and rows alone would give."""
+"""Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
 
+import shutil
+import sqlite3
 from collections import Counter
+from contextlib import closing
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from rules import broken_by_hand
+from there import there
 
 from orbitdb import Catalogue, InputError
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.counts import histogram
+from orbitdb.cli.app import call
+from orbitdb.entropy.bounds import search
+from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import SYMBOLS
 
 
@@ -67,3 +78,71 @@ def test_a_result_shows_itself(catalogue):
 
 def _numbers(values):
     return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+
+def test_bins_have_round_edges(filled_once):
+    catalogue = Catalogue(filled_once)
+    lengths = there(histogram(catalogue, Selection(periods=((2, 5),)), "length", 10))
+    assert lengths.edges == pytest.approx(np.arange(10, 23, 2))
+    fine = there(histogram(catalogue, Selection(periods=((2, 5),)), "lambda_d", 10)).edges
+    assert fine.tolist() == [float(f"{edge:.2f}") for edge in fine]
+    alone = there(histogram(catalogue, Selection(periods=((2, 2),)), "length", 10))
+    assert (alone.counts.tolist(), alone.edges.tolist()) == ([1], [10.0, 11.0])
+    assert histogram(catalogue, Selection(), "born", 10) is None
+
+
+@pytest.mark.parametrize(("times", "logarithmic"), [(1000.0, False), (1001.0, True)])
+def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, times, logarithmic):
+    with closing(sqlite3.connect(filled)) as plain, plain:
+        plain.execute("UPDATE orbit SET margin = 1.0 WHERE margin > 0")
+        plain.execute(
+            "UPDATE orbit SET margin = ? WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)", (times,)
+        )
+    margins = there(histogram(Catalogue(filled), Selection(where="margin > 0"), "margin", 10))
+    assert margins.logarithmic is logarithmic
+    spaces = np.diff(np.log(margins.edges) if logarithmic else margins.edges)
+    assert np.ptp(spaces) < 1e-9 * spaces[0]
+    assert (margins.counts[-1], margins.counts[0]) == (1, margins.counts.sum() - 1)
+
+
+def altered(path: Path, statement: str) -> list[tuple[Any, ...]]:
+    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
+        return plain.execute(statement).fetchall()
+
+
+@pytest.fixture(scope="module")
+def enclosed_once(filled_once, tmp_path_factory) -> Path:
+    path = Path(shutil.copy(filled_once, tmp_path_factory.mktemp("enclosed")))
+    for options in (["--window", "4", "--prove"], ["--window", "6"], ["--a", "0.5", "--window", "4"]):
+        assert call(["bounds", *options, "--db", str(path), "--json"]) in (None, 0)
+    return path
+
+
+@pytest.fixture
+def enclosed(enclosed_once, tmp_path) -> Path:
+    """A catalogue with p = 2..8 at a = 1.6, and bounds: in balls at 1.6, closer in doubles at 1.6, at 0.5."""
+    return Path(shutil.copy(enclosed_once, tmp_path / "orbits.db"))
+
+
+def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
+    catalogue = Catalogue(enclosed)
+    *_, found = search(Stadium(1.6), window=6)
+    closest = there(catalogue.entropy_bounds())
+    assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
+    assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
+    surer = there(catalogue.entropy_bounds(1.6, "balls"))
+    assert (surer.window, surer.proof) == (4, "balls")
+    assert surer.width > closest.width
+    assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
+    assert [each.a for each in catalogue.entropy_curve("balls")] == [1.6]
+    assert catalogue.entropy_bounds(3) is None
+    with pytest.raises(InputError, match="use doubles or balls"):
+        catalogue.entropy_bounds(proof="faith")
+    assert catalogue.a_values() == [1.6]
+    before = [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
+    assert len(before[0]) == 3 + 5 + 3
+    cli("bounds", "--window", "5", "--db", str(enclosed))
+    assert [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
+    altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
+    cli("bounds", "--window", "6", "--db", str(enclosed))
+    assert catalogue.entropy_bounds() == closest

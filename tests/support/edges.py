@@ -14,7 +14,6 @@ from orbitdb.entropy.windows import (
     Letters,
     Windows,
     letters_of,
-    text_of,
 )
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -25,6 +24,11 @@ for _start, _end, _letter in (
     *(("2", "0", "w"), ("0", "2", "v"), ("2", "1435", "A"), ("0", "1435", "B")),
 ):
     _EDGES[np.ix_([int(x) for x in _start], [int(y) for y in _end])] = LETTERS.index(_letter)
+
+
+def text_of(letters: Letters) -> str:
+    """Return an edge word as text."""
+    return "".join(LETTERS[letter] for letter in letters)
 
 
 def edge_words(words: np.ndarray) -> Letters:

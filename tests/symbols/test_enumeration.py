@@ -1,4 +1,4 @@
-"""Enumeration and counts: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
+"""Enumeration, counts, pruning: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
 
 from functools import cache
 from itertools import pairwise, product
@@ -12,8 +12,9 @@ from solutions import words_of
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, primitive_words
 from orbitdb.symbols.least_words import class_spans, least_words
+from orbitdb.symbols.pruning import rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
-from orbitdb.symbols.words import SYMBOLS, pack, to_strings, unpack
+from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
 
 N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
 """Biham and Kvale, Table 1."""
@@ -49,18 +50,6 @@ def test_table_1():
     assert {p: count_admissible(p) for p in N_T} == N_T
 
 
-def test_goes_on_behind_any_word():
-    p = 6
-    codes = np.concatenate([pack(chunk) for chunk in primitive_words(p)])
-    assert (np.diff(codes) > 0).all()
-    places = [*range(0, len(codes), 1 + len(codes) // 17), len(codes) - 1]
-    for place in places:
-        rest = [pack(chunk) for chunk in primitive_words(p, after=int(codes[place]))]
-        assert np.concatenate([codes[:0], *rest]).tolist() == codes[place + 1 :].tolist()
-    between = int(codes[3]) + 1
-    assert np.concatenate([pack(chunk) for chunk in primitive_words(p, after=between)]).min() > codes[3]
-
-
 def classes_in(span: Span) -> list[tuple[str, int]]:
     found = [(to_strings(unpack(part.codes, span.p)), part.stabiliser.tolist()) for part in least_words(span)]
     return [pair for words, stabilisers in found for pair in zip(words, stabilisers, strict=True)]
@@ -92,3 +81,14 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert [each for span in class_spans(p, size, behind) for each in classes_in(span)] == [
         (word, mask) for word, mask in classes_in(Span.whole(p)) if int(word, 8) > behind
     ]
+
+
+@pytest.mark.parametrize("p", slow_but(range(1, 5), range(1, 7)))
+def test_every_word_breaks_the_rules_it_breaks_by_hand(p):
+    words = ["".join(symbols) for symbols in product(SYMBOLS, repeat=p)]
+    masks = rules_broken(from_strings(words))
+    assert [rule_numbers(int(mask)) for mask in masks] == [broken_by_hand(word) for word in words]
+
+
+def test_no_words_break_no_rules():
+    assert rules_broken(np.zeros((0, 6), dtype=np.uint8)).shape == (0,)

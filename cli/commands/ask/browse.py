@@ -43,7 +43,9 @@ def browse(
         server = load("orbitdb.cli.tui.web", "browse --web", "web")
     else:
         options.refuse_idle(context, "without --web", "port")
-        _need_terminal()
+        streams = (sys.stdin, sys.stdout, sys.stderr)  # it draws on the last, unless a browser shows it
+        if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
+            raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.keeping import state_path
 
@@ -56,14 +58,6 @@ def browse(
         return
     app.run()
     app.close()
-
-
-def _need_terminal() -> None:
-    """Refuse to draw on what is no terminal, unless a browser shows it."""
-    if "TEXTUAL_DRIVER" in os.environ:
-        return
-    if not all(stream.isatty() for stream in (sys.stdin, sys.stdout, sys.stderr)):  # it draws on stderr
-        raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
 
 
 def _typed_again(context: typer.Context) -> list[str]:

@@ -17,7 +17,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.identification import Followed, Trajectory
+    from orbitdb.catalogue.identification import Trajectory
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
@@ -104,9 +104,9 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
     names = SHADOW_COLUMNS if output.for_people else SHADOW_KEYS
     shared = {"a": stadium.a, "sequence": found.sequence, "sequence_first": found.first}
     rows = (
-        [shared[name] if name in shared else _of_shadow(each, name) for name in names]
-        for each in found.shadowed
-    )
+        [shared[name] if name in shared else getattr(each if hasattr(each, name) else each.orbit, name)
+         for name in names] for each in found.shadowed
+    )  # fmt: skip
     count = output.write(names, rows)
     _note_ends(found, asked)
     _note_count(found, count)
@@ -118,10 +118,6 @@ def _facts(found: "Trajectory") -> list[tuple[str, str]]:
     back = max(0, 1 - found.first)
     facts = [("before", found.sequence[:back]), ("sequence", found.sequence[back:])]
     return [(name, code_text(symbols)) for name, symbols in facts if symbols]
-
-
-def _of_shadow(each: "Followed", name: str) -> Any:
-    return getattr(each, name) if hasattr(each, name) else getattr(each.orbit, name)
 
 
 def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:

@@ -10,7 +10,6 @@ from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.entropy.entropy_bounds import EntropyBounds
 
 EXAMPLES = ("info", "info --json")
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
@@ -89,19 +88,16 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
+    from orbitdb.entropy.entropy_bounds import BALLS
     from orbitdb.numerals import exact
 
     curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
-    lines = [f"a = {exact(each.a)}: {each.between}, {_windows(each)}" for each in told]
+    lines = [  # more brief than `basis`: one with all digits of a has 80 characters
+        f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"
+        for each in told
+    ]
     others = [each.a for each in curve if each not in told]
     if others:
         lines.append(f"enclosed at {len(others)} other a from {exact(others[0])} to {exact(others[-1])}")
     return [("entropy", text) for text in lines]
-
-
-def _windows(found: "EntropyBounds") -> str:
-    """Say what bounds rest on, more briefly than `basis`: a line with all digits of a has 80 characters."""
-    from orbitdb.entropy.entropy_bounds import BALLS
-
-    return f"{found.window} edges" + (", balls" if found.proof == BALLS else "")

@@ -1,5 +1,7 @@
-"""Pages of a chosen subset, and where words stand in it: as a list in plain Python has them."""
+"""Rows of the table: pages, and what keys and clicks show of them, are those of a plain list."""
 
+import asyncio
+import random
 from collections import Counter
 
 import model
@@ -9,9 +11,13 @@ from contents import alter
 from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
+from textual.app import App, ComposeResult
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.render import number
+from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Status
@@ -25,7 +31,7 @@ from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.writing.writer import Writer
 
 NATURAL = Ordering()
-COLUMNS = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
+SHOWN = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
 ORDERINGS = st.builds(Ordering, KEYS, st.booleans())
 PLACES = st.lists(st.floats(0, 1, exclude_max=True), max_size=6)
 TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
@@ -45,7 +51,7 @@ def catalogue(asked):
     return asked[0]
 
 
-def pages_of(catalogue, selection, ordering=NATURAL, columns=COLUMNS):
+def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
     return Pages(catalogue, catalogue.choose(selection, str(ordering)), columns)
 
 
@@ -88,8 +94,8 @@ def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
     for place in range(0, len(wanted), 7):
-        now = dict(zip(COLUMNS, there.row(place), strict=True))
-        kept = {name: wanted[place][name] for name in COLUMNS}
+        now = dict(zip(SHOWN, there.row(place), strict=True))
+        kept = {name: wanted[place][name] for name in SHOWN}
         assert now == kept | {"status": stands[place], "length": None}
 
 
@@ -140,3 +146,87 @@ def test_a_certificate_is_read_by_its_class(catalogue):
     with catalogue.reading() as connection:
         assert certificate_of(driver(connection), "013", 1.6) == (1e-30, 128)
         assert certificate_of(driver(connection), "013", 1.0) is None
+
+
+MOVES = {"j": 1, "down": 1, "k": -1, "up": -1, "g": -(10**6), "home": -(10**6), "G": 10**6, "end": 10**6}
+SHIFTS = {"l": 1, "right": 1, "h": -1, "left": -1}
+
+
+class Alone(App[None]):
+    """A terminal with nothing but the table."""
+
+    CSS = "PagedTable > .table--cursor { background: red; }"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.clicked: list[str] = []
+
+    def compose(self) -> ComposeResult:
+        yield PagedTable()
+
+    def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
+        self.clicked.append(message.column)
+
+
+def fitting(first: int, width: int) -> list[Column]:
+    """Return the columns behind the code that there is room for, p among them: rows are sorted by it."""
+
+    def those(columns, room):
+        return [each for n, each in enumerate(columns) if sum(c.width + 1 for c in columns[: n + 1]) <= room]
+
+    room, period = width - COLUMNS[0].width, COLUMNS[1]
+    window = those(COLUMNS[first:], room)
+    return window if period in window else [period, *those(COLUMNS[first:], room - period.width - 1)]
+
+
+def cell(column: Column, value: object) -> str:
+    text = number(column.name, value)
+    cut = text if len(text) <= column.width else f"{text[: column.width - 1]}…"
+    return f"{cut:{'<' if column.text else '>'}{column.width}}"
+
+
+def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
+    catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
+    names = fields_of(COLUMNS, "p")
+    rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]
+    pages = Pages(catalogue, catalogue.choose(chosen, str(Ordering())), names)
+    source = random.Random(7)
+    keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", "pageup", "k", "g", *"llllllllllllll", "h"]
+    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)
+
+    async def run() -> None:
+        app, cursor, top, first = Alone(), 0, 0, 1
+        async with app.run_test(size=(70, 12)) as pilot:
+            table = app.query_one(PagedTable)
+            table.focus()
+            table.show(pages)
+            table.marked = frozenset({rows[3]["code"], rows[8]["code"]})
+            await pilot.pause()
+            height, width = table.size.height - 1, table.scrollable_content_region.width
+            for key in keys:
+                if key == "click":
+                    y = source.randrange(1, height + 1)
+                    await pilot.click(table, offset=(3, y))
+                    cursor = top + y - 1
+                else:
+                    await pilot.press(key)
+                    cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)
+                    last = len(COLUMNS) - len(set(fitting(first, width)).intersection(COLUMNS[first:]))
+                    first = max(1, min(first + SHIFTS.get(key, 0), last))
+                cursor = max(0, min(cursor, len(rows) - 1))
+                top = min(cursor, max(top, cursor - height + 1))
+                shown = fitting(first, width)
+                heading, *lines = (table.render_line(y) for y in range(height + 1))
+                headings = [each.heading for each in (COLUMNS[0], *shown)]
+                assert heading.text.replace("p▲", "p").split() == headings
+                for row, line in zip(rows[top:], lines, strict=False):
+                    cells = " ".join(cell(each, row[each.name]) for each in shown)
+                    mark = "*" if row["code"] in table.marked else " "
+                    assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
+                styles = [str(next(iter(line)).style) for line in lines]
+                assert table.cursor == cursor
+                assert styles.count(styles[cursor - top]) == 1
+            await pilot.click(table, offset=(1, 0))
+            assert app.clicked == ["code"]
+
+    asyncio.run(run())
