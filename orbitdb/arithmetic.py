@@ -87,8 +87,13 @@ def arithmetic() -> str:
 def check_functions() -> None:
     """Check, the first time it is called, what is assumed of NumPy's elementary functions.
 
-    A `RoundingError` tells of a result that differs from the correctly rounded one by more units than `UNITS`
-    says. Whole arrays are tried, forwards and backwards, since vector instructions compute them.
+    A result may differ from the correctly rounded one by no more units than `UNITS` says. Whole arrays
+    are tried, forwards and backwards, since vector instructions compute them.
+
+    Raises
+    ------
+    RoundingError
+        If one is worse.
     """
     import numpy as np
 

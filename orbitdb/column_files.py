@@ -30,9 +30,15 @@ Column = NDArray[np.float64] | Sequence[Any]
 
 @dataclass(frozen=True, eq=False)
 class ColumnBlock:
-    """Some rows, column by column."""
+    """Some rows, column by column.
 
-    columns: Sequence[Column]  # equally long
+    Attributes
+    ----------
+    columns : sequence of Column
+        Equally long.
+    """
+
+    columns: Sequence[Column]
 
     def __len__(self) -> int:
         return len(self.columns[0])
@@ -98,9 +104,21 @@ def write_npz(
 ) -> None:
     """Write one array a column and ``metadata``, a text with JSON.
 
-    Numbers that a row does not have, given as None, are NaN, integers -1, texts empty. A column of lists is
-    one flat array, and ``<name>_start`` says where each row begins in it and where the last one ends. An
-    `ExportError` tells that the texts would be too large.
+    Numbers that a row does not have are NaN, integers -1, texts empty. A column of lists is one flat
+    array, and ``<name>_start`` says where each row begins in it and where the last one ends.
+
+    Parameters
+    ----------
+    file : binary file
+    columns : sequence of str
+    rows : iterable of sequences
+        Plain Python values, lists or arrays; None where there is none.
+    metadata : mapping
+
+    Raises
+    ------
+    ExportError
+        If the texts would be too large.
     """
     kept: list[list[Any]] = [[] for _ in columns]
     for block in _in_columns(rows):

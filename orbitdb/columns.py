@@ -12,16 +12,27 @@ from dataclasses import dataclass
 class Column:
     """What a column holds.
 
-    Its kind is ``text``, ``integer`` or ``number``, ``integers`` or ``numbers`` for a list of them, or told
-    in words.
+    Attributes
+    ----------
+    name : str
+    kind : str
+        ``text``, ``integer`` or ``number``; ``integers`` or ``numbers`` for a list of them; else in words.
+    means : str
+        Its meaning; a few words, and behind a semicolon what is to be said besides.
+    unit : str
+        Of a number; ``1`` for a pure one, empty for what is no quantity.
+    bound : str
+        The columns that bound its error, or ``exact``, ``proved``, ``itself``; empty where nothing does.
+    empty : str
+        Where there is no value.
     """
 
     name: str
     kind: str
-    means: str  # a few words, and behind a semicolon what is to be said besides
-    unit: str = ""  # of a number; ``1`` for a pure one, empty for what is no quantity
-    bound: str = ""  # the columns that bound its error, or ``exact``, ``proved``, ``itself``, or nothing
-    empty: str = "never"  # where there is no value
+    means: str
+    unit: str = ""
+    bound: str = ""
+    empty: str = "never"
 
     @property
     def brief(self) -> str:

@@ -15,7 +15,13 @@ class StoreError(Exception):
 
 
 class AlteredError(StoreError):
-    """The database holds what no command of this program writes: a value, and what it stands for."""
+    """The database holds what no command of this program writes.
+
+    Attributes
+    ----------
+    what : str
+        The value, and what it stands for.
+    """
 
     def __init__(self, what: str) -> None:
         super().__init__(what)

@@ -70,7 +70,10 @@ STDOUT = Path("-")
 def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
     """Return the format of a file by its ending, unless it is named.
 
-    An `ExportError` tells that it is not one of the known ones, or the ending is that of another one.
+    Raises
+    ------
+    ExportError
+        If it is not one of the known ones, or the ending is that of another one.
     """
     ending = path.suffix.lstrip(".").lower()
     found = form or ending
@@ -86,12 +89,26 @@ def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS)
 def write_file(
     path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata
 ) -> None:
-    """Write rows, in one of `FORMATS`, to a file that appears when it is complete.
+    """Write rows to a file that appears when it is complete.
 
-    The kinds of the columns are those of `orbitdb.columns`. Rows are plain Python values, None where there is
-    none; the metadata, the provenance, is what JSON can hold. An `ExportError` tells that the name is that of
-    a folder or a device, or the format cannot hold the rows; a `StoreError`, that the system does not let the
-    file be written.
+    Parameters
+    ----------
+    path : Path
+    form : str
+        One of `FORMATS`.
+    columns : sequence of str
+        Their kinds are those of `orbitdb.columns`.
+    rows : iterable of sequences
+        Plain Python values; None where there is none.
+    metadata : mapping
+        Provenance: what JSON can hold.
+
+    Raises
+    ------
+    ExportError
+        If the name is that of a folder or a device, or the format cannot hold the rows.
+    StoreError
+        If the system does not let the file be written.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -109,7 +126,12 @@ def write_file(
 def check_target(path: Path, replace: bool = True) -> None:
     """Refuse what is no ordinary file, and, unless it may be replaced, a file that is there already.
 
-    A `StoreError` tells that the system does not let anybody look.
+    Raises
+    ------
+    ExportError
+        With the reason.
+    StoreError
+        If the system does not let anybody look.
     """
     try:
         mode = path.stat().st_mode
@@ -132,8 +154,14 @@ def metadata_path(path: Path) -> Path:
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Give a name in the same folder for a file that takes its own name once it is written.
 
-    What cannot be written is refused at once. Errors are those of `write_file`; they name the file that was
-    wanted, if it is another.
+    What cannot be written is refused at once. Errors name the file that was wanted, if it is another.
+
+    Raises
+    ------
+    ExportError
+        If the name is that of a folder or a device.
+    StoreError
+        If the system does not let the file be written.
     """
     check_target(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")

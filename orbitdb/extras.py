@@ -5,9 +5,20 @@ from typing import Any
 
 
 def load(module: str, use: str, extra: str) -> Any:
-    """Return a module that needs, or is, a package of an extra, for a use such as ``to_pandas()``.
+    """Return a module that needs, or is, a package of an extra.
 
-    Where it is not installed, a `ModuleNotFoundError` says what to install.
+    Parameters
+    ----------
+    module : str
+    use : str
+        What is asked for, such as ``to_pandas()``.
+    extra : str
+        The extra of this package that brings what it needs.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If it is not installed; the message says what to install.
     """
     try:
         return import_module(module)

@@ -13,7 +13,13 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE]\+?[0-9]{1,2})?")
 
 
 def real(text: str) -> float:
-    """Read a number such as ``1.6`` or ``1e-6``; a `ValueError` tells that it is none."""
+    """Read a number such as ``1.6`` or ``1e-6``.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
     if not _REAL.fullmatch(text.strip()):
         raise ValueError(f"{_shown(text)} is not a number")
     return float(text)
@@ -22,7 +28,10 @@ def real(text: str) -> float:
 def whole(text: str) -> int:
     """Read a whole number such as ``20000``, ``1e6`` or ``2.5e7``.
 
-    A `ValueError` tells that it is none, or has more than a hundred digits.
+    Raises
+    ------
+    ValueError
+        If it is none, or has more than a hundred digits.
     """
     if not _WHOLE.fullmatch(text.strip()) or (value := Fraction(text.strip())).denominator > 1:
         raise ValueError(f"{_shown(text)} is not a whole number")

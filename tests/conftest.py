@@ -128,8 +128,7 @@ def cli(
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.fill_word import fill_word
-    from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.filling.periods import fill_geometric, fill_periods, fill_word
 
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)

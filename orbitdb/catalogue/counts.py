@@ -37,13 +37,27 @@ Key = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Counted:
-    """Counts of whole periods at one a."""
+    """Counts of whole periods at one a.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    known : dict of int to Tally
+        By period; those that are not chosen are there where sums over divisors need them.
+    chosen : tuple of int
+        The chosen periods among them.
+    from_births : tuple of int
+        The chosen periods that births have counted, and no fill or sweep.
+    from_sweeps : tuple of int
+        The chosen periods that a sweep has counted, and no fill.
+    """
 
     a: float
-    known: Mapping[int, "Tally"]  # by period, with those not chosen that sums over divisors need
-    chosen: tuple[int, ...]  # the chosen periods among them
-    from_births: tuple[int, ...]  # those that births have counted, and no fill or sweep
-    from_sweeps: tuple[int, ...] = ()  # those that a sweep has counted, and no fill
+    known: Mapping[int, "Tally"]
+    chosen: tuple[int, ...]
+    from_births: tuple[int, ...]
+    from_sweeps: tuple[int, ...] = ()
 
     @property
     def without_rows(self) -> tuple[int, ...]:
@@ -89,12 +103,23 @@ def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection
 
 @dataclass(frozen=True, eq=False)
 class Histogram(ByValue):
-    """How many rows lie in each bin of a column."""
+    """How many rows lie in each bin of a column.
 
-    edges: NDArray[np.float64]  # shape (bins + 1,), rising; a value on an edge is in the bin above it
-    counts: NDArray[np.int64]  # shape (bins,)
-    without: int  # rows without a value
-    logarithmic: bool  # whether the bins are even in the logarithm
+    Attributes
+    ----------
+    edges : ndarray, shape (bins + 1,)
+        In rising order; a value on an edge is in the bin above it.
+    counts : ndarray of int64, shape (bins,)
+    without : int
+        Rows without a value.
+    logarithmic : bool
+        Whether the bins are even in the logarithm.
+    """
+
+    edges: NDArray[np.float64]
+    counts: NDArray[np.int64]
+    without: int
+    logarithmic: bool
 
 
 def tally(

@@ -108,18 +108,34 @@ def _sound(selection: Selection, values: NDArray[np.generic], least: bool = Fals
 class WholePeriods:
     """The chosen classes in those periods that are stored as a whole.
 
-    Of chosen periods without stored rows there may be `swept` sums, with their `moments`
-    (`orbitdb.store.reading.sweeps.moments_of`) and the number of their chosen `orbits`.
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen: orbits, if no status was named.
+    filled : tuple of int
+        The chosen periods that are filled as a whole, in order.
+    classes : ChosenClasses
+        The chosen classes of the whole periods.
+    swept : mapping of int to PeriodSums
+        The sums over chosen periods of which no rows are stored.
+    moments : sequence
+        What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
+    orbits : mapping of int to int
+        How many chosen orbits they have.
+    unborn : tuple of int
+        The chosen periods that are left out as the subset depends on their births, and none are stored.
+    part : bool
+        Whether these are a part of what was chosen.
     """
 
-    selection: Selection  # what was chosen: orbits, if no status was named
-    filled: tuple[int, ...]  # the chosen periods that are filled as a whole, in order
-    classes: ChosenClasses  # of these
+    selection: Selection
+    filled: tuple[int, ...]
+    classes: ChosenClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
     orbits: Mapping[int, int] = field(default_factory=dict)
-    unborn: tuple[int, ...] = ()  # left out as the subset depends on their births, and none are stored
-    part: bool = False  # whether these are a part of what was chosen
+    unborn: tuple[int, ...] = ()
+    part: bool = False
 
     @cached_property
     def periods(self) -> list[int]:

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.filling.blocks import block_size
+from orbitdb.filling.blocks import cut
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.births.changes import Changes, find_changes
@@ -23,24 +23,31 @@ from orbitdb.store.writing.classes import add_changes, add_classes, number_event
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import all_least_words, class_spans
+from orbitdb.symbols.least_words import all_least_words
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
-BLOCK = 1 << 18
+BLOCK = 1 << 17
 """Words of a block, about: some seconds of work."""
-
-_WORDS_A_CLASS = 8
-_SMALLEST = 2
-"""Where several processes work, a period is cut into blocks down to this part of a full one."""
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Progress]:
-    """Store the births and deaths of all classes of some periods; what is stored depends on no worker.
+    """Store the births and deaths of all classes of some periods.
 
-    Periods, 2..`MAX_PERIOD`, that are done are passed over. It yields and raises what
-    `orbitdb.filling.resuming.resume` does.
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    periods : iterable of int
+        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
+    workers : Workers, optional
+        Where the changes are found; what is stored does not depend on it.
+
+    Yields
+    ------
+    Progress
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
@@ -49,7 +56,16 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
 @dataclass(frozen=True, eq=False)
 class SolvedBirths:
-    """The N classes of a span, as packed least words in order with all their words, and their changes."""
+    """The classes of a span, and their births and deaths.
+
+    Attributes
+    ----------
+    span, stabiliser, words, arithmetic
+        As of an `orbitdb.filling.blocks.SolvedBlock`.
+    codes : ndarray of int64, shape (N,)
+        Their packed least words, in order.
+    changes : Changes
+    """
 
     span: Span
     codes: NDArray[np.int64]
@@ -76,8 +92,7 @@ class _Births:
         return open_cursor(connection, birth_fill, p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBirths]]:
-        size = block_size(BLOCK, cursor.p, jobs, _SMALLEST) // _WORDS_A_CLASS
-        return (partial(solve_births, span) for span in class_spans(cursor.p, max(size, 1), cursor.after))
+        return (partial(solve_births, span) for span in cut(cursor.p, cursor.after, BLOCK, jobs))
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()

@@ -73,7 +73,19 @@ class SolvedBlock:
 
 
 def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
-    """Find classes, unless they are known with all their words, and what becomes of them at one a."""
+    """Find the classes of a span, and what becomes of them.
+
+    Parameters
+    ----------
+    a : float
+        The stadium.
+    method : str
+        One of `METHODS`.
+    known : bool
+        Whether the classes are stored already, so that nobody needs their words.
+    span : Span
+        Their least words.
+    """
     clock, p = [thread_time()], span.p
     codes, stabiliser = all_least_words(span)
     words = None if known else joined_words(codes, stabiliser, p)
@@ -84,20 +96,19 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
     return SolvedBlock(span, stabiliser, words, orbits, enumerating, solving, arithmetic())
 
 
-def block_size(most: int, p: int, jobs: int, smallest: int) -> int:
-    """Return how many words make a block of a period.
+def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
+    """Cut a period, or what of it is behind a packed word, into spans of about so many words, in order.
 
-    For several jobs a small period makes smaller blocks, so that all of them have work till its end, down to
-    a part of a full block.
+    For several jobs a small period makes smaller ones, so that all of them have work till its end.
     """
-    share = count_admissible(p) // (_BLOCKS_A_JOB * jobs)
-    return min(most, max(share, most // smallest)) if jobs > 1 else most
+    if jobs > 1:
+        words = min(words, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), words // _SMALLEST))
+    return class_spans(p, max(words // _WORDS_A_CLASS, 1), after)
 
 
 def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
 ) -> Iterator[Task[SolvedBlock]]:
     """Cut a period, or what of it is behind a packed word, into blocks, in order."""
-    most = block_size(METHODS[method].words, p, jobs, _SMALLEST)
-    spans = class_spans(p, max(most // _WORDS_A_CLASS, 1), after)
+    spans = cut(p, after, METHODS[method].words, jobs)
     return (partial(solve_block, a, method, known, span) for span in spans)

@@ -35,28 +35,50 @@ _one_at_a_time = threading.Lock()
 
 
 class Size(NamedTuple):
-    """How large a cluster is."""
+    """How large a cluster is.
 
-    workers: int  # processes; each solves one block at a time
-    threads: int  # the blocks that dask gives them at a time
+    Attributes
+    ----------
+    workers : int
+        Processes; each solves one block at a time.
+    threads : int
+        Their threads: the blocks that dask gives them at a time.
+    """
+
+    workers: int
+    threads: int
 
 
 class Cluster:
     """Solves blocks on the workers of a dask cluster; to be used as a context.
 
-    The scheduler is named by its address, such as ``tcp://host:8786``, or by the file that it has written
-    (``--scheduler-file``). TLS is used as dask's configuration says. Workers may come and go. dask begins
-    again with the blocks of one that is lost.
+    Workers may come and go. dask begins again with the blocks of one that is lost.
+
+    Parameters
+    ----------
+    scheduler : str
+        Address of its scheduler, such as ``tcp://host:8786``, or path of the file that the scheduler
+        has written (``--scheduler-file``). TLS is used as dask's configuration says.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes that it had when it was connected to, or 1.
     """
 
     def __init__(self, scheduler: str) -> None:
         self.scheduler = scheduler
         self.jobs = 1
-        """Processes that it had when it was connected to, or 1."""
         self._client: Client
 
     def __enter__(self) -> Self:
-        """Connect; an `InputError` tells that there is no scheduler, or that dask is not installed."""
+        """Connect to the scheduler.
+
+        Raises
+        ------
+        InputError
+            If there is none, or dask is not installed.
+        """
         self._client = _connect(self.scheduler)
         self.jobs = max(self.size().workers, 1)
         return self
@@ -69,8 +91,10 @@ class Cluster:
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order.
 
-        A `WorkError` tells that the connection is lost, a block kills worker after worker, or workers cannot
-        solve.
+        Raises
+        ------
+        WorkError
+            If the connection is lost, a block kills worker after worker, or workers cannot solve.
         """
         begun = map(self._begun, blocks)
         for task in begun_ahead(begun, lambda: _AHEAD * max(self.size().threads, 1)):

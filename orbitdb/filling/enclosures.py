@@ -11,22 +11,44 @@ from orbitdb.entropy.verdicts import decide
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one a."""
+    """Bounds on the entropy at one a.
 
-    levels: tuple[EntropyBounds, ...]  # for longer and longer windows
-    proved: int  # windows decided in doubles that balls confirm, 0 if they were not asked
-    left_open: int  # those that they do not
-    seconds: float  # that the balls have taken
-    arithmetic: str  # what computed it (`orbitdb.arithmetic.arithmetic`)
+    Attributes
+    ----------
+    levels : tuple of EntropyBounds
+        For longer and longer windows.
+    proved, left_open : int
+        Windows decided in doubles that balls confirm, and that they do not; 0 if they were not asked.
+    seconds : float
+        Time that the balls have taken.
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
+    """
+
+    levels: tuple[EntropyBounds, ...]
+    proved: int
+    left_open: int
+    seconds: float
+    arithmetic: str
 
 
 def enclose(
     a: float, window: int | None = None, width: float = 0.0, seconds: float = math.inf, prove: bool = False
 ) -> Enclosed:
-    """Enclose the entropy at one a; what is reached first ends it.
+    """Enclose the entropy at one a with longer and longer windows; what is reached first ends it.
 
-    That is windows of so many edges, so small a difference of the bounds, or the time. To prove is to decide
-    every window in balls, too.
+    Parameters
+    ----------
+    a : float
+        Half length of a straight wall.
+    window : int or None, optional
+        Edges of the longest windows.
+    width : float, optional
+        Difference of the bounds that is enough.
+    seconds : float, optional
+        Time to spend.
+    prove : bool, optional
+        Whether every window is decided in balls, too.
     """
     if not prove:
         levels = search(Stadium(a), window, width, seconds, judge=decide)

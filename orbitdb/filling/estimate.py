@@ -36,17 +36,37 @@ _JOURNAL = 64 << 20
 
 
 class Need(NamedTuple):
-    """What a fill is going to take."""
+    """What a fill is going to take.
 
-    words: int  # to come
-    bytes: int  # of disk space
+    Attributes
+    ----------
+    words : int
+        Words to come.
+    bytes : int
+        Disk space.
+    seconds : float
+        Time.
+    """
+
+    words: int
+    bytes: int
     seconds: float
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill by so many processes, on as many cores, needs; the catalogue need not exist.
+    """Estimate what a fill needs; for Newton's method at the rates of the catalogue's own large fills.
 
-    For Newton's method that is at the rates of the catalogue's own large fills.
+    Parameters
+    ----------
+    path : Path
+        The catalogue; it need not exist.
+    a : float
+        The stadium.
+    periods : sequence of int
+    jobs : int
+        Number of processes that solve, on as many cores.
+    method : str, optional
+        One of `orbitdb.filling.blocks.METHODS`.
     """
     catalogue = _catalogue(path)
     known = {b: catalogue.fills(b) for b in catalogue.a_values()} if catalogue else {}
@@ -92,7 +112,13 @@ def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
 
 
 def check_room(path: Path, needed: Need) -> None:
-    """Refuse, by a `StoreError`, a fill that the disk has no room for."""
+    """Refuse a fill that the disk has no room for.
+
+    Raises
+    ------
+    StoreError
+        If the free space is smaller than the estimate.
+    """
     folder = next(parent for parent in path.resolve().parents if parent.exists())
     free = shutil.disk_usage(folder).free
     if needed.bytes + min(needed.bytes, _JOURNAL) > free:

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from time import thread_time
 from typing import Any
@@ -12,16 +13,18 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
 from orbitdb.filling.resuming import Progress, resume
 from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.orbits.orbit import Orbit, Status, pruned_word
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
+from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import primitive_words
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
-from orbitdb.symbols.symmetry import SIZES
-from orbitdb.symbols.words import key, keys, pack, to_strings
+from orbitdb.symbols.symmetry import SIZES, class_of
+from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings
 
 _LAST_FULL_MASK = 64
 
@@ -29,10 +32,25 @@ _LAST_FULL_MASK = 64
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Progress]:
-    """Store all admissible words of some periods and what becomes of them at one a, by one of `METHODS`.
+    """Store all admissible words of some periods and what becomes of them at one a.
 
-    Periods, 2..`MAX_PERIOD`, that are done are passed over. What is stored does not depend on the workers. It
-    yields and raises what `orbitdb.filling.resuming.resume` does.
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    a : float
+        The stadium.
+    periods : iterable of int
+        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
+    method : str, optional
+        One of `METHODS`.
+    workers : Workers, optional
+        Where the words are found and solved; what is stored does not depend on it.
+
+    Yields
+    ------
+    Progress
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
@@ -85,7 +103,10 @@ class _Fill:
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
-    Behind every batch it yields how far it is among all primitive words of the period.
+    Yields
+    ------
+    Progress
+        Behind every batch; all primitive words of the period are counted.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
@@ -101,3 +122,40 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
                     classes.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
                 yield Progress(p, done, total)
+
+
+def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
+    """Store one primitive word of any order, its symmetry class, and what becomes of it at one a.
+
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    word : str
+        Symbols 0..5, in any rotation.
+    a : float
+        The stadium.
+    method : str, optional
+        One of `METHODS`.
+
+    Returns
+    -------
+    Orbit
+        The word in the rotation asked for; the family 02 is not stored.
+    """
+    parameters = {"command": "fill", "a": a, "code": word, "method": method}
+    with closing(Writer(path, parameters)) as writer:
+        if (pruned := pruned_word(word, a)) is not None:
+            if pruned.status is Status.FAMILY:
+                return pruned
+            rules = ",".join(map(str, pruned.rules))
+            with writer.writing() as connection:
+                classes.add_pruned(connection, pruned.p, [pruned.representative], [rules])
+            return replace(pruned, stored=True)
+        family = class_of(word)
+        orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
+        with writer.writing() as connection:
+            stadium = writer.stadium_id(connection, a)
+            number = classes.add_class(connection, family)
+            classes.add_orbits(writer, connection, stadium, [number], orbits, method)
+    return find_or_solve(path, word, a)

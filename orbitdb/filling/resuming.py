@@ -21,11 +21,21 @@ from orbitdb.symbols.enumeration import Span
 
 
 class Progress(NamedTuple):
-    """How far a fill, a sweep or births have come in the period at work."""
+    """How far a fill, a sweep or births have come.
+
+    Attributes
+    ----------
+    p : int
+        The period at work.
+    words : int
+        Words of this period of which the classes are done.
+    total : int
+        Words of this period there are.
+    """
 
     p: int
-    words: int  # of this period of which the classes are done
-    total: int  # words there are
+    words: int
+    total: int
 
 
 class Solved(Protocol):
@@ -61,9 +71,17 @@ class Work(Protocol[Part]):
 def resume(writer: Writer, work: Work[Part], periods: Iterable[int], workers: Workers) -> Generator[Progress]:
     """Do what is missing of some periods; go on behind another process that does the same.
 
-    It yields the progress behind every block that is safely stored. A `StoreError` tells that the database
-    cannot be written, or that a period that is complete does not hold what it should; a `WorkError`, that the
-    workers fail.
+    Yields
+    ------
+    Progress
+        Behind every block that is safely stored.
+
+    Raises
+    ------
+    StoreError
+        If the database cannot be written, or a period that is complete does not hold what it should.
+    WorkError
+        If the workers fail.
     """
     periods = sorted(set(periods))
     while True:

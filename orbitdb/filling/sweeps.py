@@ -33,7 +33,6 @@ from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
 from orbitdb.symbols.symmetry import SIZES
 
 Tilts = Mapping[int, NDArray[np.float64]]
-"""By level, those that moments are wanted around (`orbitdb.averages.sum_rules`)."""
 
 CLASSES = 1 << 15
 """Of a block, at most: it bounds the memory."""
@@ -51,10 +50,29 @@ def sweep_periods(
 ) -> Generator[Progress]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
-    Periods, 2..`MAX_PERIOD`, that are swept are passed over. What is stored does not depend on the workers.
-    Counts and sums are of all orbits, or of the selected ones, whose a and periods do not count; they are
-    kept beside those of other subsets. It yields and raises what `orbitdb.filling.resuming.resume` does; a
-    `SelectionError` tells of a subset that cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    a : float
+        The stadium.
+    periods : iterable of int
+        Periods, 2..`MAX_PERIOD`; those that are swept are passed over.
+    workers : Workers, optional
+        Where the words are found and solved; what is stored does not depend on it.
+    selection : Selection, optional
+        Of which orbits the counts and sums are, by default of all; its a and its periods do not count. It is
+        kept beside those of other subsets.
+
+    Yields
+    ------
+    Progress
+        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+
+    Raises
+    ------
+    SelectionError
+        If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
     """
     stadium, periods = Stadium(a), list(periods)
     chosen = "" if selection is None else swept_text(selection)
@@ -132,20 +150,44 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
 
 @dataclass(frozen=True, eq=False)
 class SweptSums:
-    """What became of a span."""
+    """What became of a block.
+
+    Attributes
+    ----------
+    span : Span
+        The block's.
+    tally : Tally
+    sums : PeriodSums
+        Over its orbits.
+    moments : dict of int to TiltMoments
+        By level, around the tilts that the block has named.
+    processor : float
+        What it took (seconds of a processor).
+    arithmetic : str
+        What computed it (`orbitdb.arithmetic.arithmetic`).
+    """
 
     span: Span
     tally: Tally
-    sums: PeriodSums  # over its orbits
-    moments: dict[int, TiltMoments]  # by level, around the tilts that were named
-    processor: float  # seconds of a processor that it took
-    arithmetic: str  # what computed it (`orbitdb.arithmetic.arithmetic`)
+    sums: PeriodSums
+    moments: dict[int, TiltMoments]
+    processor: float
+    arithmetic: str
 
 
 def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:
-    """Find the classes of a span, what becomes of them at one a, and the sums over their orbits.
+    """Find the classes of a span, what becomes of them, and the sums over their orbits.
 
-    These are of the subset of orbits that has a canonical text, empty for all.
+    Parameters
+    ----------
+    a : float
+        The stadium.
+    selection : str
+        Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
+    tilts : dict of int to ndarray
+        By level, those that moments are wanted around (`orbitdb.averages.sum_rules`).
+    span : Span
+        The least words of the classes.
     """
     clock = thread_time()
     classes, chosen = all_least_words(span), selection_of(selection, a)

@@ -39,7 +39,13 @@ Task: TypeAlias = Callable[[], Result]
 
 
 class Workers(Protocol):
-    """Something that solves blocks, so many jobs at once."""
+    """Something that solves blocks.
+
+    Attributes
+    ----------
+    jobs : int
+        How many it solves at once.
+    """
 
     jobs: int
 
@@ -61,10 +67,15 @@ HERE = Here()
 
 
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
-    """Yield what was begun, block by block, in its order, with more under way.
+    """Yield what was begun in its order, with more under way.
 
-    `ahead` says how many may be beside the one that is waited for; it is asked before every one, as there may
-    be more workers by then.
+    Parameters
+    ----------
+    begun : iterable
+        Begins with a block at every step, and promises its result.
+    ahead : callable
+        Says how many may be under way beside the one that is waited for; it is asked before every one, as
+        there may be more workers by then.
     """
     waiting: deque[Begun] = deque()
     for each in begun:
@@ -75,17 +86,30 @@ def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Be
 
 
 def answered(version: str, result: Result) -> Result:
-    """Return the result of a worker of this version; a `WorkError` tells that it is of another one."""
+    """Return the result of a worker of this version.
+
+    Raises
+    ------
+    WorkError
+        If it is of another one.
+    """
     if version != __version__:
         raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
     return result
 
 
 class Processes:
-    """Solves blocks in so many processes of their own; to be used as a context.
+    """Solves blocks in processes of their own; to be used as a context.
 
     A process that dies costs no more than its block, which is solved again by a new one.
 
+    Parameters
+    ----------
+    jobs : int
+        Number of processes.
+
+    Notes
+    -----
     A thread for each process gives it blocks and takes the results, through a pipe that nobody else uses: a
     process that is killed holds no lock that others wait for, and its end of the pipe closes with it.
     """
@@ -115,7 +139,10 @@ class Processes:
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
         """Yield what became of blocks, in their order.
 
-        A `WorkError` tells that processes die again and again on one block.
+        Raises
+        ------
+        WorkError
+            If processes die again and again on one block.
         """
         begun = (self._threads.submit(self._answer, block) for block in blocks)
         for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):

@@ -25,14 +25,28 @@ _NUMBERS = 1 << 20
 
 @dataclass(frozen=True)
 class Check:
-    """How one promise fares over some rows."""
+    """How one promise fares over some rows.
+
+    Attributes
+    ----------
+    name : str
+        Which promise.
+    rows, failures : int
+        Rows looked at, and those of them that are wrong.
+    worst : float or None
+        The deviation of the row with the largest share.
+    share : float or None
+        That deviation over what is allowed in its row; above 1 is a failure.
+    first : str or None
+        The first row that is wrong.
+    """
 
     name: str
     rows: int
-    failures: int = 0  # rows that are wrong
-    worst: float | None = None  # the deviation of the row with the largest share
-    share: float | None = None  # that over what is allowed in its row; above 1 is a failure
-    first: str | None = None  # the first row that is wrong
+    failures: int = 0
+    worst: float | None = None
+    share: float | None = None
+    first: str | None = None
 
     def joined(self, other: "Check") -> "Check":
         """Return the same check over both sets of rows."""
@@ -47,12 +61,22 @@ class Check:
 
 @dataclass(frozen=True)
 class Step:
-    """What one step of a verification has found."""
+    """What one step of a verification has found.
+
+    Attributes
+    ----------
+    stage : str
+        What is at work.
+    done, total : int
+        How far the stage has come, in classes.
+    checks : tuple of Check
+        Over the rows of this step; joined by name they are the report.
+    """
 
     stage: str
-    done: int  # how far the stage has come, in classes
+    done: int
     total: int
-    checks: tuple[Check, ...]  # over the rows of this step; joined by name they are the report
+    checks: tuple[Check, ...]
 
 
 def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
@@ -99,10 +123,20 @@ def shown(word: str) -> str:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a catalogue that is to be checked: what makes a `Step`."""
+    """A part of a catalogue that is to be checked.
+
+    Attributes
+    ----------
+    stage : str
+        What it belongs to.
+    find : callable
+        Checks what a connection reads.
+    done, total : int
+        As of a `Step`.
+    """
 
     stage: str
-    find: Callable[[sa.Connection], Iterable[Check]]  # checks what a connection reads
+    find: Callable[[sa.Connection], Iterable[Check]]
     done: int = 0
     total: int = 1
 
@@ -125,12 +159,21 @@ def checked_apart(path: Path, part: Part) -> Step:
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Classes of one period, or pruned words, that are checked together."""
+    """Classes of one period, or pruned words, that are checked together.
+
+    Attributes
+    ----------
+    p : int
+    ids : ndarray of int64, shape (N,)
+        Their numbers.
+    done, total : int
+        How many are checked with these, and how many there are to check.
+    """
 
     p: int
-    ids: NDArray[np.int64]  # their numbers
-    done: int  # how many are checked with these
-    total: int  # how many there are to check
+    ids: NDArray[np.int64]
+    done: int
+    total: int
 
     def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
         """Return them as a part that is checked by a function."""

@@ -33,30 +33,17 @@ _VAGUE = 1e-2
 class _Path:
     """Closed paths through stored bounces, and how far they may be from the orbits; all (N, p).
 
-    Attributes
-    ----------
-    links : Links
-    curved : ndarray of bool
-        Whether a bounce is on a semicircle.
-    place : ndarray
-        How far a bounce may be from where the orbit has it, in any direction.
-    rounding : ndarray
-        The part of it that is not the row's own error bound.
-    sine : ndarray, shape (2, N, p)
-        Sine of the angle between the tangent and the arriving and the leaving path.
-    tilt : ndarray, shape (2, N, p)
-        By how much these angles may be off.
-    stretch : ndarray
-        By how much the link behind each bounce may be too long or too short.
+    The sines are those of the angles between the tangent and the arriving and the leaving path, shape
+    (2, N, p).
     """
 
     links: Links
-    curved: NDArray[np.bool_]
-    place: Floats
-    rounding: float
+    curved: NDArray[np.bool_]  # whether a bounce is on a semicircle
+    place: Floats  # how far a bounce may be from where the orbit has it, in any direction
+    rounding: float  # the part of it that is not the row's own error bound
     sine: Floats
-    tilt: Floats
-    stretch: Floats
+    tilt: Floats  # by how much these angles may be off
+    stretch: Floats  # by how much the link behind each bounce may be too long or too short
 
     @classmethod
     def of(cls, orbits: Orbits, stadium: Stadium) -> "_Path":

@@ -22,9 +22,12 @@ _SETTLED = 1e-6
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
-    """Check what is stored of words against a new solution: statuses, numbers within the bounds.
+    """Check what is stored of N words against a new solution: statuses, numbers within the bounds.
 
-    No row may lack what its status demands.
+    Parameters
+    ----------
+    stored, fresh : Orbits
+        The same words; rows that lack what their status demands must not be among them.
     """
     labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
@@ -71,10 +74,22 @@ def _bits_differ(x: Floats, y: Floats) -> Marks:
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
-    """Solve words, shape (N, p), again from random directions between their limits, so many times each.
+    """Solve words again from random directions between their limits, and compare the results.
 
-    The rows of the check are the restarts that came to rest; two results differ if they are farther apart
-    than their error bounds together, the deviation being the largest of a direction (radians).
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words.
+    stadium : Stadium
+    times : int
+        Starts for each word.
+    rng : Generator
+
+    Returns
+    -------
+    Check
+        Its rows are the restarts that came to rest; two results differ if they are farther apart than
+        their error bounds together, the deviation being the largest of a direction (radians).
     """
     found = Check("restarts", 0)
     text = to_strings(words)

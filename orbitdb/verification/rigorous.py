@@ -39,8 +39,22 @@ def certify(
 ) -> Generator[Step]:
     """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
 
-    Every batch is stored in one transaction, and told; a certification that was stopped goes on where it was,
-    unless those that have a certificate are to be proved again. The sample is that of `verify`.
+    Every batch is stored in one transaction; a certification that was stopped goes on where it was.
+
+    Parameters
+    ----------
+    path : Path
+        A catalogue of the newest schema.
+    selection : Selection
+    sample, seed : int, optional
+        As of `verify`.
+    again : bool, optional
+        Prove those again that have a certificate.
+
+    Yields
+    ------
+    Step
+        Behind every batch that is safely stored.
     """
     catalogue = Catalogue(path)
     with catalogue.reading() as connection:
@@ -76,14 +90,26 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
 
 
 def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
-    """Prove N stored rows, which have what their status demands, in ball arithmetic.
+    """Prove stored rows in ball arithmetic.
 
     A row is proved if its status is the one of the enclosure and, where there is an orbit, every stored
     coordinate, the length, lambda and the margin lie within the row's own bounds of the true values.
 
-    Return a check, whose deviation is that of the coordinates, length or lambda with the largest share; which
-    rows are proved, shape (N,); the proven distances of their coordinates from the true ones, shape (N,), 0
-    where none are stored; and the bits of each proof.
+    Parameters
+    ----------
+    stored : Orbits
+        N rows that have what their status demands.
+    stadium : Stadium
+
+    Returns
+    -------
+    check : Check
+        Its deviation is that of the coordinates, length or lambda with the largest share.
+    proved : ndarray of bool, shape (N,)
+    radius : ndarray, shape (N,)
+        Proven distance of the stored coordinates from the true ones; 0 where none are stored.
+    bits : sequence of int
+        Precision of each proof.
     """
     labels = to_strings(stored.words)
     enclosed = certificates(stored.words, stadium)

@@ -93,17 +93,37 @@ def verify(
     missing_births: bool = False,
     workers: "Workers | None" = None,
 ) -> Generator[Step]:
-    """Compute a catalogue again and compare; yield a step behind every block, so that memory is bounded.
+    """Compute a catalogue again and compare.
 
-    There is a selection for each a. The file is checked as a whole; counts, births, and the words of classes
-    and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of the chosen
-    classes, or of a random sample of so many at every a: a class is chosen if one of its words is. With
-    `restarts`, every class is solved again from so many random starts; with `missing_births`, it is proved
-    that no birth or death is missing.
+    Parameters
+    ----------
+    catalogue : Catalogue
+        All is read from it as it is at one moment; by workers, each part as it is at a moment of its own:
+        a fill does not change the rows of classes that are there.
+    selections : sequence of Selection
+        What to check, one for each a. The file is checked as a whole; counts, births, and the words of
+        classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
+        the chosen classes: a class is chosen if one of its words is.
+    sample : int, optional
+        Check the orbits of only so many of the chosen classes of every a, drawn at random.
+    restarts : int, optional
+        Solve every class again from so many random starts.
+    seed : int, optional
+        Of sample and restarts.
+    missing_births : bool, optional
+        Prove that no birth or death is missing, too.
+    workers : Workers, optional
+        Processes that check file, counts and classes; what is found does not depend on them.
 
-    All is read as it is at one moment; by workers, which check file, counts and classes, each part as it is
-    at a moment of its own: a fill does not change the rows of classes that are there. What is found does not
-    depend on them. A `StoreError` tells that the database cannot be read.
+    Yields
+    ------
+    Step
+        Behind every block of rows, so that memory is bounded.
+
+    Raises
+    ------
+    StoreError
+        If the database cannot be read.
     """
     rng = np.random.default_rng(seed)
     with catalogue.at_one_moment() as still, still.reading() as connection:

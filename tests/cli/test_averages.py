@@ -57,11 +57,6 @@ def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
     assert concise(value, error) == text
 
 
-@pytest.mark.parametrize("cut", ["0", "-1", "nan", "1000.1"])
-def test_limits_of_a_cut(filled, cli, cut):
-    assert cli("lyapunov", "--cut", cut, "--db", str(filled)).says(2, f"cut {float(cut):g}", "1000")
-
-
 def test_the_largest_cuts(filled, cli, monkeypatch):
     """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
     monkeypatch.setattr("orbitdb.catalogue.averaged.MOST_FACTORS", 600)
@@ -77,10 +72,6 @@ def test_the_largest_cuts(filled, cli, monkeypatch):
     most = float(there(re.fullmatch(said, refused.err))[1])
     assert cli(*chosen, str(most), "--weight", "det").code == 0
     assert "too many terms" in cli(*chosen, str(1.2 * most), "--weight", "det").err
-
-
-def test_weights_have_names(filled, cli):
-    assert cli("lyapunov", "--weight", "x", "--db", str(filled)).says(2, "'x'", "exp", "det")
 
 
 def stored(path) -> list[dict[str, Any]]:

@@ -3,7 +3,6 @@
 import io
 import json
 import math
-import re
 import subprocess
 from fractions import Fraction
 from pathlib import Path
@@ -53,35 +52,6 @@ def test_query_solves_what_is_not_stored_and_stores_nothing(cli, tmp_path):
     assert stored["coordinates"] == pytest.approx(rotated, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["query", "--code", "1717"], r"'7' at place 2"),
-        (["query", "--code", "1^"], "needs a number"),
-        (["query", "--code", "13", "--a", "0"], "half length"),
-        (["query", "--code", "13", "--a", "wide"], "--a"),
-        (["query", "--p", "2-1"], "backwards: the least period is 2"),
-        (["query", "--status", "lost"], "lost"),
-        (["query", "--range", "colour=1:2"], "colour"),
-        (["query", "--range", "length=long:"], "length=3:10"),
-        (["query", "-P", "=3"], "name=value"),
-        (["query", "-c", "p,code,length,code"], "column 'code' is named twice"),
-        (["entropy", "--status", "dynamical"], "of orbits .and boundary.: status dynamical has none"),
-        (["lyapunov", "--status", "all"], "only orbits .and boundary. have .*: leave out --status all"),
-        (["plot", "lyapunov", "-o", "x.svg", "--status", "orbit,unresolved"], "status unresolved has none"),
-        (["nonsense"], "nonsense"),
-        (["query", "--nonsense"], "nonsense"),
-    ],
-)
-@pytest.mark.usefixtures("filled")
-def test_bad_input_is_one_line_and_code_2(cli, arguments, message):
-    outcome = cli(*arguments)
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert len(outcome.err.splitlines()) == 1
-    assert re.search(message, outcome.err)
-
-
 def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
@@ -109,7 +79,6 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
     assert once == cli("query", "1232131", "13", "--json")
     monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
     assert once == cli("query", "-", "--json")
-    assert cli("query", "13", "--p", "3").says(2, "--p", "--code")
     assert cli("query", "-h").out == cli("query", "--help").out != ""
 
 

@@ -2,7 +2,6 @@
 
 import io
 import json
-import re
 import subprocess
 import sys
 from importlib.metadata import version
@@ -181,51 +180,4 @@ def test_what_is_not_installed_is_named_with_the_command_that_installs_it(
     monkeypatch.setitem(sys.modules, package, None)
     outcome = cli(*arguments.split(), "--a", "1.6", "--db", str(varied))
     assert (outcome.code, outcome.err) == (1, f"orbitdb: {said}\n")
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("--status dynamical --p 5 --bounces",
-         "16 dynamically pruned words of period 5 at a = 1.6 have no bounces, only orbits do"),
-        ("--p 4-5 --where code('01132') --bounces", "1 word of .* has no bounces, only orbits do"),
-        ("--p 2-5 --order status --limit 1 --bounces", "the first 1 of 137 words .* has no bounces, only"),
-        ("--p 3 --limit 0", "8 words of .*, and --limit 0 leaves none of them"),
-        ("--status orbit --where p=1 --bounces", "no orbits at a = 1.6 where p=1"),
-    ],
-)  # fmt: skip
-def test_rows_of_which_nothing_is_written_are_told(filled, tmp_path, cli, arguments, said):
-    done = cli("export", str(tmp_path / "none.csv"), *arguments.split())
-    assert (done.code, len(done.err.splitlines())) == (1, 1)
-    assert re.match(said, done.err)
-    assert done.err.endswith(": nothing is written\n")
-    assert not (tmp_path / "none.csv").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        (["export", "orbits.xlsx"], 2, "xlsx"),
-        (["export", "orbits"], 2, "--format"),
-        (["export"], 2, "--format"),
-        (["export", "--format", "npz"], 2, "name a file"),
-        (["export", "z.npz", "--format", "csv"], 2, "z.npz ends in .npz, and --format says csv: leave one"),
-        (["export", "z.parquet", "--mark-words"], 2, "--mark-words is for csv and tsv: parquet keeps words"),
-        (["export", "orbits.csv", "-c", "colour"], 2, "colour"),
-        (["export", "nowhere/orbits.npz"], 3, "No such file or directory"),
-        (["export", "x.csv", "-o", "y.csv"], 2, "x.csv and -o y.csv: name one file"),
-        (["plot", "entropy", "-o", "x.gif"], 2, "end the name in .png, .svg, .pdf"),
-        (["plot", "entropy", "-o", "-"], 2, "--format"),
-        (["plot", "entropy", "-o", "x.pdf", "--format", "svg"], 2, "leave one of them out"),
-        (["plot", "orbit", "--code", "13", "-o", "nowhere/x.pdf"], 3, "nowhere/x.pdf cannot be written"),
-        (["plot", "orbit", "--code", "13", "-o", "/proc/x.svg"], 3, "/proc/x.svg cannot be written"),
-    ],
-)
-def test_what_cannot_be_written_is_said(varied, tmp_path, monkeypatch, cli, arguments, code, said):
-    monkeypatch.chdir(tmp_path)
-    done = cli(*arguments, "--db", str(varied))
-    assert done.code == code
-    assert said in done.err
-    assert len(done.err.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []

@@ -74,24 +74,6 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
         assert line == f"{name}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}"
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (("--k", "5"), "0:30"),
-        (("--k", "5:1"), "0:30"),
-        (("--k", "0:5", "--parity", "xx"), "ee, eo, oe or oo"),
-        (("--k", "0:5", "--a", "50"), "0.05 to 20"),
-        (("--k", "0:5000"), "too many"),
-    ],
-)
-def test_bad_ranges_get_one_line(cli, tmp_path, options, told):
-    found = cli("levels", *options, "--db", str(tmp_path / "none.db"))
-    assert found.code == 2
-    assert told in found.err
-    assert found.err.count("\n") == 1
-    assert not (tmp_path / "none.db").exists()
-
-
 @pytest.fixture
 def levels_file(tmp_path):
     path = tmp_path / "k.txt"

@@ -1,7 +1,6 @@
 """Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
 
 import io
-import re
 import shlex
 import subprocess
 from typing import Any
@@ -12,48 +11,6 @@ from processes import COMMAND, run
 from orbitdb.cli.storing import asked_periods
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
-
-IDLE = [
-    ("query --code 13 --where 'p > 2'", "--where|--code"),
-    ("query --code 13 --p 3 --order p --limit 3 --offset 1", "--p, --order, --limit, --offset|--code|them"),
-    ("query --code 13 -P x=1", "-P|--code"),
-    ("query -P x=1", "-P|--where"),
-    ("query --where 'p > 2' -P x=1", "'p > 2'|:x"),
-    ("query --json --format csv", "--json|--format csv|contradict"),
-    ("fill --p 3 --code 13", "--p|--code"),
-    ("fill --code 13 --from 2 --jobs 2 --geometric --executor processes", "--geometric, --jobs|--code|them"),
-    ("plot orbit --code 13 --p 3 -o x.svg", "--p|plot orbit"),
-    ("plot reverse --code 13 --limit 3 -o x.svg", "--limit|plot reverse"),
-    ("plot entropy --code 13 -o x.svg", "--code|plot entropy"),
-    ("plot births 13 -o x.svg", "WORD|plot births"),
-    ("plot sheet 13 --code 3 -o x.svg", "WORD, --code|plot sheet"),
-    ("plot lengths --limit 3 -o x.svg", "--limit|plot lengths"),
-    ("bench --kind stress --a 2 --p 3", "--a, --p|--kind stress"),
-    ("bench --kind stages --p 2 --plot x.svg", "--plot|--kind stages"),
-    ("verify --seed 3", "--seed|--sample|--restarts"),
-    ("export - --format csv --force", "--force|stdout"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("command", "named"), IDLE, ids=[command for command, _ in IDLE])
-def test_options_that_do_nothing_are_refused(cli, filled, command, named):
-    assert cli(*shlex.split(command)).says(2, "orbitdb: ", *named.split("|"))
-
-
-NO_NUMBERS = [
-    "query --a 1_6", "query --a ٣", "query --limit 1_0", "query --limit 1.5", "query --limit -1",
-    "query --range length=1_0:", "query --range length=9:5",
-    "query --p ٣", "fill --p 1_1", "lyapunov --cut 1_0",
-    "simulate --bounces 1e-1",
-    "simulate --bounces 1_000", "verify --sample 0", "verify --restarts 1e9", "fill --p 3 --jobs 1_0",
-    "simulate --seed 0x10",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("command", NO_NUMBERS)
-def test_what_is_no_number_is_refused(cli, filled, command):
-    done = cli(*command.split())
-    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
 
 
 def test_numbers_are_read_as_people_write_them():
@@ -153,10 +110,6 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     assert (done.returncode, done.stderr) == (3, told)
 
 
-def test_an_option_before_the_command_is_told_its_place(cli):
-    assert cli("--db", "x.db", "table").says(2, "--db", "after the command", "orbitdb table --db PATH")
-
-
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
     monkeypatch.setattr("sys.stdin", io.StringIO(f"\ufeff13{end}{end}1001{end}"))
@@ -168,13 +121,6 @@ def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
     outcome = cli("browse")
     assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")
-
-
-@pytest.mark.parametrize("command", ["fill --p 2 --p 3", "simulate --a 1 --a=2", "query --p 3 --p 4"])
-def test_an_option_of_one_value_is_given_once(cli, command):
-    refused = cli(*command.split())
-    assert refused.code == 2
-    assert re.fullmatch(r"orbitdb: --\w+ is given 2 times: give it once \(.*\)\n", refused.err)
 
 
 def test_periods_are_filled_up_to_the_highest():

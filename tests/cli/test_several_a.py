@@ -60,19 +60,6 @@ def test_an_orbit_is_followed_in_a(cli, varied):
     assert [line.split()[:2] for line in shown] == [["code", "a"], ["13", "1"], ["13", "1.6"]]
 
 
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [
-        ("table --a all --a 1", "--a all"),
-        ("query --a 1 --a x", "'x' is not a number"),
-        ("entropy --a 1:2", "FROM:TO:COUNT"),
-        ("lyapunov --a 0", "not a half length"),
-    ],
-)
-def test_what_a_cannot_be(cli, command, said):
-    assert cli(*command.split()).says(2, "--a", said)
-
-
 @pytest.mark.parametrize("command", ["table", "query", "query 13"])
 def test_all_that_are_stored_are_those_of_a_catalogue(cli, tmp_path, command):
     done = cli(*command.split(), "--a", "all")

@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 
 def test_a_select_groups_and_joins(varied, cli):
     asked = "SELECT a, p, count(*) AS orbits FROM catalogue WHERE status = :kind GROUP BY a, p ORDER BY a, p"
@@ -23,45 +21,6 @@ def test_a_select_groups_and_joins(varied, cli):
     assert texts.startswith(r"\begin{tabular}{lrl}")  # whatever a column is called
     nothing = cli("sql", "SELECT code FROM catalogue WHERE p > 99", "--db", str(varied))
     assert nothing == (1, "", "no rows\n")
-
-
-@pytest.mark.parametrize(
-    ("statement", "said"),
-    [
-        ("SELECT * FROM orbit", "may read class, catalogue, life, pruned, and nothing else"),
-        ("SELECT (SELECT max(id) FROM run) FROM catalogue", "nothing else"),
-        ("SELECT count(*) FROM run", "nothing else"),
-        ("SELECT name FROM sqlite_master", "nothing else"),
-        ("SELECT * FROM pragma_table_info('orbit')", "nothing else"),
-        ("SELECT 1; DELETE FROM orbit", "one statement"),
-        ("DELETE FROM orbit", "write one SELECT"),
-        ("PRAGMA user_version = 3", "write one SELECT"),
-        ("ATTACH 'x.db' AS x", "write one SELECT"),
-        ("EXPLAIN SELECT 1", "write one SELECT"),
-        ("", "write one SELECT"),
-        ("SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1 UNION ALL SELECT n+1 FROM b) SELECT n FROM b)",
-         "WITH may not be used"),
-        ("SELECT load_extension('x')", "load_extension() may not be called"),
-        ("SELECT group_concat(code) FROM catalogue", "group_concat() may not be called"),
-        ("SELECT p, p FROM catalogue", "column 'p' comes twice"),
-        ("SELECT colour FROM catalogue", "the columns are code, word"),
-        ("SELECT :x", "-P name=value"),
-        ("SELECT", "incomplete input"),
-        (f"SELECT {'1 + ' * 5000}1", "it has 20008 characters with its values; 20000 are allowed"),
-    ],
-)  # fmt: skip
-def test_what_is_more_than_a_select_over_the_views_is_refused(varied, cli, statement, said):
-    before = varied.read_bytes()
-    done = cli("sql", statement, "--db", str(varied))
-    assert (done.code, done.out, len(done.err.splitlines())) == (2, "", 1)
-    assert said in done.err
-    assert varied.read_bytes() == before
-
-
-def test_a_value_without_its_name_in_the_statement_is_refused(varied, cli):
-    done = cli("sql", "SELECT :x AS x", "-P", "x=1", "-P", "y=2", "-P", "z=3", "--db", str(varied))
-    assert (done.code, done.out) == (2, "")
-    assert "it has no :y, :z: leave out what is given for it" in done.err
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):

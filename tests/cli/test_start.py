@@ -58,14 +58,6 @@ def test_a_command_loads_what_it_needs(filled, monkeypatch):
     }
 
 
-@pytest.mark.parametrize(
-    ("typed", "meant"), [("colums", "columns"), ("--versio", "--version"), ("table --colour", "--help")]
-)
-def test_a_slip_is_told_with_what_may_be_meant(cli, typed, meant):
-    """Of all commands, though none of them is loaded yet."""
-    assert cli(*typed.split()).says(2, typed.split()[-1], meant)
-
-
 def test_nothing_is_collected_while_a_short_command_runs():
     code = "import gc, sys\nfrom orbitdb.cli.main import run\ntold = []\n"
     code += "gc.callbacks.append(lambda phase, info: told.append(phase))\n"

@@ -16,8 +16,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling import births as module
 from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill_word import fill_word
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate

@@ -87,25 +87,6 @@ def test_the_readme_picture_is_the_one_the_library_draws(request):
     assert stored.rstrip("\n") == solve_word("1232131", Stadium(1.2))._repr_svg_()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        (["orbit"], 2, "plot orbit 1232131"),
-        (["orbit", "--code", "001"], 2, "geometrically pruned"),
-        (["sheet"], 2, "--p"),
-        (["phase-space", "--p", "77"], 1, "period 77 is not filled at a = 1.6 (filled: periods 2-6; some at"),
-        (["phase-space", "--p", "6", "--range", "length=99:"], 1, "nothing to draw"),
-        (["entropy", "--a", "0.7"], 1, "nothing is filled at a = 0.7"),
-    ],
-)
-def test_what_cannot_be_drawn_is_said(varied, tmp_path, cli, arguments, code, said):
-    target = tmp_path / "figure.png"
-    done = cli("plot", *arguments, "-o", str(target), "--db", str(varied))
-    assert (done.code, target.exists()) == (code, False)
-    assert said in done.err
-    assert len(done.err.splitlines()) == 1
-
-
 @pytest.mark.slow
 def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     from matplotlib import pyplot

@@ -29,11 +29,18 @@ from orbitdb.store.asking.criteria import choose
 LISTS = ("rules", "coordinates")
 
 
+AT_A_TIME = {"order.STEP": 100, "row_blocks.ROWS": 50, "question.BLOCK": 30, "fitting.BATCH": 20}
+"""Rows or classes, far fewer than else, so that whatever is read or sorted comes in several parts."""
+
+
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
     """A catalogue, and all of it as a list."""
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
-    return catalogue_to_ask(path), model.rows_of(path)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, count in AT_A_TIME.items():
+            patch.setattr(f"orbitdb.store.reading.{name}", count)
+        yield catalogue_to_ask(path), model.rows_of(path)
 
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)

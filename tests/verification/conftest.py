@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from orbitdb.filling.fill_word import fill_word
-from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling.periods import fill_geometric, fill_periods, fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import parse
 

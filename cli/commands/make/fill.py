@@ -94,7 +94,7 @@ def fill(
 
 
 def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
-    from orbitdb.filling.fill_word import fill_word
+    from orbitdb.filling.periods import fill_word
 
     if dry_run:
         note(f"{len(words)} words to solve at a = {a:g}, in {db}")

@@ -73,7 +73,10 @@ def choose(
 ) -> Selection:
     """Return a selection from plain values, which are those of `Catalogue.select`; a is 1.6 by default.
 
-    A `SelectionError` tells that one of them cannot be used.
+    Raises
+    ------
+    SelectionError
+        If one of them cannot be used.
     """
     if unknown := sorted(set(ranges) - set(MEASURES)):
         raise _no_criterion(unknown)

@@ -36,9 +36,17 @@ def default_path() -> Path:
 
 
 def check_file(path: Path) -> int | None:
-    """Return the version of a file's schema; None if there is no file, or an empty one.
+    """Look at a file before it is opened as a catalogue.
 
-    A `StoreError` tells that it is not a catalogue, or one of a newer orbitdb, or of one before schema 6.
+    Returns
+    -------
+    int or None
+        The version of its schema; None if there is no file, or an empty one.
+
+    Raises
+    ------
+    StoreError
+        If it is not a catalogue, or one of a newer orbitdb, or of one before schema 6.
     """
     try:
         try:

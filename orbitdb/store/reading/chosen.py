@@ -126,9 +126,12 @@ def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
 
     Ids below every key are refused, unless they need not be sound; their order is then 0.
     """
-    low = np.abs(ids) < _LEAST
+    keys = np.abs(ids)
+    low = keys < _LEAST
     if sound and low.any():
         raise unsound("a class with the number", ids[low][0])
     ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
-    found = np.searchsorted(ends, np.abs(ids), side="right")
-    return np.where(low, 0, np.where(np.abs(ids) >= LONG, MAX_KEYED + 1, found))
+    found = np.searchsorted(ends, keys, side="right")
+    found[keys >= LONG] = MAX_KEYED + 1
+    found[low] = 0
+    return found

@@ -16,7 +16,7 @@ from orbitdb.symbols.patterns import Pattern
 from orbitdb.symbols.symmetry import all_images, classify, packed_images
 from orbitdb.symbols.words import MAX_KEYED, packed
 
-_BATCH = 1 << 14
+BATCH = 1 << 14
 """Classes that are looked at at a time: what is in work fits into the processor's cache."""
 
 
@@ -38,10 +38,10 @@ def fitting(
         if p > MAX_KEYED:
             found[here] = _of_long(connection, ids[here], patterns)
             continue
-        for start in range(0, len(here), _BATCH):
+        for start in range(0, len(here), BATCH):
             if cancelled():
                 raise CancelledError
-            batch = here[start : start + _BATCH]
+            batch = here[start : start + BATCH]
             found[batch] = _of_short(np.abs(ids[batch]), p, patterns)
     return found
 

@@ -1,6 +1,7 @@
 """The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,11 @@ from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_RANGES, _SAMPLED = 16, 64
+_RANGES, _SAMPLED = 64, 64
 """Rows are sorted in so many ranges, between quantiles of one value in so many."""
+
+STEP = 1 << 17
+"""Classes, or rows, that are looked at at a time."""
 
 Texts = NDArray[np.int64]
 
@@ -73,19 +77,31 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 
 def _order(values: NDArray[Any]) -> NDArray[np.uint32]:
-    """Return the order of numbers, equal ones as they come, a range at a time: little is there twice."""
+    """Return the order of numbers, equal ones as they come: divided into ranges, which are sorted one by one.
+
+    Nothing but the order is there as often as the numbers are.
+    """
     sample = np.sort(values[::_SAMPLED])
     bounds = sample[:: len(sample) // _RANGES + 1]
-    ranges = np.zeros(len(values), dtype=np.uint8)
-    for bound in bounds:
-        ranges += values >= bound
+    starts = range(0, len(values), STEP)
+    counts = np.zeros((len(bounds) + 1, len(starts)), dtype=np.int64)
+    for step, start in enumerate(starts):
+        counts[:, step] = np.bincount(_ranges(values, bounds, start), minlength=len(counts))
+    ends = np.cumsum(counts).reshape(counts.shape)  # in the order
     order = np.empty(len(values), dtype=np.uint32)
-    done = 0
-    for number in range(len(bounds) + 1):
-        here = np.flatnonzero(ranges == number).astype(np.uint32)
-        order[done : done + len(here)] = here[np.argsort(values[here], kind="stable")]
-        done += len(here)
+    for step, start in enumerate(starts):
+        rows = (start + _ranges(values, bounds, start).argsort(kind="stable")).astype(np.uint32)
+        for number, some in enumerate(np.split(rows, counts[:-1, step].cumsum())):
+            order[ends[number, step] - len(some) : ends[number, step]] = some
+    for first, end in pairwise([0, *ends[:, -1:].ravel().tolist()]):
+        rows = order[first:end]
+        order[first:end] = rows[np.argsort(values[rows], kind="stable")]
     return order
+
+
+def _ranges(values: NDArray[Any], bounds: NDArray[Any], start: int) -> NDArray[np.uint8]:
+    """Return in which of the ranges between bounds the numbers of a step are."""
+    return np.searchsorted(bounds, values[start : start + STEP], side="right").astype(np.uint8)
 
 
 def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
@@ -94,24 +110,24 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
     A number holds the first `MAX_KEYED` symbols, each one more than it is, so that a word comes before those
     that it begins.
     """
-    orders, ends = orders_of(chosen.ids), chosen.ends
-    texts = np.zeros(len(chosen), dtype=np.int64)
-    later = np.zeros(len(chosen) if (orders > MAX_KEYED).any() else 0, dtype=np.int64)
-    for p in np.unique(orders).tolist():  # in the natural order those of one order are one behind the other
-        of_order = np.flatnonzero(orders == p)
-        done = int(ends[of_order[0]]) - int(chosen.counts[of_order[0]])
-        ids, masks = chosen.ids[of_order], chosen.masks[of_order]
-        if p > MAX_KEYED:
-            words = _long_words(connection, ids, masks)
-            ranks = {word: rank for rank, word in enumerate(sorted(words), 1)}
-            texts[done:] = [_text(word) for word in words]
-            later[done:] = [ranks[word] for word in words]
-            continue
+    texts, done = np.zeros(len(chosen), dtype=np.int64), 0
+    short = len(chosen.ids) - int((np.abs(chosen.ids) >= LONG).sum())  # long words come last
+    for start in range(0, short, STEP):
+        step = slice(start, min(start + STEP, short))
+        ids, masks, orders = chosen.ids[step], chosen.masks[step], orders_of(chosen.ids[step])
         stabilisers = stabilisers_of_classes(connection, ids, masks == ALL)
-        for codes in packed_members(packed(np.abs(ids), p), p, masks, stabilisers):
-            texts[done : done + len(codes)] = _raised(codes, p)
-            done += len(codes)
-    return [texts, later] if len(later) else [texts]
+        for p in np.unique(orders).tolist():  # in the natural order those of one order are together
+            here = orders == p
+            for codes in packed_members(packed(np.abs(ids[here]), p), p, masks[here], stabilisers[here]):
+                texts[done : done + len(codes)] = _raised(codes, p)
+                done += len(codes)
+    if short == len(chosen.ids):
+        return [texts]
+    words, later = _long_words(connection, chosen.ids[short:], chosen.masks[short:]), np.zeros_like(texts)
+    ranks = {word: rank for rank, word in enumerate(sorted(words), 1)}
+    texts[done:] = [_text(word) for word in words]
+    later[done:] = [ranks[word] for word in words]
+    return [texts, later]
 
 
 def _raised(codes: NDArray[np.int64], p: int) -> Texts:

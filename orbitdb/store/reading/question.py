@@ -41,7 +41,7 @@ _CODED: sa.ColumnClause[int] = sa.literal_column(
 
 A shift, for a product would be no integer if somebody has altered an id to one of the largest."""
 
-_BLOCK = 1 << 14
+BLOCK = 1 << 14
 
 _FEW = 1 << 16
 """Sorted rows up to which a limit helps SQLite: it takes longer to keep more of them than to sort all."""
@@ -84,8 +84,9 @@ def choose(
         query = query.limit(most)  # every class has a row
     with answering(connection, divided.conditions, cancelled):
         coded, *more = _arrays(connection, query, columns, divided.conditions.where is not None)
-    ids, sizes = coded >> 2, np.int64(1) << (coded & 3)
-    masks = ((1 << sizes) - 1).astype(np.uint8)
+    sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
+    masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
+    ids = np.right_shift(coded, 2, out=coded)
     if divided.of_words:
         masks &= _places(connection, ids, sizes, more.pop(0).astype(np.uint8))
     if divided.patterns:
@@ -94,12 +95,11 @@ def choose(
     kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
-    del coded, sizes  # an order of words needs the room
     return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 
 def _places(
-    connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.int64], elements: Masks
+    connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.uint8], elements: Masks
 ) -> Masks:
     """Turn marks by element, of the words that the elements lead to, into marks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
@@ -177,7 +177,7 @@ def _arrays(
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    while rows_of_block := cursor.fetchmany(_BLOCK):  # few are there as objects
+    while rows_of_block := cursor.fetchmany(BLOCK):  # few are there as objects
         each = zip(*rows_of_block, strict=True)
         numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
         parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])

@@ -25,7 +25,7 @@ COORDINATES = "coordinates"
 COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
 """What can be read of a word: the columns of the view ``catalogue``, and the coordinates of its bounces."""
 
-_ROWS, _LONG_ROWS = 1 << 13, 16
+ROWS, _LONG_ROWS = 1 << 13, 16
 """Rows of a block; fewer where there are words of up to a million symbols among them."""
 
 
@@ -34,9 +34,9 @@ def blocks_of(
 ) -> Iterator[ColumnBlock]:
     """Yield rows of a subset, from one on and below another, by columns, which are some of `COLUMNS`."""
     last = len(chosen) if last is None else min(last, len(chosen))
-    for start in range(first, last, _ROWS):
-        words = chosen.words(start, min(start + _ROWS, last))
-        step = _ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
+    for start in range(first, last, ROWS):
+        words = chosen.words(start, min(start + ROWS, last))
+        step = ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
         for begin in range(0, len(words.ids), step):
             here = slice(begin, begin + step)
             ids, inverse = np.unique(words.ids[here], return_inverse=True)

@@ -1,0 +1,164 @@
+"""What commands refuse: one line that says what is wrong and what to do, no data, and nothing is changed."""
+
+import io
+import shlex
+
+import pytest
+
+REFUSED = """
+nonsense | 2 | nonsense
+colums | 2 | colums | columns
+--versio | 2 | --versio | --version
+table --colour | 2 | --colour | --help
+--db x.db table | 2 | --db | after the command | orbitdb table --db PATH
+fill --p 2 --p 3 | 2 | --p is given 2 times: give it once (
+simulate --a 1 --a=2 | 2 | --a is given 2 times: give it once (
+query --p 3 --p 4 | 2 | --p is given 2 times: give it once (
+
+query --code 1717 | 2 | '7' at place 2
+query --code 1^ | 2 | needs a number
+query --code 13 --a 0 | 2 | half length
+query --code 13 --a wide | 2 | --a
+query --p 2-1 | 2 | backwards: the least period is 2
+query --status lost | 2 | lost
+query --range colour=1:2 | 2 | colour
+query --range length=long: | 2 | length=3:10
+query -P =3 | 2 | name=value
+query --nonsense | 2 | nonsense
+query 13 --p 3 | 2 | --p | --code
+entropy --status dynamical | 2 | of orbits (and boundary): status dynamical has none
+lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
+lyapunov --weight x | 2 | 'x' | exp | det
+lyapunov --cut 0 | 2 | cut 0 | 1000
+lyapunov --cut -1 | 2 | cut -1 | 1000
+lyapunov --cut nan | 2 | cut nan | 1000
+lyapunov --cut 1000.1 | 2 | cut 1000.1 | 1000
+
+query --code 13 --where 'p > 2' | 2 | --where | --code
+query --code 13 --p 3 --order p --limit 3 --offset 1 | 2 | --p, --order, --limit, --offset | --code | them
+query --code 13 -P x=1 | 2 | -P | --code
+query -P x=1 | 2 | -P | --where
+query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
+query --json --format csv | 2 | --json | --format csv | contradict
+fill --p 3 --code 13 | 2 | --p | --code
+fill --code 13 --from 2 --jobs 2 --geometric --executor processes | 2 | --geometric, --jobs | --code | them
+plot orbit --code 13 --p 3 -o x.svg | 2 | --p | plot orbit
+plot reverse --code 13 --limit 3 -o x.svg | 2 | --limit | plot reverse
+plot entropy --code 13 -o x.svg | 2 | --code | plot entropy
+plot births 13 -o x.svg | 2 | WORD | plot births
+plot sheet 13 --code 3 -o x.svg | 2 | WORD, --code | plot sheet
+plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
+bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
+bench --kind stages --p 2 --plot x.svg | 2 | --plot | --kind stages
+verify --seed 3 | 2 | --seed | --sample | --restarts
+export - --format csv --force | 2 | --force | stdout
+
+query --a 1_6 | 2 | 1_6
+query --a ٣ | 2 | ٣
+query --limit 1_0 | 2 | 1_0
+query --limit 1.5 | 2 | 1.5
+query --limit -1 | 2 | -1
+query --range length=1_0: | 2 | 1_0
+query --range length=9:5 | 2 | 9:5
+query --p ٣ | 2 | ٣
+fill --p 1_1 | 2 | 1_1
+lyapunov --cut 1_0 | 2 | 1_0
+simulate --bounces 1e-1 | 2 | 1e-1
+simulate --bounces 1_000 | 2 | 1_000
+simulate --seed 0x10 | 2 | 0x10
+verify --sample 0 | 2 | 0
+verify --restarts 1e9 | 2 | --restarts
+fill --p 3 --jobs 1_0 | 2 | 1_0
+fill --p 3 --jobs 0 | 2 | '--jobs': 0 is less than 1
+
+table --a all --a 1 | 2 | --a all
+query --a 1 --a x | 2 | --a | 'x' is not a number
+entropy --a 1:2 | 2 | --a | FROM:TO:COUNT
+lyapunov --a 0 | 2 | --a | not a half length
+levels --k 5 | 2 | 0:30
+levels --k 5:1 | 2 | 0:30
+levels --k 0:5 --parity xx | 2 | ee, eo, oe or oo
+levels --k 0:5 --a 50 | 2 | 0.05 to 20
+levels --k 0:5000 | 2 | too many
+
+plot orbit -o x.svg | 2 | plot orbit 1232131
+plot orbit --code 001 -o x.svg | 2 | geometrically pruned
+plot sheet -o x.svg | 2 | --p
+plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
+plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
+plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
+plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
+plot entropy -o - | 2 | --format
+plot entropy -o x.pdf --format svg | 2 | leave one of them out
+plot orbit --code 13 -o nowhere/x.pdf | 3 | nowhere/x.pdf cannot be written
+plot orbit --code 13 -o /proc/x.svg | 3 | /proc/x.svg cannot be written
+plot lyapunov -o x.svg --status orbit,unresolved | 2 | status unresolved has none
+
+export x.xlsx | 2 | xlsx
+export orbits | 2 | --format
+export | 2 | --format
+export --format npz | 2 | name a file
+export - | 2 | name a file
+export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
+export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
+export orbits.csv -c colour | 2 | colour
+export nowhere/orbits.npz | 3 | No such file or directory
+export x.csv -o y.csv | 2 | x.csv and -o y.csv: name one file
+export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
+export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do
+export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
+export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of them: nothing is written
+export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
+
+identify --start 0,0 | 2 | three numbers
+identify --start 0,0,½ | 2 | '½' is not a number
+identify --points - --bounces 5 | 2 | --bounces does nothing with --points
+identify --length 3 --mark-words | 2 | --mark-words is for csv and tsv
+identify --points nowhere | 2 | nowhere cannot be read
+identify --points - | 2 | no points
+identify --points /dev/zero | 2 | more than 1000000 characters
+
+sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned, and nothing else
+sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
+sql 'SELECT count(*) FROM run' | 2 | nothing else
+sql 'SELECT name FROM sqlite_master' | 2 | nothing else
+sql "SELECT * FROM pragma_table_info('orbit')" | 2 | nothing else
+sql 'SELECT 1; DELETE FROM orbit' | 2 | one statement
+sql 'DELETE FROM orbit' | 2 | write one SELECT
+sql 'PRAGMA user_version = 3' | 2 | write one SELECT
+sql "ATTACH 'x.db' AS x" | 2 | write one SELECT
+sql 'EXPLAIN SELECT 1' | 2 | write one SELECT
+sql '' | 2 | write one SELECT
+sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2 | WITH may not be used
+sql "SELECT load_extension('x')" | 2 | load_extension() may not be called
+sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
+sql 'SELECT p, p FROM catalogue' | 2 | column 'p' comes twice
+sql 'SELECT colour FROM catalogue' | 2 | the columns are code, word
+sql 'SELECT :x' | 2 | -P name=value
+sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
+sql SELECT | 2 | incomplete input
+"""
+"""A command, its exit code, and what its line says among other things."""
+
+
+def told(line: str) -> tuple[str, int, list[str]]:
+    command, code, *pieces = line.split(" | ")
+    return command, int(code), pieces
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "pieces"),
+    [*map(told, filter(None, REFUSED.splitlines())),
+     (f"sql 'SELECT {'1 + ' * 5000}1'", 2, ["it has 20008 characters with its values; 20000 are allowed"])],
+    ids=lambda value: value[:60] if isinstance(value, str) else "",
+)  # fmt: skip
+def test_what_is_refused_is_told_in_one_line_and_changes_nothing(
+    own, tmp_path, cli, monkeypatch, command, code, pieces
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.stdin", io.StringIO())
+    before = own.read_bytes()
+    done = cli(*shlex.split(command))
+    assert done.says(code, "" if code == 1 else "orbitdb: ", *pieces), done
+    assert own.read_bytes() == before
+    assert {path.name.partition("-")[0] for path in tmp_path.iterdir()} == {own.name}  # and its journal
