@@ -56,6 +56,8 @@ def test_pruned_words_among_the_chosen_have_no_class_to_check(small):
     found = checks(small, chosen)
     assert not any(check.failures for check in found.values())
     assert found["statuses"].rows == len(numbers)
+    ((classes, words),) = ask(small, "SELECT count(*), sum(class_size) FROM cycle WHERE p <= 5")
+    assert (found["classes"].rows, found["counts"].rows) == (classes, words)
 
 
 def test_the_small_catalogue_is_sound_and_says_so(small, cli):
@@ -159,6 +161,15 @@ def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
     outcome = cli("verify", *arguments)
     assert outcome.code == code
     assert message in outcome.err
+
+
+def test_periods_that_are_missing_are_told_at_every_a_that_has_some(small, cli):
+    assert cli("simulate", "--a", "0.5", "--bounces", "1000").code == 0
+    told = cli("verify", "--p", "5-7").err.splitlines()
+    missing = [line.partition(" (")[0] for line in told if "not filled" in line]
+    assert missing == [
+        f"{which} not filled at a = {a}" for which, a in (("periods 5, 7 are", 1), ("period 7 is", 1.6))
+    ]
 
 
 @pytest.mark.slow
