@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -169,17 +169,15 @@ def _from_lines(text: str) -> list[list[float]]:
     """Return two numbers a line, or those in the columns x and y if the first line names them."""
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
-    take: Callable[[Sequence[str]], Sequence[str]] = list
-    if rows and {"x", "y"} <= set(names := rows[0][1]):
-        x, y = names.index("x"), names.index("y")
-        rows, take = rows[1:], lambda row: [row[place] for place in (x, y) if place < len(row)]
-    return [_pair(number, take(row)) for number, row in rows]
-
-
-def _pair(number: int, values: Sequence[str]) -> list[float]:
-    if len(values) != 2:
-        raise ValueError(f"line {number} has not two numbers")
-    try:
-        return [real(value) for value in values]
-    except ValueError as error:
-        raise ValueError(f"line {number}: {error}") from None
+    named = bool(rows) and {"x", "y"} <= set(rows[0][1])
+    places = [rows[0][1].index(name) for name in "xy"] if named else []
+    points = []
+    for number, cells in rows[named:]:
+        values = [cells[place] for place in places if place < len(cells)] if named else cells
+        if len(values) != 2:
+            raise ValueError(f"line {number} has not two numbers")
+        try:
+            points.append([real(value) for value in values])
+        except ValueError as error:
+            raise ValueError(f"line {number}: {error}") from None
+    return points

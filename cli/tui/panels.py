@@ -42,14 +42,8 @@ Press [b]?[/b] for the keys, [b]q[/b] to leave."""
 class Panels(OwnScreen[None]):
     """The state of the main screen: a subset in some order, and an orbit.
 
-    Attributes
-    ----------
-    wanted : str or None
-        The word that the cursor goes to when the rows come.
-    left : str or None
-        The word of the row under the cursor, while another one that has no row is on show.
-    solving : str or None
-        The word that is looked up or solved.
+    The cursor goes to the wanted word when the rows come. One that was left is that of the row under the
+    cursor, while another word without a row is on show. The one that is solving is looked up or solved.
     """
 
     wanted: str | None = None
@@ -125,7 +119,7 @@ class Panels(OwnScreen[None]):
         if selection.a != old.a:
             self.wanted = self.left = self.rows.total = None
             self.orbit, self.compared = None, ()
-            self.rows.say_gaps([], "")
+            self.rows.say_gaps("", "")
             self.rows.table.show(NONE)
         self.say_choices()
         self.read()

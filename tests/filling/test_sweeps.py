@@ -4,6 +4,7 @@ from contextlib import closing
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from time import monotonic, thread_time
 from typing import Any
 
 import numpy as np
@@ -83,6 +84,10 @@ def test_seconds_that_pass_and_those_of_processors_are_kept_apart(tmp_path):
     sweep = swept(tmp_path / "orbits.db", periods=[6], workers=Tired())[6]
     assert sweep.processor % 3600.0 == 0.0 < sweep.processor
     assert 0.0 < sweep.seconds < 3600.0
+    begun, of_processor = monotonic(), thread_time()
+    alone = swept(tmp_path / "alone.db", periods=[8])[8]
+    assert 0.0 < alone.processor < thread_time() - of_processor
+    assert 0.0 < alone.seconds < monotonic() - begun
 
 
 @pytest.mark.usefixtures("small_sweeps")

@@ -195,5 +195,9 @@ def test_proofs_know_how_far_a_number_may_be(solved):
             moved = changed(rows, name, 2, first(rows, name, 2) + by * most)
             check, proved, *_ = prove(moved, stadium)
             assert proved.tolist() == [right or row != 2 for row in range(6)], (name, by)
+    for bound in BOUNDED.values():
+        check, proved, *_ = prove(changed(rows, bound, 2, 0.0), stadium)
+        assert proved.tolist() == [row != 2 for row in range(6)]
+        assert check.share == np.inf
     wrong = replace(rows, status=np.where(np.arange(6) == 4, "dynamical", rows.status))
     assert prove(wrong, stadium)[1].tolist() == [True] * 4 + [False, True]

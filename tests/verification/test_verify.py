@@ -161,6 +161,15 @@ def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
     assert message in outcome.err
 
 
+def test_periods_that_are_missing_are_told_at_every_a_that_has_some(small, cli):
+    assert cli("simulate", "--a", "0.5", "--bounces", "1000").code == 0
+    told = cli("verify", "--p", "5-7").err.splitlines()
+    missing = [line.partition(" (")[0] for line in told if "not filled" in line]
+    assert missing == [
+        f"{which} not filled at a = {a}" for which, a in (("periods 5, 7 are", 1), ("period 7 is", 1.6))
+    ]
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_period_in_the_making_is_no_failure(tmp_path):

@@ -54,13 +54,7 @@ def told(lives: Lives, before: float, after: float) -> str | None:
 
 
 class Following:
-    """The main screen, looked at for another *a* than that of its rows.
-
-    Attributes
-    ----------
-    away : float or None
-        The *a* that words are followed to, if it is not that of the rows.
-    """
+    """The main screen, looked at for another *a* than that of its rows if it is away there."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen

@@ -22,19 +22,11 @@ Found = tuple[int | None, str]
 
 
 def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Found:
-    """Return where what was typed leads to, and say what that is.
+    """Return the first row that what was typed leads to, and say what that is.
 
-    A number of one or two digits is a period, if the rows have it. Everything else is a code: a word in
-    any rotation, or else how the code of a row begins.
-
-    Parameters
-    ----------
-    pages : Pages
-        The rows in their order; the first that fits is meant.
-    typed : str
-        Digits.
-    cancelled : callable, optional
-        Asked now and then whether nobody waits any more; then `CancelledError` is raised.
+    A number of one or two digits is a period, if the rows have it. Everything else is a code: a word in any
+    rotation, or else how the code of a row begins. ``cancelled`` is asked now and then whether nobody waits
+    any more (`CancelledError`).
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0

@@ -26,7 +26,7 @@ _MARK = "*"
 class PagedTable(ScrollView, can_focus=True):
     """Rows of `Pages`, with a cursor; the heading sorts when it is clicked."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--sorted", "table--dim"}
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--dim"}
     KEYS: ClassVar[Keys] = {
         "moving": [
             key("j,down", "move(1)", "next row"),

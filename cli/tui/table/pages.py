@@ -37,22 +37,10 @@ class Ordering:
 
 @dataclass(eq=False)
 class Pages:
-    """The rows of a subset in some order; the last blocks that were read are kept.
+    """The rows of a subset in some order, the code first in each; the last blocks that were read are kept.
 
-    Attributes
-    ----------
-    catalogue : Catalogue or None
-        None for no rows (`NONE`).
-    chosen : Chosen
-        The subset in its order.
-    fields : sequence of str
-        What is read of a row, the code first.
-    stored : Pages or None
-        The rows as they are stored, if these are what they are at another *a*.
-    a : float or None
-        That other *a*: what is not known there is blank.
-    standing : ndarray of uint8, shape (C,), or None
-        A `Standing` a class of the subset there.
+    At another *a*, rows are the ``stored`` ones with a `Standing` a class of the subset there, shape (C,),
+    and what is not known there is blank. Without a catalogue there are no rows (`NONE`).
     """
 
     catalogue: Catalogue | None

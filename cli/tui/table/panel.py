@@ -21,24 +21,16 @@ _AT_WORK = ("reading …", "sorting …")
 Asked = tuple[Selection, Ordering]
 """A subset, and the order of its rows."""
 
-Gaps = tuple[list[int], str]
-"""Periods that are stored in part, and a line on others."""
-
-_Found = tuple[Pages, Gaps, int | None]
+_Found = tuple[Pages, tuple[str, str], int | None]
 """Rows, what they lack, and how many there are without a filter; None with the first rows of all."""
 
 _FIRST = 100
 
 
 class RowsPanel(Vertical):
-    """The rows of a subset in some order.
+    """The rows of a subset in some order: what is asked for is on show, or read at present.
 
-    Attributes
-    ----------
-    asked : Asked or None
-        What is on show, or read at present.
-    total : int or None
-        How many rows there are without a filter, once they have been counted.
+    The total is how many rows there are without a filter, once they have been counted.
     """
 
     report: reactive[str] = reactive("", repaint=False)
@@ -139,11 +131,9 @@ class RowsPanel(Vertical):
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "words"
 
-    def say_gaps(self, partial: list[int], gaps: str) -> None:
+    def say_gaps(self, partial: str, gaps: str) -> None:
         """Say which of the periods asked for are stored in part, and what of the others is not known."""
-        listed = ", ".join(map(str, partial))
-        verb = "are" if len(partial) > 1 else "is"
-        self.border_subtitle = f"p = {listed} {verb} partial" if partial else ""
+        self.border_subtitle = partial
         self._note("#unfilled", gaps)
 
     def say_standing(self, text: str | None) -> None:
@@ -166,8 +156,10 @@ class RowsPanel(Vertical):
     on_paged_table_moved = say_position
 
 
-def _gaps(catalogue: Catalogue, selection: Selection) -> Gaps:
-    """Return the partial periods, and which are not filled, or lack the births that the subset depends on."""
+def _gaps(catalogue: Catalogue, selection: Selection) -> tuple[str, str]:
+    """Say which periods are partial, and which are not filled, or lack births that the subset depends on."""
     unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
     parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]
-    return [fill.p for fill in catalogue.partial(selection)], "; ".join(filter(None, parts))
+    partial = [str(fill.p) for fill in catalogue.partial(selection)]
+    verb = "are" if len(partial) > 1 else "is"
+    return f"p = {', '.join(partial)} {verb} partial" if partial else "", "; ".join(filter(None, parts))
