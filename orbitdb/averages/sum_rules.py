@@ -107,12 +107,20 @@ def orbits_of_words(
     terms = np.empty((4, len(words)))
     for rows, legs in cut(words):
         terms[:, rows] = _terms(derivatives(legs, a, newton(legs, a).alpha))
-    return TiltedOrbits.of(size, lyapunov, terms, exact_means(a))
+    return _orbits(size, lyapunov, terms, a)
 
 
 def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> TiltedOrbits:
     """Return orbits that are solved, given the sizes of their classes."""
-    return TiltedOrbits.of(size, found.lyapunov, _terms(found.slopes), exact_means(a))
+    return _orbits(size, found.lyapunov, _terms(found.slopes), a)
+
+
+def _orbits(size: NDArray[np.int64], lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
+    """Return orbits, given the terms of `_terms`."""
+    legs, *sums = terms
+    means = exact_means(a).terms
+    held = np.stack([term - mean.value * legs for term, mean in zip(sums, means, strict=True)])
+    return TiltedOrbits(np.log(size) - lyapunov, held, lyapunov - np.sum(sums, axis=0), legs)
 
 
 def _terms(slopes: Derivatives) -> Floats:

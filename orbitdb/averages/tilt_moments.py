@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages.exact_means import ExactMeans
 from orbitdb.equality import ByValue
 
 Floats = NDArray[np.float64]
@@ -73,19 +72,6 @@ class TiltedOrbits(ByValue):
     x: Floats
     rest: Floats
     legs: Floats
-
-    @classmethod
-    def of(
-        cls, size: NDArray[np.int64], lyapunov: Floats, terms: Floats, means: ExactMeans
-    ) -> "TiltedOrbits":
-        """Return orbits with all three quantities.
-
-        Given are the sizes of their classes, their lambdas, shape (N,), and the number of their legs with the
-        sums of ln D, ln K and c2 over these, shape (4, N).
-        """
-        legs, *sums = terms
-        held = np.stack([term - mean.value * legs for term, mean in zip(sums, means.terms, strict=True)])
-        return cls(np.log(size) - lyapunov, held, lyapunov - np.sum(sums, axis=0), legs)
 
     @classmethod
     def joined(cls, parts: "Iterable[TiltedOrbits]") -> "TiltedOrbits":

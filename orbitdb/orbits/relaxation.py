@@ -10,6 +10,7 @@ Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth 
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,18 +137,14 @@ def _at_rest(words: NDArray[np.uint8], stadium: Stadium, x: Floats, step: int) -
     """Return what the coordinates of words at rest say, shape (N, p), without error bounds."""
     links = Links.of(stadium, words, x)
     margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)
-    unknown = np.full(len(words), np.nan)
-    return Orbits(
-        words=words,
+    return replace(
+        Orbits.empty(words),
         status=np.where(margin > 0, Status.ORBIT.value, Status.DYNAMICAL.value),
         coordinates=x,
         length=links.after.sum(axis=1),
         lyapunov=_exponent(bounce_matrices(stadium, words, x)),
         margin=margin,
         residual=np.abs(links.cos_in - links.cos_out).max(axis=1),
-        error=unknown,
-        length_error=unknown,
-        lyapunov_error=unknown,
         iterations=np.full(len(words), step),
     )
 

@@ -105,10 +105,8 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
     return ABOVE * (second + add_up(each * terms + 9 * EPSILON * np.abs(np.cos(half))))
 
 
-def lambda_error(
-    legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats | None = None
-) -> Floats:
-    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value, if known.
+def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:
+    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value.
 
     tr M - 2 is a sum of products that hold every drift and kick at most once. So its logarithm is off by
     at most the sum of what theirs are off by, r, and lambda by r tanh of half the larger of the two
@@ -120,7 +118,6 @@ def lambda_error(
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
     relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * EPSILON
-    value = exponent(slopes) if value is None else value
     bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * EPSILON * value
     return ABOVE * bound
 

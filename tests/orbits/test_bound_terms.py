@@ -19,6 +19,7 @@ from solutions import random_word
 
 from orbitdb.billiard import bounces, legs, stability
 from orbitdb.billiard.legs import Legs, add_up, cut, derivatives, direction_limits, gradient_rounding
+from orbitdb.billiard.stability import exponent
 from orbitdb.orbits import status as bounds
 from orbitdb.orbits.balls.enclosure import distance
 from orbitdb.orbits.balls.path import BallPath, Balls
@@ -104,7 +105,7 @@ def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -
         "slack": slack[:, :, 0],
         "place": bounds.coordinate_error(own, a, alpha, direction, slack),
         "length": bounds.length_error(own, a, alpha, slopes, direction),
-        "lambda": bounds.lambda_error(own, slopes, direction),
+        "lambda": bounds.lambda_error(own, slopes, direction, exponent(slopes)),
     }
 
 
