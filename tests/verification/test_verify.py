@@ -56,6 +56,8 @@ def test_pruned_words_among_the_chosen_have_no_class_to_check(small):
     found = checks(small, chosen)
     assert not any(check.failures for check in found.values())
     assert found["statuses"].rows == len(numbers)
+    ((classes, words),) = ask(small, "SELECT count(*), sum(class_size) FROM cycle WHERE p <= 5")
+    assert (found["classes"].rows, found["counts"].rows) == (classes, words)
 
 
 def test_the_small_catalogue_is_sound_and_says_so(small, cli):
