@@ -14,7 +14,7 @@ import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
-from orbitdb.store.writing.cursors import Cursor, OvertakenError, close, hold, is_open, move
+from orbitdb.store.writing.cursors import Cursor, OvertakenError, close, hold, move
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
@@ -113,7 +113,7 @@ def _blocks(
 
 
 def _close(writer: Writer, work: Work[Part], cursor: Cursor) -> None:
-    """Check that a period is whole, and note it, unless another process that did the same was faster."""
+    """Check that a period is whole, and note it; `OvertakenError` tells that another process has done so."""
     with writer.reading() as connection:  # it takes a while, in which others may write
         words, values = work.counted(connection, cursor)
     if words != (total := count_admissible(cursor.p)):
@@ -121,5 +121,5 @@ def _close(writer: Writer, work: Work[Part], cursor: Cursor) -> None:
             f"period {cursor.p} holds {words} words instead of {total}: {writer.path} is damaged"
         )
     with writer.writing() as connection:
-        if is_open(connection, cursor):
-            close(connection, cursor, {**values, **work.closing(connection, cursor)})
+        hold(connection, cursor)
+        close(connection, cursor, {**values, **work.closing(connection, cursor)})

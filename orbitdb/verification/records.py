@@ -63,26 +63,23 @@ def record_parts(connection: sa.Connection) -> Iterator[Part]:
 
 
 def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
-    found = bounds_stored(connection, a=a)
-    wrong = _wrong_bounds(found, _made_here(connection, a))
+    found, table = bounds_stored(connection, a=a), entropy_bound.c
+    made = sa.select(table.proof, table.edges).where(table.a == a, table.run.in_(runs_of_here(connection)))
+    wrong = _wrong_bounds(found, {(proof, edges) for proof, edges in connection.execute(made)})
     labels = [f"windows of {each.window} edges at a = {a:g}" for each in wrong]
     yield listed("entropy", len(found), labels)
 
 
-def _made_here(connection: sa.Connection, a: float) -> set[tuple[str, int]]:
-    """Return proof and edges of the bounds at one a that this version has found with this arithmetic."""
-    table = entropy_bound.c
-    query = sa.select(table.proof, table.edges).where(table.a == a, table.run.in_(runs_of_here(connection)))
-    return {(proof, edges) for proof, edges in connection.execute(query)}
-
-
 def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) -> Iterator[EntropyBounds]:
-    """Yield the rows that are not sound, have nothing in common with new bounds or closer ones, or differ."""
+    """Yield the rows that are not sound, have nothing in common with new bounds or closer ones, or differ.
+
+    Proof and edges say which are ours: of this version, with this arithmetic.
+    """
     sound = [each for each in found if is_sound(each)]
     new = _new_bounds(sound) if sound else {}
     for each in found:
         others: list[EntropyBounds] = [*new.values(), *(x for x in sound if x.width < each.width)]
-        agrees = each in sound and all(_meet(each, other) for other in others)
+        agrees = each in sound and all(x.lower <= each.upper and each.lower <= x.upper for x in others)
         counted = new.get(each.window) if (each.proof, each.window) in ours else None
         if not agrees or (counted is not None and not _is_recounted(each, counted)):
             yield each
@@ -98,10 +95,6 @@ def _new_bounds(found: Sequence[EntropyBounds]) -> "Mapping[int, EntropyBounds]"
         if bounds.window >= max(each.window for each in found) or bounds.windows > RECOUNTED:
             break
     return new
-
-
-def _meet(one: EntropyBounds, other: EntropyBounds) -> bool:
-    return one.lower <= other.upper and other.lower <= one.upper
 
 
 def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:

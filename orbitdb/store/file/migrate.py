@@ -53,8 +53,11 @@ def migrate(path: Path) -> Migration:
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
-    if backup:
-        _tighten(path)
+    if (
+        backup
+    ):  # give back the room of what is gone, unless the disk is too full, or another one writes already
+        with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as own:
+            own.execute("VACUUM")
     return Migration(before, SCHEMA_VERSION, backup)
 
 
@@ -87,12 +90,6 @@ def _back_up(path: Path, version: int) -> Path:
         for part in parts:
             part.unlink(missing_ok=True)
     return backup
-
-
-def _tighten(path: Path) -> None:
-    """Give back the room of what is gone, unless the disk is too full, or another process writes already."""
-    with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as connection:
-        connection.execute("VACUUM")
 
 
 def _create(connection: sa.Connection) -> None:

@@ -88,11 +88,6 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
     return replace(cursor, row=row | added)
 
 
-def is_open(connection: sa.Connection, cursor: Cursor) -> bool:
-    """Tell whether nobody has closed the period yet."""
-    return connection.scalar(sa.select(cursor.table.c.state).where(cursor.rows(cursor.table))) != DONE
-
-
 def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
     """Note that a period is complete, with what is known of it then."""
     table = cursor.table
