@@ -36,7 +36,8 @@ def run() -> None:
     gc.set_threshold(_LOADED)  # looking again and again takes a tenth of the time of a short command
     end_as_users_expect()
     stand_in_for_closed()
-    escape_what_has_no_code()
+    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")  # what its encoding has not, as stderr does
     code = execute(sys.argv[1:] or ["--help"])
     end_undisturbed()
     gc.freeze()  # the process takes all that is there with it
@@ -150,9 +151,3 @@ def stand_in_for_closed() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "r"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, until the end
-
-
-def escape_what_has_no_code() -> None:
-    """Let stdout escape characters that its encoding has not, such as those of a path, as stderr does."""
-    if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
-        sys.stdout.reconfigure(errors="backslashreplace")

@@ -35,10 +35,19 @@ _NATURAL = ("p", "representative", "element")
 Row = tuple[Any, ...]
 
 
-def with_a(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of columns with a among them: behind those that are of the word, or before them all."""
-    if "a" in names:
-        return tuple(names)
+def asked_columns(
+    columns: str | None, usual: Sequence[str], a: Sequence[str] | None, known: Sequence[str] | None = None
+) -> tuple[str, ...]:
+    """Return the columns that are asked for, or the usual ones, of those of the catalogue or of some others.
+
+    Where several a may be meant, a is among them: behind the word, or before them all.
+    """
+    from orbitdb.store.asking.conditions import COLUMNS
+    from orbitdb.store.asking.parsing import parse_names
+
+    names = tuple(usual if columns is None else parse_names(columns, COLUMNS if known is None else known))
+    if "a" in names or not arguments.several(a):
+        return names
     place = 1 if names[:1] in (("code",), ("word",)) else 0
     return (*names[:place], "a", *names[place:])
 

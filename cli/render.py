@@ -131,19 +131,19 @@ def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[
         if f"{name}_error" in columns and name in columns
     ]
     for row in rows:
-        texts.append([_cell(name, value) for name, value in zip(columns, row, strict=True)])
+        cells = [
+            printable(code_text(value)) if name in _CODES and value is not None else number(name, value)
+            for name, value in zip(columns, row, strict=True)
+        ]
         for place, beside in errors:
-            texts[-1][place] = as_sure(row[place], row[beside])
+            cells[place] = as_sure(row[place], row[beside])
+        texts.append(cells)
         left = [known or not _is_number(value) for known, value in zip(left, row, strict=True)]
     return texts, left
 
 
 def _is_number(value: Any) -> bool:
     return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
-
-
-def _cell(name: str, value: Any) -> str:
-    return printable(code_text(value)) if name in _CODES and value is not None else number(name, value)
 
 
 _CODES = {"code", "word", "representative"}

@@ -51,18 +51,13 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
         above, below = made.subplots(2, 1, sharex=True)
         labels = r"$\langle \lambda_d \rangle$ (per bounce)", r"$\langle \lambda_c \rangle$ (per length $R$)"
         for ax, name, label in zip((above, below), ("lambda_d", "lambda_c"), labels, strict=True):
-            curves.draw_lyapunov(ax, p, shown, name, label, _line(found, name))
+            trajectories = f"{name}_trajectory", f"{name}_error_trajectory"
+            line = tuple(found[each][0] for each in trajectories) if trajectories[0] in shown else None
+            curves.draw_lyapunov(ax, p, shown, name, label, line)
         above.set(xlabel="")
         entitle(made, _described(chosen, found["p"]))
         explain(made, above)
     return made
-
-
-def _line(found: Result, name: str) -> tuple[float, float] | None:
-    """Return what trajectories give of an exponent."""
-    if f"{name}_trajectory" not in found.columns:
-        return None
-    return found[f"{name}_trajectory"][0], found[f"{name}_error_trajectory"][0]
 
 
 def _told(found: Result) -> Result:

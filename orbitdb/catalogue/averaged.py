@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -267,11 +268,18 @@ def enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str]:
     """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
     if (known := stored_enclosure(catalogue, a)) is not None:
         return known
+    found = _found_now(a)
+    closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
+    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+
+
+@cache
+def _found_now(a: float) -> EntropyBounds:
+    """Return bounds on the entropy at one a, for which the next average there need not wait again."""
     from orbitdb.entropy.bounds import search
 
     *_, last = search(Stadium(a), _EDGES)
-    closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
-    return last, f"entropy of all orbits: {last.between}, proved by {last.basis}; {closer}"
+    return last
 
 
 def outside(

@@ -1,6 +1,6 @@
 """Verdicts on windows decided once more in ball arithmetic, one by one: a bound that rests on no rounding.
 
-Every verdict is one clamped problem (`orbitdb.entropy.clamped.corner`), which is whole numbers, a, and the
+Every verdict is one clamped problem (`orbitdb.entropy.verdicts.corner`), which is whole numbers, a, and the
 limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, which are far enough
 outside to be taken as exact, and pi/2, which is a ball. Directions found in doubles only say where to look,
 and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the clamped directions
@@ -19,8 +19,7 @@ from flint import arb, ctx
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy.clamped import Corner, corner, solve_corner
-from orbitdb.entropy.verdicts import BATCH, Decision, Tell, Verdict, decide
+from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Tell, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import Windows, open_chains
 
 PRECISION = 64

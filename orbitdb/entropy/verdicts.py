@@ -1,4 +1,20 @@
-"""What becomes of windows: allowed, forbidden or undecided, whatever stands beyond their ends."""
+"""What becomes of windows: allowed, forbidden or undecided, whatever stands beyond their ends.
+
+Two clamped problems tell: the directions in a window when what lies beyond its ends is pushed to either
+extreme. Every extreme continuation is written as a leg of given direction outside and a run before it:
+
+* a run of which nothing is known pulls with a force in [-1, 1]: the ends are endless runs (k infinite),
+  down or up;
+* a run of at least K bounces of sense d pulls between -d, as an endless one does, and what it does
+  with K bounces and a leg beyond of direction -d pi/2;
+* a leg of at least q walls has a direction s x, s the sign, x from its least (`direction_limits`) to pi/2.
+
+So all ends are one: legs 0 and m + 1 are given, and the legs between them maximise the length within their
+limits. These ranges hold every continuation, however long its runs and legs.
+
+With theta_j = sigma_j alpha_j, sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
+entry off its diagonal. So all theta rise with the push at either end (docs/entropy-proof.md).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,11 +23,183 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import check_functions
-from orbitdb.billiard.legs import Floats
-from orbitdb.entropy.clamped import Condition, corner, solve_corner
-from orbitdb.entropy.windows import OpenChains, Windows, open_chains
-from orbitdb.equality import ByValue
+from orbitdb.arithmetic import ABOVE, check_functions
+from orbitdb.billiard.legs import (
+    Chain,
+    Derivatives,
+    Floats,
+    centre_directions,
+    derivatives,
+    direction_limits,
+    gradient_rounding,
+    pressed_directions,
+)
+from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
+from orbitdb.equality import ByValue, Columns
+from orbitdb.orbits.cyclic import tridiagonal
+
+EPSILON = float(np.finfo(float).eps)
+MAX_STEPS = 16
+_CLEAR = 8.0
+"""Where f is so many times its error, its sign is known and its size well enough."""
+
+_SMALL = 1e-9
+ROUNDING = 12 * EPSILON
+"""psi/2k is good to 4.3 units, the sum adds 2.5; pi/2 as a double moves directions by less than one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corner(Columns):
+    """N windows with an extreme push at each end.
+
+    Attributes
+    ----------
+    legs : Chain
+        Runs and legs 0 to m + 1 as `OpenChains` has them, the runs at the ends as the push wants them.
+    low, high : ndarray, shape (m + 2, N)
+        Limits of the directions; equal for the legs outside.
+    marked : ndarray of intp, shape (N,)
+        The row of the marked junction.
+    lean : ndarray, shape (N,)
+        c in its condition, f = h + c o > 0, with h = psi/2k of the run and o the direction of the leg.
+    """
+
+    legs: Chain
+    low: Floats
+    high: Floats
+    marked: NDArray[np.intp]
+    lean: Floats
+
+
+def orientation(chains: OpenChains) -> Floats:
+    """Return sigma, shape (m + 2, N), +1 at the marked leg."""
+    sigma = np.ones_like(chains.n)
+    for row in range(1, len(sigma) - 1):
+        sigma[row + 1] = sigma[row] * np.where(chains.n[row] % 2 == 1, 1.0, -1.0)
+    return sigma * chains.at_mark(sigma)
+
+
+def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
+    """Push the ends of windows.
+
+    Parameters
+    ----------
+    chains : OpenChains
+    a : float
+        Half length of a straight wall.
+    left, right : ndarray, shape (N,)
+        +1 where an end is pushed so that the marked direction is as high as can be, -1 for as low.
+    """
+    sigma = orientation(chains)
+    k, d, n, s = chains.k.copy(), chains.d.copy(), chains.n.copy(), chains.s.copy()
+    low, high = direction_limits(Chain(k, d, n, s), a)
+    ends = ((0, 1, chains.left, -sigma[1] * left), (-1, -1, chains.right, sigma[-1] * right))
+    for leg, run, kind, push in ends:
+        d[run] = np.where(kind == UNKNOWN_RUN, push, d[run])
+        endless = (kind != PART_OF_LEG) & (push * d[run] > 0)
+        k[run] = np.where(endless, np.inf, k[run])
+        steep = np.where(push * s[leg] > 0, HALF_PI, np.where(s[leg] > 0, low[leg], -high[leg]))
+        low[leg] = high[leg] = np.where(kind == PART_OF_LEG, s[leg] * steep, -d[run] * HALF_PI)
+        n[leg] = s[leg] = 0
+    k[0] = np.inf
+    return Corner(Chain(k, d, n, s), low, high, chains.marked, chains.lean)
+
+
+@dataclass(frozen=True, eq=False)
+class Condition(ByValue):
+    """The condition f > 0 of the marked junction at some directions, which need not be the maximum's.
+
+    Attributes
+    ----------
+    alpha : ndarray, shape (m + 2, N)
+        The directions.
+    value : ndarray, shape (N,)
+        f, in radians.
+    error : ndarray, shape (N,)
+        How far f is from its value at the maximum, at most; rounding included.
+    """
+
+    alpha: Floats
+    value: Floats
+    error: Floats
+
+
+def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
+    """Find the sign of the marked junction's condition, by Newton's method on all windows at once.
+
+    A window leaves the batch when its error bound is small beside f, or does not shrink any more: then the
+    sign is known, or cannot be.
+
+    Parameters
+    ----------
+    problem : Corner
+    a : float
+    enough : ndarray, shape (N,)
+        Error of f that is small enough whatever f is.
+    """
+    alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
+    solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
+    active = np.arange(len(problem.marked))
+    last = np.full(len(active), np.inf)
+    for _ in range(MAX_STEPS):
+        slopes = derivatives(problem.legs, a, alpha)
+        pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
+        found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
+        solved.alpha[:, active] = alpha
+        solved.value[active], solved.error[active] = found.value, found.error
+        going = np.flatnonzero(_worth(found, last, enough[active]))
+        if not len(going):
+            break
+        if len(going) < len(active):
+            active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
+            problem, slopes = problem.rows(going), slopes.rows(going)
+        last = found.error[going]
+        alpha = _step(problem, alpha, slopes, pressed)
+    return solved
+
+
+def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
+    """Tell for which windows a further step may tell more."""
+    unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
+    return unclear & ((found.error > _SMALL) | (found.error < last / 2))
+
+
+def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:
+    """Return the directions after a Newton step within the limits; those that press against one stay."""
+    stays = pressed[1:-1]
+    w = slopes.stiffness
+    diagonal = slopes.beyond[1:-1] + w[1:-1] + w[2:]
+    beside = np.where(stays[1:] | stays[:-1], 0.0, w[2:-1] * problem.legs.parity[1:-2])
+    rhs = np.where(stays, 0.0, slopes.gradient[1:-1])
+    alpha[1:-1] += tridiagonal(diagonal, beside, rhs[None])[0]
+    return np.clip(alpha, problem.low, problem.high)
+
+
+def _direction_error(
+    legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
+) -> Floats:
+    """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
+
+    As in `orbitdb.orbits.status`, where the legs outside are given and so do not enter.
+    """
+    inner = slice(1, -1)
+    size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]
+    steep = np.where(pressed[inner], np.maximum(rounding - size, 0.0), size + rounding)
+    worst: Floats = (2 * steep / slopes.beyond[inner]).max(axis=0, initial=0.0)
+    return ABOVE * worst
+
+
+def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
+    """Evaluate f of the marked junctions, given the error of the directions."""
+    row, word = problem.marked, np.arange(len(problem.marked))
+    k, d = problem.legs.k[row, word], problem.legs.d[row, word]
+    outgoing = alpha[row, word]
+    incoming = problem.legs.parity[row - 1, word] * alpha[row - 1, word]
+    half = (np.pi - d * (incoming + outgoing)) / (2 * k)
+    value = half + problem.lean * outgoing
+    return Condition(alpha, value, ABOVE * error * (1 + 1 / k) + ROUNDING)
+
 
 BATCH = 1 << 15
 """Windows that are solved at a time: it bounds the memory."""
@@ -71,8 +259,8 @@ def _decide(chains: OpenChains, a: float) -> Decision:
     nothing = np.zeros(len(chains))
     least, most = _f(chains, a, -1, -1, nothing), _f(chains, a, 1, 1, nothing)
     verdict = np.full(len(chains), Verdict.UNDECIDED, dtype=np.uint8)
-    verdict[least.lower > 0] = Verdict.ALLOWED
-    verdict[most.upper < 0] = Verdict.FORBIDDEN
+    verdict[least.value > least.error] = Verdict.ALLOWED
+    verdict[most.value < -most.error] = Verdict.FORBIDDEN
     extend_left = np.zeros(len(chains), dtype=np.bool_)
     rows = np.flatnonzero(verdict == Verdict.UNDECIDED)
     low, high = least.value[rows], most.value[rows]

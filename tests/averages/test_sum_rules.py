@@ -156,8 +156,12 @@ def test_averages_are_those_of_all_orbits(monkeypatch, a):
         moments.append({level: TiltMoments.of(mu, orbits.held(level)) for level, mu in tilts})
     found = swept_sum_rules(a, moments, last + 1)
     less = swept_sum_rules(a, [{min(each): each[min(each)]} for each in moments], last)
+    alone = swept_sum_rules(a, [{max(each): each[max(each)]} for each in moments], last)
     beginning.cache_clear()
     beyond = expected.p > first
+    assert (alone.level == expected.level).all()
+    np.testing.assert_allclose(alone.lambda_l, expected.lambda_l, rtol=0, atol=1e-7)
+    assert np.isnan(alone.lambda_l_below[beyond]).all()
     assert (less.level == expected.level - beyond).all()
     np.testing.assert_allclose(less.lambda_l[beyond], expected.lambda_l_below[beyond], rtol=0, atol=1e-7)
     assert np.isnan(less.lambda_l_below[beyond]).all()

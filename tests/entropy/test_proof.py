@@ -8,9 +8,8 @@ from flint import arb
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
 from orbitdb.entropy.bounds import search
-from orbitdb.entropy.clamped import corner, solve_corner
 from orbitdb.entropy.proof import Proof, condition_in_balls, proved
-from orbitdb.entropy.verdicts import Decision, Verdict, decide
+from orbitdb.entropy.verdicts import Decision, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import MIRROR, Windows, extended, first_windows, open_chains
 
 OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
@@ -90,7 +89,7 @@ def test_directions_from_elsewhere_only_say_where_to_look(way):
             problem = corner(chains, 1.6, way * chains.sense, way * chains.lean)
             exact = solve_corner(problem, 1.6, np.zeros(len(chains)))
             start = random.normal(size=problem.low.shape).T.tolist()
-            for column, lower, upper in zip(range(len(chains)), exact.lower, exact.upper, strict=True):
+            for column, (value, error) in enumerate(zip(exact.value, exact.error, strict=True)):
                 found = condition_in_balls(problem, column, 1.6, start[column])
                 assert found is not None
-                assert found.overlaps(arb(lower).union(arb(upper)))
+                assert found.overlaps(arb(value, error))

@@ -14,9 +14,8 @@ from solutions import words_of
 
 from orbitdb.billiard.bounces import slacks
 from orbitdb.billiard.legs import cut, half_turns
-from orbitdb.entropy import clamped
-from orbitdb.entropy.clamped import corner, solve_corner
-from orbitdb.entropy.verdicts import Verdict, decide
+from orbitdb.entropy import verdicts
+from orbitdb.entropy.verdicts import Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import (
     IN_RUN,
     MAY_FOLLOW,
@@ -123,8 +122,9 @@ def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.empty(len(windows)), np.empty(len(windows))
     for rows, chains in open_chains(windows):
         exact = np.zeros(len(chains))
-        low[rows] = solve_corner(corner(chains, a, -chains.sense, -chains.lean), a, exact).lower
-        high[rows] = solve_corner(corner(chains, a, chains.sense, chains.lean), a, exact).upper
+        least = solve_corner(corner(chains, a, -chains.sense, -chains.lean), a, exact)
+        most = solve_corner(corner(chains, a, chains.sense, chains.lean), a, exact)
+        low[rows], high[rows] = least.value - least.error, most.value + most.error
     return low, high
 
 
@@ -216,7 +216,7 @@ def test_what_is_too_close_to_call_is_undecided(monkeypatch):
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict
-    monkeypatch.setattr(clamped, "ROUNDING", 0.2)
+    monkeypatch.setattr(verdicts, "ROUNDING", 0.2)
     rough = decide(windows, 1.6).verdict
     assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()
     assert {*plain[rough != plain]} == {Verdict.ALLOWED, Verdict.FORBIDDEN}

@@ -9,14 +9,13 @@ from contextlib import closing, suppress
 from types import SimpleNamespace
 
 import pytest
-from contents import agrees, content, is_sound
+from contents import content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.file import database
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.engines import reading_engine, writing_engine
-from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.writer import Writer
@@ -86,22 +85,6 @@ def test_a_run_that_was_taken_back_is_noted_again(filled):
     writer.close()
     with closing(sqlite3.connect(filled)) as plain:
         assert plain.execute("SELECT count(*) FROM run WHERE id = ?", (number,)).fetchone() == (1,)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("options", [pytest.param([], marks=pytest.mark.fuzz), ["--jobs", "2"]])
-def test_a_commit_holds_rows_and_cursor(filled, tmp_path, options):
-    """Whoever looks at whatever moment sees the words that the cursor says, with classes and orbits."""
-    path = tmp_path / "new.db"
-    migrate(path)
-    process = start("fill", "--p", "8", *options, "--db", path, command=small_blocks(16))
-    wait_until_ready(process)
-    looks = set()
-    while process.poll() is None:
-        looks.add(agrees(path))
-    all_end_well(process)
-    assert len(looks) > 2  # of hundreds of commits, on a machine however busy
-    assert content(path) == content(filled)
 
 
 @pytest.mark.slow

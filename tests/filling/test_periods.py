@@ -14,7 +14,6 @@ from contents import alter, content
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling import births as module
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
@@ -175,17 +174,6 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert p not in after.from_births
     assert after.known == before.known
     assert after.known[p].boundary == boundary
-
-
-def test_a_second_process_goes_on_behind_the_first(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "BLOCK", 100)
-    path = tmp_path / "two.db"
-    Catalogue.create(path)
-    one, other = fill_births(path, [3, 4, 5]), fill_births(path, [3, 4, 5])
-    assert [(step.p, step.words) for step in (next(one), next(other))] == [(3, 8), (4, 32)]
-    other.close()
-    assert [(step.p, step.words) for step in one] == [(5, 96)]
-    assert [each.births for each in Catalogue(path).birth_fills()] == [0, 0, 13]
 
 
 def test_partners_share_an_event(born):

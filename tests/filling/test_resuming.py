@@ -26,7 +26,7 @@ WORKS: dict[str, Work] = {
     "fill": lambda path: fill_periods(path, 1.6, [4, 5, 6]),
     "fill at another a": lambda path: fill_periods(path, 1.0, [6]),
     "fill of pruned words": lambda path: fill_geometric(path, [3, 4]),
-    "births": lambda path: births.fill_births(path, [2, 3, 4, 6]),
+    "births": lambda path: births.fill_births(path, [2, 3, 5]),
     "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [5, 6]),
     "sweep of some": lambda path: sweeps.sweep_periods(
         path, 1.6, [6], selection=choose(time_reversal="pair", length=(None, 25))
@@ -54,7 +54,7 @@ def many_blocks() -> Iterator[None]:
     """Cut small periods into many blocks."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_admissible, 4))
-        patch.setattr(births, "BLOCK", 64)
+        patch.setattr(births, "BLOCK", 32)
         patch.setattr(sweeps, "CLASSES", 4)
         yield
 

@@ -118,7 +118,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = draw("sheet", known, chosen, limit)
     (ax,) = made.axes
-    classes = sorted({solve_word(word, 1.6).representative for word in known.select(chosen).codes.tolist()})
+    classes = sorted({*known.select(chosen).representative.tolist()})
     orbits = [solve_word(word, 1.6) for word in classes[:limit]]
     labels = [text.get_text() for text in ax.texts]
     assert labels == [f"{orbit.code} ({orbit.class_size})" for orbit in orbits]

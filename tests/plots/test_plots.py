@@ -97,6 +97,8 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     assert subset.plot(ax=left) is left
     assert len(np.asarray(left.collections[0].get_offsets())) == subset.p[subset.status == "orbit"].sum()
     assert subset.plot("lengths", ax=right) is right
+    for ax in (left, right):
+        assert ax.get_title().replace("\n", " ") == subset.selection.describe()
     orbit = Catalogue(varied)["3123"]
     ax = orbit.plot()
     assert ax.get_title() == orbit.code

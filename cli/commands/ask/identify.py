@@ -98,7 +98,9 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
     known = known_catalogue(db)
     found = identify_trajectory(stadium, lambda word: find_or_solve(known, word, stadium.a), **asked)
     if output.table:
-        write_facts(_facts(found))
+        back = max(0, 1 - found.first)
+        parts = (("before", found.sequence[:back]), ("sequence", found.sequence[back:]))
+        write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
         if found.shadowed:
             print()
     names = SHADOW_COLUMNS if output.for_people else SHADOW_KEYS
@@ -111,13 +113,6 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
     _note_ends(found, asked)
     _note_count(found, count)
     return count
-
-
-def _facts(found: "Trajectory") -> list[tuple[str, str]]:
-    """Return the sequence, what is before a start apart."""
-    back = max(0, 1 - found.first)
-    facts = [("before", found.sequence[:back]), ("sequence", found.sequence[back:])]
-    return [(name, code_text(symbols)) for name, symbols in facts if symbols]
 
 
 def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:

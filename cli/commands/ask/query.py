@@ -14,6 +14,7 @@ from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
 from orbitdb.cli.reading import (
     KEYS,
+    asked_columns,
     described,
     in_order,
     known_catalogue,
@@ -21,7 +22,6 @@ from orbitdb.cli.reading import (
     note_gaps,
     note_nothing,
     reading,
-    with_a,
 )
 from orbitdb.cli.render import Format, code_text, note, write_facts
 from orbitdb.columns import IN_CATALOGUE
@@ -91,12 +91,7 @@ def query(
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
-    from orbitdb.store.asking.conditions import COLUMNS
-    from orbitdb.store.asking.parsing import parse_names
-
-    usual = TABLE_COLUMNS if output.for_people else KEYS
-    names = usual if columns is None else parse_names(columns, COLUMNS)
-    names = with_a(names) if several(a) else names
+    names = asked_columns(columns, TABLE_COLUMNS if output.for_people else KEYS, a)
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
@@ -154,13 +149,12 @@ def _find(
     codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
 ) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
     """Return the columns that are asked for, the words at every a, and the catalogue if there is one."""
-    from orbitdb.store.asking.parsing import parse_names
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
     if columns is not None and codes:
         _refuse_of_rows([name.strip() for name in columns.split(",")], codes[0], a)
-    keys = usual if columns is None else parse_names(columns, OF_A_WORD)
+    keys = asked_columns(columns, usual, a, OF_A_WORD)
     values = meant(db, a)
     known = known_catalogue(db)
     for code in codes:
@@ -172,7 +166,7 @@ def _find(
         each = {orbit.code: orbit for orbit in found}  # is followed once, at however many a it is asked
         lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
         found = [replace(orbit, exists=lives[orbit.code]) for orbit in found]
-    return with_a(keys) if several(a) else keys, found, known
+    return keys, found, known
 
 
 def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:

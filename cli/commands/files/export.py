@@ -16,13 +16,13 @@ from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import (
     KEYS,
     Row,
+    asked_columns,
     described,
     in_order,
     note_gaps,
     note_nothing,
     provenance,
     reading,
-    with_a,
 )
 from orbitdb.cli.render import note
 from orbitdb.columns import OF_BOUNCES
@@ -84,8 +84,6 @@ def export(
     their periods were only partly filled.
     """
     from orbitdb import export as files
-    from orbitdb.store.asking.conditions import COLUMNS
-    from orbitdb.store.asking.parsing import parse_names
 
     if file is not None and output is not None:
         raise InputError(f"{file} and -o {output}: name one file")
@@ -99,9 +97,7 @@ def export(
     check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
-    otherwise: tuple[str, ...] = ("code",) if bounces else KEYS
-    names = otherwise if columns is None else parse_names(columns, COLUMNS)
-    names = with_a(names) if several(a) else names
+    names = asked_columns(columns, ("code",) if bounces else KEYS, a)
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
