@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from itineraries import random_rays
+from itineraries import is_uniform, random_rays
 from quick import slow_but
-from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.ensemble import LEAST, TRAJECTORIES, Beam, follow, references, simulate
