@@ -8,7 +8,7 @@ from flint import arb, ctx
 from orbitdb.billiard import bounces, legs, stability
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, gradient_rounding
 from orbitdb.billiard.stability import exponent
-from orbitdb.orbits import status as bounds
+from orbitdb.orbits import error_bounds as bounds
 from orbitdb.orbits.balls.path import BallPath, Balls
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings, parse
