@@ -51,7 +51,8 @@ PANELS = {
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
-_UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.migrate", "tui": "ask.browse"}
+_MODULES["info"] = "maintenance.file"
+_UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.file", "tui": "ask.browse"}
 _MODULES |= _UNLISTED
 """The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, or of
 several by name, and maybe an `AFTERWORD`."""

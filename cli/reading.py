@@ -42,10 +42,13 @@ def asked_columns(
 
     Where several a may be meant, a is among them: behind the word, or before them all.
     """
-    from orbitdb.store.asking.conditions import COLUMNS
     from orbitdb.store.asking.parsing import parse_names
 
-    names = tuple(usual if columns is None else parse_names(columns, COLUMNS if known is None else known))
+    if known is None:
+        from orbitdb.store.asking.conditions import COLUMNS  # with SQLAlchemy, which a word does not need
+
+        known = COLUMNS
+    names = tuple(usual if columns is None else parse_names(columns, known))
     if "a" in names or not arguments.several(a):
         return names
     place = 1 if names[:1] in (("code",), ("word",)) else 0

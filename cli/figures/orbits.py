@@ -3,14 +3,15 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.plots import births, paths
-from orbitdb.plots.style import BLUE, ORANGE, explain, figure
+from orbitdb.plots import paths
+from orbitdb.plots.style import BLUE, GREY, ORANGE, figure
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import run_notation
 
@@ -24,7 +25,6 @@ def draw_orbit(found: Orbit) -> Figure:
     with figure(_WIDTH, _height(found.a)) as made:
         ax = made.add_subplot()
         _draw_path(made, ax, found, "")
-        explain(made, ax)
     return made
 
 
@@ -37,7 +37,6 @@ def draw_reverse(found: Orbit) -> Figure:
         points = _draw_path(made, above, found, "(a) ")
         paths.draw_orbit(below, Stadium(found.a), points[::-1], BLUE if same else ORANGE)
         below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
-        explain(made, above)
     return made
 
 
@@ -79,11 +78,16 @@ def draw_life(found: Orbit) -> Figure:
         above.set_title(
             f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
         )
-        births.draw_followed(middle, a, numbers[:, 0], "length $L$", ends, BLUE)
-        births.draw_followed(below, a, numbers[:, 1], r"$\lambda$", ends, ORANGE)
+        for ax, values, label, colour in zip(
+            (middle, below), numbers.T, ("length $L$", r"$\lambda$"), (BLUE, ORANGE), strict=True
+        ):
+            ax.plot(a, values, color=colour)
+            for end in ends:
+                ax.axvline(end, color=GREY, linewidth=0.8, linestyle=":", label="birth or death")
+            ax.set(xscale="log", ylabel=label, xlim=(a[0], a[-1]))
+            ax.xaxis.set_minor_formatter(NullFormatter())
         below.set_xlabel("$a$")
         made.set_label(f"life of {code_text(found.code)}")
-        explain(made, above, middle)
     return made
 
 

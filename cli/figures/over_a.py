@@ -1,6 +1,7 @@
 """Figures over a: births and deaths of all that the catalogue holds, and the entropy."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -8,60 +9,53 @@ from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
-from orbitdb.plots import births
-from orbitdb.plots.style import explain, figure
+from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
 from orbitdb.store.asking.selection import Selection
 
-_MOST = 4
-"""Periods drawn, the highest ones."""
+Floats = NDArray[np.float64]
+Changes = dict[int, tuple[Floats, Floats]]
+"""By period: where its words begin or cease to be orbits, rising, and how many do, negative if they cease."""
+
 PLACES = 400
 PLACES_OF_BOUNDS, _ROOM = 200, 1.1
 _LOW, _WIDER = 0.02, 1.5
+_BINS = 60
+_STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
+"""Of the periods drawn, the highest ones."""
 
 
 def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw over a the share of words that are orbits, the entropy, and where orbits are born."""
-    steps = _steps(catalogue, chosen)
-    shown = [p for p in steps if chosen.includes(p) and steps[p].a[-1] > 0][-_MOST:]
+    changes = _changes(catalogue, chosen)
+    shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
+    shown = shown[-len(_STYLES) :]
     if not shown:
         raise InputError("no births to draw: 'orbitdb births --p 11' finds them")
-    a = np.geomspace(_LOW, _WIDER * max(steps[p].a[-1] for p in shown), PLACES)
-    entropies = {p: _entropies(steps, p, a) for p in shown[-2:] if _gapless(steps, p)}
+    a = np.geomspace(_LOW, _WIDER * max(changes[p][0][-1] for p in shown), PLACES)
+    edges = np.geomspace(a[0], a[-1], _BINS + 1)
     with figure(6.4, 7.6) as made:
         above, middle, below = made.subplots(3, 1, sharex=True)
-        births.draw_shares(above, {p: steps[p] for p in shown}, a)
-        births.draw_entropies(middle, entropies, a, geometric_entropy())
-        births.draw_changes(below, {p: steps[p].a[steps[p].a > 0] for p in shown[-2:]}, a)
+        for p, (colour, style) in zip(shown, _STYLES, strict=False):
+            share = _orbits(changes, p, a) / changes[p][1].sum()
+            above.plot(a, share, style, color=colour, label=f"$p = {p}$")
+        for p, (colour, style) in zip(shown[-2:], _STYLES, strict=False):
+            if _gapless(changes, p):
+                middle.plot(a, _entropies(changes, p, a), style, color=colour, label=f"$h({p}; a)$")
+            places = changes[p][0][changes[p][0] > 0]
+            share = np.histogram(places, edges)[0] / len(places)
+            below.stairs(share, edges, color=colour, linestyle=style, label=f"$p = {p}$")
+        _draw_bound(middle)
+        for ax, label, corner in (
+            (above, r"$N_c(p; a)\,/\,N_t(p)$", "lower right"),
+            (middle, "topological entropy", "lower right"),
+            (below, "share of births and deaths", "upper left"),
+        ):
+            ax.set(xscale="log", ylabel=label, xlim=(a[0], a[-1]))
+            ax.legend(loc=corner)
+        above.set_ylim(0, 1.03)
         below.set_xlabel("$a$")
         made.set_label("births and deaths of orbits")
     return made
-
-
-def _steps(catalogue: Catalogue, chosen: Selection) -> dict[int, births.Steps]:
-    """Return how many words are orbits, step by step, of whole periods up to the highest that is chosen."""
-    whole = [each.p for each in catalogue.birth_fills() if each.whole]
-    highest = max((p for p in whole if chosen.includes(p)), default=0)
-    return {p: _of_period(catalogue, p) for p in whole if p <= highest}
-
-
-def _of_period(catalogue: Catalogue, p: int) -> births.Steps:
-    lives = catalogue.births(p)
-    ended = [life for life in lives if life.dies is not None]
-    born, died = (np.array([life.class_size for life in some], dtype=np.int64) for some in (lives, ended))
-    births_at = np.array([life.born for life in lives])
-    return births.Steps.of(births_at, np.array([life.dies for life in ended], dtype=float), born, died)
-
-
-def _gapless(steps: dict[int, births.Steps], highest: int) -> bool:
-    return all(p in steps for p in range(2, highest + 1))
-
-
-def _entropies(steps: dict[int, births.Steps], highest: int, a: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the entropy from the zeta function to one period at each a; NaN where it has no usable zero."""
-    counts = np.zeros((len(a), highest + 1), dtype=np.int64)
-    for p in range(2, highest + 1):
-        counts[:, p] = steps[p].at(a)
-    return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
 
 
 def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
@@ -70,13 +64,60 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
-    places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, PLACES_OF_BOUNDS)
-    steps = _steps(catalogue, chosen)
-    highest = [p for p in steps if chosen.includes(p) and _gapless(steps, p)][-1:]
-    curves = {p: (places, _entropies(steps, p, places)) for p in highest}
+    changes = _changes(catalogue, chosen)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
+        ax.fill_between(a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0)
+        middle, half = (lower + upper) / 2, (upper - lower) / 2
+        ax.errorbar(
+            a, middle, half, fmt="none", color=PURPLE, capsize=2, linewidth=1.2, label="proved bounds"
+        )
+        for p in [p for p in changes if chosen.includes(p) and _gapless(changes, p)][-1:]:
+            places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, PLACES_OF_BOUNDS)
+            label = f"$h({p}; a)$, from births"
+            ax.plot(places, _entropies(changes, p, places), color=BLUE, linewidth=1, label=label)
+        limit = _draw_bound(ax)
+        ax.set(xscale="log", xlabel="$a$", ylabel="topological entropy (per bounce)")
+        ax.set_ylim(min(float(lower.min()), limit - 0.1) - 0.02, limit + 0.02)
         made.set_label("topological entropy over a")
-        births.draw_entropy_over_a(ax, a, lower, upper, curves, geometric_entropy())
-        explain(made, ax)
     return made
+
+
+def _changes(catalogue: Catalogue, chosen: Selection) -> Changes:
+    """Return the births and deaths of whole periods up to the highest that is chosen."""
+    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    highest = max((p for p in whole if chosen.includes(p)), default=0)
+    found = {}
+    for p in (p for p in whole if p <= highest):
+        lives = catalogue.births(p)
+        ends = [(life.born, life.class_size) for life in lives]
+        ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
+        places, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T
+        found[p] = places, words
+    return found
+
+
+def _gapless(changes: Changes, highest: int) -> bool:
+    return all(p in changes for p in range(2, highest + 1))
+
+
+def _orbits(changes: Changes, p: int, a: Floats) -> Floats:
+    """Return how many words of a period are orbits at each a."""
+    places, words = changes[p]
+    found: Floats = np.append(0, np.cumsum(words))[np.searchsorted(places, a, side="right")]
+    return found
+
+
+def _entropies(changes: Changes, highest: int, a: Floats) -> Floats:
+    """Return the entropy from the zeta function to one period at each a; NaN where it has no usable zero."""
+    counts = np.zeros((len(a), highest + 1), dtype=np.int64)
+    for p in range(2, highest + 1):
+        counts[:, p] = _orbits(changes, p, a)
+    return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
+
+
+def _draw_bound(ax: Axes) -> float:
+    """Draw the bound on the entropy that holds at every a, and return it."""
+    limit = geometric_entropy()
+    ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
+    return limit

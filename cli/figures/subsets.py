@@ -21,7 +21,7 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import curves, paths
-from orbitdb.plots.style import entitle, explain, figure
+from orbitdb.plots.style import figure
 from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
 from orbitdb.store.asking.selection import Selection
@@ -35,11 +35,9 @@ def draw_entropy(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw K_0 and h_zeta by period, with the proved bounds."""
     found = _told(catalogue.entropy(chosen))
     p, shown = _series(found)
-    with figure(6.4, 4.2) as made:
+    with figure(6.4, 4.2, _described(chosen, found["p"])) as made:
         ax = made.add_subplot()
         curves.draw_entropy(ax, p, shown["K_0"], shown["h_zeta"], (found["h_lower"][0], found["h_upper"][0]))
-        entitle(made, _described(chosen, found["p"]))
-        explain(made, ax)
     return made
 
 
@@ -47,7 +45,7 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw the exponents per bounce and per length by period, by every method."""
     found = _told(catalogue.lyapunov(chosen))
     p, shown = _series(found)
-    with figure(6.4, 6.4) as made:
+    with figure(6.4, 6.4, _described(chosen, found["p"])) as made:
         above, below = made.subplots(2, 1, sharex=True)
         labels = r"$\langle \lambda_d \rangle$ (per bounce)", r"$\langle \lambda_c \rangle$ (per length $R$)"
         for ax, name, label in zip((above, below), ("lambda_d", "lambda_c"), labels, strict=True):
@@ -55,8 +53,6 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
             line = tuple(found[each][0] for each in trajectories) if trajectories[0] in shown else None
             curves.draw_lyapunov(ax, p, shown, name, label, line)
         above.set(xlabel="")
-        entitle(made, _described(chosen, found["p"]))
-        explain(made, above)
     return made
 
 
@@ -114,10 +110,13 @@ def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
     rows = math.ceil(len(drawn) / columns)
     labels = [f"{short(found.code)} ({found.class_size})" for found in orbits if found.points is not None]
     unit = 0.26
-    with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6) as made:
+    with figure(
+        max(4.0, columns * wide * unit),
+        rows * high * unit + 0.6,
+        f"Classes of {chosen.describe()}: least word (class size)",
+    ) as made:
         ax = made.add_subplot()
         paths.draw_sheet(ax, stadium, drawn, labels, columns)
-        entitle(made, f"Classes of {chosen.describe()}: least word (class size)")
         made.set_label(chosen.describe())
     return made
 
@@ -130,11 +129,10 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     if not len(subset):
         raise _nothing(catalogue, chosen)
     periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
-    with figure(7.2, 4.4) as made:
+    with figure(7.2, 4.4, chosen.describe()) as made:
         ax = made.add_subplot()
         dots = paths.draw_phase_space(ax, stadium, *paths.bounces(stadium, periods))
         made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
-        entitle(made, chosen.describe())
     return made
 
 
@@ -147,15 +145,12 @@ def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
     whole = [fill.p for fill in catalogue.fills(chosen.a) if fill.whole and chosen.includes(fill.p)]
     highest = max((p for p in whole if not missing_periods(p, whole)), default=None)
     complete = None if highest is None else least_length(highest, chosen.a)
-    with figure(6.4, 6.0) as made:
+    with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_staircase(above, found.length, found.chosen, complete)
         drawn = curves.draw_density(below, found.p, found.length, found.chosen)
         made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
         above.set(xlabel="")
-        entitle(made, chosen.describe())
-        if complete is not None:
-            explain(made, above)
     return made
 
 
@@ -164,11 +159,9 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
     found = catalogue.spectrum(_LENGTHS, points=1000, a=chosen.a)
     for said in found.notes():
         note(said)
-    with figure(7.2, 4.8) as made:
+    with figure(7.2, 4.8, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}") as made:
         ax = made.add_subplot()
         curves.draw_spectrum(ax, found, short)
-        entitle(made, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}")
-        explain(made, ax)
     return made
 
 
@@ -183,9 +176,7 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     smooth, family = weyl(stadium, None)(at), family_count(stadium, at, _LENGTHS[1])
     orbits = counted(orbit_terms(classes, _LENGTHS[1]), at)
     note(f"orbits and bouncing balls of lengths up to {_LENGTHS[1]:g}: a partial sum")
-    with figure(7.2, 6.0) as made:
+    with figure(7.2, 6.0, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}") as made:
         above, below = made.subplots(2, 1, sharex=True)
         curves.draw_level_count(above, below, k, at, smooth, family, orbits, highest)
-        entitle(made, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}")
-        explain(made, above, below)
     return made

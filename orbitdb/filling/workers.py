@@ -117,14 +117,14 @@ class Processes:
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
         self._threads = ThreadPoolExecutor(jobs)
+        self._own = threading.local()
         self._all: list[_Process] = []
-        self._idle: list[_Process] = []
         self._ended = False
 
     def __enter__(self) -> Self:
         """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
         for _ in range(self.jobs):
-            self._threads.submit(lambda: self._idle.append(self._started()))
+            self._threads.submit(self._process)
         return self
 
     def __exit__(
@@ -152,31 +152,28 @@ class Processes:
             yield found
 
     def _answer(self, block: Task[Any]) -> bytes:
-        """Have a block solved by an idle process, or by a new one if there is none or it dies."""
-        try:
-            process = self._idle.pop()
-        except IndexError:
-            process = self._started()
+        """Have a block solved by the process of this thread, or by a new one if it dies."""
         for _ in range(_DEATHS):
+            process = self._process()
             try:
-                answer = process.answer(block)
+                return process.answer(block)
             except (EOFError, OSError):
                 process.end()
                 if self._ended:
                     raise
-                process = self._started()
-            else:
-                self._idle.append(process)
-                return answer
+                del self._own.process
         raise WorkError(
             f"worker processes died {_DEATHS} times on one block: if memory is short, use fewer with --jobs"
         )
 
-    def _started(self) -> "_Process":
-        process = _Process()
-        self._all.append(process)
-        if self._ended:  # since this began
-            process.end()
+    def _process(self) -> "_Process":
+        """Return the process of this thread, which is started if there is none."""
+        if not hasattr(self._own, "process"):
+            self._own.process = _Process()
+            self._all.append(self._own.process)
+            if self._ended:  # since this began
+                self._own.process.end()
+        process: _Process = self._own.process
         return process
 
 

@@ -1,16 +1,6 @@
-"""From directions to a status: bounds on all errors, and whether a word is an orbit, as far as they show it.
+"""From directions to a status: is a word an orbit, as far as doubles show it? With bounds on all errors.
 
 What doubles leave open, orbits through joints among it, goes to `orbitdb.orbits.balls.enclosure`.
-
-Let g be the gradient of the length at some directions, D the curvatures of the legs' own terms, and F a bound
-from below on the mean of D on the way to the maximum. No direction is then farther from its own than
-
-    max |g_i| / F_i   and   sqrt(sum of g_i^2 / F_i) / sqrt(F_i).
-
-F = D / 2 is one from any distance; once the directions have been shown to be near, F is almost D.
-
-Every bound holds for the numbers as they are computed: it adds what they are rounded by, and `ABOVE`
-times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed; docs/proof.md).
 """
 
 from dataclasses import dataclass, replace
@@ -20,113 +10,14 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
 from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors, slacks
-from orbitdb.billiard.legs import (
-    Chain,
-    Derivatives,
-    Legs,
-    add_up,
-    derivatives,
-    direction_limits,
-    following,
-    gradient_rounding,
-    half_turns,
-    length,
-    preceding,
-    pressed_directions,
-    summation_rounding,
-)
+from orbitdb.billiard.legs import Chain, Derivatives, Legs, derivatives, direction_limits, length
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Columns
+from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
 from orbitdb.orbits.orbit import Orbits, Status
 
 Floats = NDArray[np.float64]
-EPSILON = float(np.finfo(float).eps)
-
-
-def direction_errors(
-    legs: Chain,
-    a: float | Floats,
-    alpha: Floats,
-    slopes: Derivatives,
-    limits: tuple[Floats, Floats] | None = None,
-) -> Floats:
-    """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
-
-    Directions that are pressed against a limit, by default those of `direction_limits`, do not enter but
-    for rounding: there g_i delta_i <= 0. Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2
-    in the mean.
-    """
-    pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
-    size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
-    steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
-    first = _concave_bound(steep, slopes.beyond / 2)
-    loss = (np.abs(slopes.lean) + rounding) * first / (2 * slopes.beyond) + first**2 / 2
-    return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
-
-
-def _concave_bound(steep: Floats, firm: Floats) -> Floats:
-    """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
-    share = steep / firm
-    energy = np.sqrt(add_up(steep * share))
-    return ABOVE * np.minimum(share.max(axis=0), energy / np.sqrt(firm))
-
-
-def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
-    """Bound the error of the coordinates, shape (N,).
-
-    A leg is drawn between the ends of two runs. An end that is off by e along the circle is off the
-    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, by at most
-    e (sin(psi/2k) + 2 e); any point between the ends by at most the larger of the two, and a bounce on a
-    wall by this over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with
-    more than one wall 19 eps (a + 1).
-    """
-    first, last = slack_error[:2]
-    across = np.sin(half_turns(legs, alpha))
-    shift = np.maximum(last * (across + 2 * last), following(first * (across + 2 * first)))
-    least = np.abs(np.sin(alpha)) * (1 - 4 * EPSILON) - ABOVE * alpha_error
-    with np.errstate(divide="ignore"):
-        wall = shift / np.maximum(least, 0.0)
-    wall += 10 * EPSILON * (a + 1) * np.where(legs.n > 1, 2.0, 1.0)
-    worst: Floats = np.maximum(np.maximum(first, last), np.where(legs.n > 0, wall, 0)).max(axis=0)
-    return ABOVE * worst
-
-
-def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
-    """Bound the error of the length, shape (N,): 0 <= L(maximum) - L <= g . delta, and rounding.
-
-    A leg's terms, and for the sine, the product and the sums a run's, are good to 2.5 eps of their size;
-    psi/2k being good to 4.3 eps / k, that adds 8.5 eps |cos(psi/2k)|.
-    """
-    half = half_turns(legs, alpha)
-    terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
-    second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
-    each = 3 * EPSILON + summation_rounding(len(terms))
-    return ABOVE * (second + add_up(each * terms + 9 * EPSILON * np.abs(np.cos(half))))
-
-
-def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:
-    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value.
-
-    tr M - 2 is a sum of products that hold every drift and kick at most once. So its logarithm is off by
-    at most the sum of what theirs are off by, r, and lambda by r tanh of half the larger of the two
-    lambdas. With D'' = -D a drift changes by at most a share q = |D'| e / D + e^2 / 2, with
-    sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite
-    where q >= 1. Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
-    """
-    drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
-    bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
-    kick = bend / (4 * legs.k**2 * slopes.stiffness)
-    relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * EPSILON
-    bound: Floats = relative * np.tanh((value + relative) / 2) + 3 * EPSILON * value
-    return ABOVE * bound
-
-
-def _of_logarithm(share: Floats) -> Floats:
-    """Return by how much the logarithm of a number can change that changes by a share of itself."""
-    room = 1 - share
-    found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
-    return found
 
 
 @dataclass(frozen=True, eq=False)

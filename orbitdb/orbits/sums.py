@@ -10,7 +10,6 @@ from dataclasses import astuple, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import check_functions
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -71,7 +70,6 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
     Exponents
         Of some of the words at a time, in the end of all.
     """
-    check_functions()
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
         for start in range(0, len(rows), _BATCH):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
@@ -46,18 +45,22 @@ def look() -> Iterator[None]:
 
 
 @contextmanager
-def figure(width: float, height: float) -> Iterator[Figure]:
-    """Give a figure of this size in inches, to draw in the house's look."""
+def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
+    """Give a figure of this size in inches, to draw in the house's look.
+
+    Its title, if any, is its label, too, and makes it higher by all lines but the first. One legend of
+    what is in all axes that have none of their own comes below them, where it covers no point.
+    """
+    lines = wrapped(title, width)
     with look():
-        yield Figure(figsize=(width, height), layout="constrained")
-
-
-def entitle(made: Figure, text: str) -> None:
-    """Label a figure, and put that as a title above it; it grows by all lines but the first."""
-    made.set_label(text)
-    lines = wrapped(text, float(made.get_figwidth()))
-    made.set_figheight(made.get_figheight() + _LINE * lines.count("\n"))
-    made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
+        made = Figure(figsize=(width, height + _LINE * lines.count("\n")), layout="constrained", label=title)
+        if title:
+            made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
+        yield made
+        bare = [ax.get_legend_handles_labels() for ax in made.axes if ax.get_legend() is None]
+        named = {label: handle for pair in bare for handle, label in zip(*pair, strict=True)}
+        if named:
+            made.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
 
 
 def wrapped(text: str, width: float) -> str:
@@ -69,12 +72,6 @@ def wrapped(text: str, width: float) -> str:
         if all(TextPath((0, 0), plain(line), size=size).get_extents().width <= room for line in lines):
             break
     return plain("\n".join(lines))
-
-
-def explain(made: Figure, *axes: Axes) -> None:
-    """Put one legend of what is in some of its axes below a figure, where it covers no point."""
-    named = dict(pair[::-1] for ax in axes for pair in zip(*ax.get_legend_handles_labels(), strict=True))
-    made.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
 
 
 def plain(text: str) -> str:

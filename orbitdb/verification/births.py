@@ -22,8 +22,8 @@ from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.changes import JOINTS, events, joints
 from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
-from orbitdb.orbits.status import direction_errors
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
-from orbitdb.orbits.status import direction_errors
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured, shares
 

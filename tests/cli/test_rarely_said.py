@@ -1,7 +1,8 @@
-"""What commands say in cases that are rare: the message, and the exit code."""
+"""What commands say in cases that are rare, and every kind of `bench`."""
 
 import errno
 import io
+import json
 import os
 import sys
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from orbitdb.benchmarks import agreement
+from orbitdb.benchmarks import agreement, work_precision
 from orbitdb.cli import app
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling import births
@@ -99,3 +100,15 @@ def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     context: Any = SimpleNamespace(params={"db": path})
     assert offered_half_lengths(context, "") == []
     assert offered_several_half_lengths(context, "") == ["all"]
+
+
+@pytest.mark.slow
+def test_methods_and_their_figure(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr(work_precision, "REPEATS", 1)
+    figure = tmp_path / "methods.svg"
+    drawn = cli("bench", "--p", "3", "--json", "--plot", str(figure))
+    rows = json.loads(drawn.out)
+    assert {row["method"] for row in rows} == {"newton", "relaxation", "root", "balls"}
+    assert {row["words"] for row in rows} == {2}
+    assert "run time against error, p = 3 at a = 1.6" in figure.read_text()
+    assert f"p = 3 at a = 1.6, in {figure}" in drawn.err

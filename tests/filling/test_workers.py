@@ -92,8 +92,8 @@ class BackwardsFuture(Future[Any]):
 
 @pytest.mark.usefixtures("small_blocks")
 def test_results_come_in_order_and_few_are_under_way():
-    blocks = list(cut_into_blocks(1.6, "newton", 9))
-    assert len(blocks) > 20
+    blocks = list(cut_into_blocks(1.6, "newton", 8))
+    assert len(blocks) > 8
     pool = Backwards()
     found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
     assert [result.span for result in found] == spans_of(blocks)
@@ -191,6 +191,7 @@ def test_a_worker_of_another_version_is_refused(monkeypatch):
         list(workers.solved(blocks))
 
 
+@pytest.mark.slow
 def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
     with Processes(2) as workers:
         for _ in range(3):

@@ -22,7 +22,7 @@ TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 6
 def known(varied, tmp_path_factory) -> Catalogue:
     """The varied catalogue with births, a trajectory, and bounds at two a."""
     path = Path(shutil.copy(varied, tmp_path_factory.mktemp("drawn") / "orbits.db"))
-    for _ in fill_births(path, range(2, 6)):
+    for _ in fill_births(path, range(2, 7)):
         pass
     writer = Writer(path, {})
     add_reference(writer, 1.6, TRAJECTORY)

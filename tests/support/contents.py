@@ -1,9 +1,14 @@
-"""What a catalogue holds, in forms that can be compared, and changes to it by hand."""
+"""What a catalogue holds, in forms that can be compared, what `verify` says, and changes by hand."""
 
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 from typing import Any
+
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.store.asking.selection import Selection
+from orbitdb.verification.check import Check
+from orbitdb.verification.verify import report, verify
 
 _TABLES = {
     "cycle": "*",
@@ -92,3 +97,8 @@ def agrees(path: Path) -> int:
             assert (state == "done") == (n_t is not None)
             assert n_t in (None, words)
     return sum(words for *_, words, _ in fills)
+
+
+def checks(path: Path, selection: Selection | None = None, **options: Any) -> dict[str, Check]:
+    steps = verify(Catalogue(path), [selection or Selection()], **options)
+    return {check.name: check for check in report(steps)}

@@ -1,5 +1,6 @@
-"""Trajectories that start at random, written down bounce by bounce."""
+"""Trajectories that start at random, written down bounce by bounce, and how evenly numbers are spread."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,3 +53,11 @@ def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
     x, y, side = (np.stack([getattr(each, name) for each in every], axis=1) for name in ("x", "y", "side"))
     path = np.stack([hit.path for hit in hits[:-1]], axis=1)
     return Itineraries(*written(stadium, x, y, side), path)
+
+
+def is_uniform(values: np.ndarray, low: float, high: float) -> bool:
+    """Kolmogorov's and Smirnov's test at the level 1e-3, for many values."""
+    shares = np.sort((values - low) / (high - low))
+    count = len(shares)
+    distance = np.abs(shares - (np.arange(count) + 0.5) / count).max() + 0.5 / count
+    return bool(distance < math.sqrt(math.log(2 / 1e-3) / 2 / count))

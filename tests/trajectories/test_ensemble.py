@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from itineraries import random_rays
+from itineraries import is_uniform, random_rays
 from quick import slow_but
-from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.ensemble import LEAST, TRAJECTORIES, Beam, follow, references, simulate
@@ -227,7 +226,9 @@ def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
 
 
 @pytest.mark.parametrize("legwise", [False, True])
-@pytest.mark.parametrize(("a", "bounces"), [(0.05, 3000), (0.3, 1), (1.6, 20_000)])
+@pytest.mark.parametrize(
+    ("a", "bounces"), [pytest.param(0.05, 3000, marks=pytest.mark.slow), (0.3, 1), (1.6, 20_000)]
+)
 def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
     """From the spread of 16 or 32 groups an error is known to a sixth or an eighth of itself, no better."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate

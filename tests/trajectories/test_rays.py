@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from itineraries import itineraries, random_rays
+from itineraries import is_uniform, itineraries, random_rays
 from quick import slow_but
 from solutions import words_of
-from uniform import is_uniform
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError

@@ -6,8 +6,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from contents import checks
 from processes import run_here
-from verified import checks
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.verification.provenance import check_provenance

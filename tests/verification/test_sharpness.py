@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contents import ask
+from contents import ask, checks
 from quick import slow_but
 from solutions import representatives
-from verified import checks
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve

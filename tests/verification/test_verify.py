@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contents import alter, ask
+from contents import alter, ask, checks
 from there import there
-from verified import checks
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.periods import fill_periods

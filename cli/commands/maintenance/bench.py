@@ -103,7 +103,6 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
             axes = made.subplots()
             draw_work_precision(axes, rows)
             axes.set_title(f"run time against error, {said}")
-            style.explain(made, axes)
         style.save(made, draft, ending, said)
     note(f"{said}, in {picture}")
 

@@ -1,6 +1,8 @@
 """The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset, and their curves."""
 
 from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar
 
@@ -27,6 +29,8 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000
+FIRST = 11
+"""The highest period of which the averages are there at once."""
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 COLUMNS = (
@@ -130,8 +134,18 @@ class StatisticsScreen(OwnScreen[None]):
         self._refer(anew=False)
 
     def _compute(self) -> None:
-        catalogue, chosen, weight = self._catalogue, self._selection, self._weight
-        self.in_thread("numbers", lambda _: statistics(catalogue, chosen, weight), self._take)
+        weight = self._weight
+        self.in_thread("numbers", lambda _: self.averages(weight), self._take)
+
+    def averages(self, weight: Weight) -> Iterator[Result]:
+        """Average over the first periods, which takes no time, and then over all, if there are more."""
+        chosen = self._selection
+        spans = chosen.periods or ((2, FIRST),)
+        first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
+        if first and any(fill.p > FIRST for fill in self._catalogue.fills(chosen.a)):
+            with suppress(InputError):  # there may be none of them
+                yield statistics(self._catalogue, replace(chosen, periods=first), weight)
+        yield statistics(self._catalogue, chosen, weight)
 
     def _take(self, found: Result) -> None:
         self.found = found

@@ -16,9 +16,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Columns
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide, direction_errors
+from orbitdb.orbits.status import decide
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]

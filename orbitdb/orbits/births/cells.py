@@ -42,8 +42,8 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.orbits.births.continuation import motion
 from orbitdb.orbits.cyclic import solve_cyclic
+from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import minus_hessian, newton
-from orbitdb.orbits.status import direction_errors
 
 Floats = NDArray[np.float64]
 

@@ -53,9 +53,7 @@ def migrate(path: Path) -> Migration:
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
-    if (
-        backup
-    ):  # give back the room of what is gone, unless the disk is too full, or another one writes already
+    if backup:  # give back the room of what is gone, unless the disk is full, or somebody writes already
         with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as own:
             own.execute("VACUUM")
     return Migration(before, SCHEMA_VERSION, backup)

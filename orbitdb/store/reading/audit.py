@@ -1,6 +1,5 @@
 """Reading a catalogue in order to check it: class by class as stored, right or wrong."""
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ from orbitdb.orbits.orbit import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
-from orbitdb.store.reading.chosen import Integers, orders_of
+from orbitdb.store.reading.chosen import Integers, listed, orders_of
 from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
@@ -52,7 +51,7 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
     orders = orders_of(ids, sound=False)
     long = ids[no_key := (orders > MAX_KEYED) | (orders == 0)]
     if len(long):
-        query = sa.select(table.c.id, table.c.p).where(table.c.id.in_(_listed(long)))
+        query = sa.select(table.c.id, table.c.p).where(table.c.id.in_(listed(long)))
         known = {number: max(p, MAX_KEYED + 1) for number, p in connection.execute(query)}
         orders[no_key] = [known.get(number, MAX_KEYED + 1) for number in long.tolist()]
     return {p: ids[orders == p] for p in np.unique(orders).tolist()}
@@ -60,13 +59,8 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
     """Return the rows of `cycle` or `pruned` that have some ids."""
-    query = sa.select(table).where(table.c.id.in_(_listed(ids)))
+    query = sa.select(table).where(table.c.id.in_(listed(ids)))
     return list(connection.execute(query).cursor.fetchall())
-
-
-def _listed(ids: Integers) -> sa.Select[Any]:
-    """Return many ids as a subquery, in one parameter."""
-    return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
 @dataclass(frozen=True)
@@ -114,7 +108,7 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> Store
         sa.select(cycle.c.word, certificate.c.radius, orbit)
         .join(cycle, cycle.c.id == orbit.c.cycle)
         .outerjoin(certificate, proof)
-        .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(_listed(ids)))
+        .where(orbit.c.stadium == stadium, orbit.c.cycle.in_(listed(ids)))
         .order_by(orbit.c.cycle)
     )
     names = [column.name for column in query.selected_columns]

@@ -4,12 +4,14 @@ Its size is a sum over bits, and a page is a slice of their cumulative count. Av
 its bits. Only an order of single words needs a third array.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.equality import ByValue
@@ -119,6 +121,11 @@ class Chosen(ByValue):
             return self.position(int(self.ids[found]), int(_NTH[wanted[found], 0]))
         inside, chosen = (BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
         return int(np.argmax(inside[chosen][self.rows]))
+
+
+def listed(ids: Integers) -> sa.Select[tuple[int]]:
+    """Return many ids as a subquery, in one parameter."""
+    return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
 def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:

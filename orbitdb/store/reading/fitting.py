@@ -1,6 +1,5 @@
 """Which words of classes fit patterns, decided on the packed words in the ids of the classes."""
 
-import json
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import Integers, Masks, orders_of
+from orbitdb.store.reading.chosen import Integers, Masks, listed, orders_of
 from orbitdb.store.reading.soundness import need_words, unsound
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.patterns import Pattern
@@ -88,11 +87,8 @@ def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArr
         if p <= MAX_KEYED:
             found[here] = classify(packed(ids[here], p), p).stabiliser
             continue
-        listed = sa.func.json_each(json.dumps(ids[here].tolist())).table_valued("value").c.value
-        rows = connection.execute(
-            sa.select(cycle.c.id, cycle.c.symmetry).where(cycle.c.id.in_(sa.select(listed)))
-        )
-        known = {number: stabiliser_of(symmetry) for number, symmetry in rows}
+        query = sa.select(cycle.c.id, cycle.c.symmetry).where(cycle.c.id.in_(listed(ids[here])))
+        known = {number: stabiliser_of(symmetry) for number, symmetry in connection.execute(query)}
         found[here] = [known[number] for number in ids[here].tolist()]
     return found
 

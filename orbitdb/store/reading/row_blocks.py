@@ -1,6 +1,5 @@
 """The rows of a chosen subset, many at a time; what the words of a class share is read once."""
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -13,7 +12,7 @@ from orbitdb.columns import kind_of
 from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes
-from orbitdb.store.reading.chosen import Chosen, orders_of
+from orbitdb.store.reading.chosen import Chosen, listed, orders_of
 from orbitdb.store.reading.fitting import stabiliser_of
 from orbitdb.store.reading.question import as_array, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, unsound
@@ -48,19 +47,17 @@ def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted
     """Return columns of classes, or of pruned words, in the order of their ids: what some columns need."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
-    listed = sa.func.json_each(sa.bindparam("ids")).table_valued("value").c.value
     rows: list[tuple[Any, ...]] = []
     pruned = ids[ids < 0]
     if len(pruned):
         known = pruned_rows(a).c
-        query = sa.select(known.id, *(known[name] for name in names)).where(known.id.in_(sa.select(listed)))
-        rows += sorted(connection.execute(query, {"ids": json.dumps(pruned.tolist())}).cursor.fetchall())
+        query = sa.select(known.id, *(known[name] for name in names)).where(known.id.in_(listed(pruned)))
+        rows += sorted(connection.execute(query).cursor.fetchall())
     if len(pruned) < len(ids):
         of_view = [classes.c[name] if name in classes.c else sa.null() for name in names]
         query = sa.select(classes.c.cycle, *of_view)
-        query = query.where(classes.c.a == a, classes.c.cycle.in_(sa.select(listed)))
-        found = connection.execute(query, {"ids": json.dumps(ids[len(pruned) :].tolist())}).cursor.fetchall()
-        rows += sorted(found, key=lambda row: row[0])
+        query = query.where(classes.c.a == a, classes.c.cycle.in_(listed(ids[len(pruned) :])))
+        rows += sorted(connection.execute(query).cursor.fetchall(), key=lambda row: row[0])
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
         raise unsound("classes without a row among", f"{ids[0]} to {ids[-1]}")

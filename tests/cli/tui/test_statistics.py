@@ -3,6 +3,8 @@
 import pytest
 from screens import drive, press, screen_lines, shown
 
+from orbitdb.averages.fixed_points import Weight
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import averages as statistics
@@ -15,6 +17,14 @@ from orbitdb.store.writing.writer import Writer
 from orbitdb.trajectories.ensemble import Reference
 
 LARGE = (160, 48)
+
+
+def test_the_first_periods_come_before_all(filled_once, monkeypatch):
+    monkeypatch.setattr(statistics, "FIRST", 4)
+    every, some = Selection(), Selection(periods=((5, 6),))
+    for chosen, parts in ((every, [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]]), (some, [[5, 6]])):
+        found = statistics.StatisticsScreen(Catalogue(filled_once), chosen).averages(Weight.EXPONENTIAL)
+        assert [each["p"] for each in found] == parts
 
 
 @pytest.mark.slow

@@ -1,17 +1,18 @@
-"""``orbitdb info``: where and what the database is."""
+"""``orbitdb info`` and ``migrate``: where and what the catalogue is, and its newest schema."""
 
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.render import write_facts
+from orbitdb.cli.render import note, write_facts
+from orbitdb.cli.storing import bring
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
 
-EXAMPLES = ("info", "info --json")
+EXAMPLES = {"info": ("info", "info --json"), "migrate": ("migrate --db old.db",)}
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
@@ -48,6 +49,18 @@ def info(*, output: Output, db: options.Database) -> None:
         output.write(
             (*COLUMNS[:shown], *last), [(*row[:shown], *row[len(row) - len(last) :]) for row in rows]
         )
+
+
+def migrate(db: options.Database) -> None:
+    """Bring a catalogue to the newest schema, or make an empty one.
+
+    An older catalogue is copied first; a message says where the copy is.
+    """
+    before, after, _ = bring(db)
+    if before == after:
+        note(f"{db}: schema {after}, the newest; nothing to do")
+    elif not before:
+        note(f"{db}: created, schema {after}")
 
 
 def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
