@@ -104,6 +104,9 @@ class Copy:
             named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in self._made_of(mutant.names)))
             for path in self.sources:
                 labels |= self._labels(path, lambda _, line: bool(named.search(line)))
+            files = {name.partition("::")[0] for name in self.tests}
+            naming = {file for file in files if named.search((self.root / file).read_text())}
+            labels |= {name for name in self.tests if name.partition("::")[0] in naming}
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
         cost = {name: self.tests[name]["seconds"] for name in sorted(known)}

@@ -211,6 +211,7 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
     for wrong, right in (
         ("number = 4 WHERE number = 3", "number = 3 WHERE number = 4"),
         ("kind = 'died' WHERE number = 3", "kind = 'born' WHERE number = 3"),
+        (turned := "kind = iif(kind = 'born', 'died', 'born') WHERE number > 1", turned),
         ("error = 2 * a WHERE number = 2", "error = 0 WHERE number = 2"),
     ):
         alter(f"UPDATE change SET {wrong}")
