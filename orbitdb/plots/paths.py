@@ -1,14 +1,13 @@
 """Figures of orbits, in their stadium and in phase space, for axes of matplotlib that may be the caller's."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
@@ -16,10 +15,10 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.svg import number_labels
-from orbitdb.plots.curves import draw_staircase
 from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 Period = tuple[NDArray[np.uint8], Floats, Floats]
 """The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
@@ -127,80 +126,32 @@ def _tick_label(x: float, _place: int | None = None) -> str:
     return f"{x:.3f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}")
 
 
-def draw_sheet(
-    ax: Axes,
-    stadium: Stadium,
-    paths: Sequence[Floats],
-    labels: Sequence[str],
-    columns: int,
-) -> None:
-    """Draw many orbits on one sheet, each in its stadium, in rows from the top left.
-
-    Parameters
-    ----------
-    ax : Axes
-    stadium : Stadium
-    paths : sequence of ndarray, shape (p, 2) each
-        The bounces of each orbit.
-    labels : sequence of str
-        What stands under each.
-    columns : int
-        How many stand in a row.
-    """
-    wide, high = cell_size(stadium)
-    places = [(k % columns * wide, -(k // columns) * high) for k in range(len(paths))]
-    outline = stadium.outline(24)
-    walls = LineCollection([outline + place for place in places], colors=INK, linewidths=0.7)
-    closed = [np.concatenate([path, path[:1]]) + place for path, place in zip(paths, places, strict=True)]
-    ax.add_collection(walls)
-    ax.add_collection(LineCollection(closed, colors=BLUE, linewidths=0.8, joinstyle="round"))
-    dots = np.concatenate([path + place for path, place in zip(paths, places, strict=True)])
-    ax.plot(*dots.T, "o", color=BLUE, markersize=1.6)
-    for label, (x, y) in zip(labels, places, strict=True):
-        ax.annotate(label, (x, y - 1.12), ha="center", va="top", fontsize=7, color=INK)
-    rows = math.ceil(len(paths) / columns)
-    ax.set_xlim(-wide / 2, (columns - 0.5) * wide)
-    ax.set_ylim(-(rows - 1) * high - 1.75, 1.25)
-    ax.set_aspect("equal")
-    ax.axis("off")
-
-
-def cell_size(stadium: Stadium) -> tuple[float, float]:
-    """Return the width and height of one orbit on a sheet, in units of the radius."""
-    return 2 * (stadium.a + 1) + 0.6, 3.1
-
-
-def bounces(stadium: Stadium, periods: Iterable[Period]) -> tuple[Floats, Floats, Floats]:
-    """Return place, sine and lambda per bounce of all bounces of orbits, shape (N,) each."""
-    place, sine, colour = [np.zeros(0)], [np.zeros(0)], [np.zeros(0)]
-    for symbols, coordinates, lambda_d in periods:
-        along, sines = birkhoff(stadium, symbols, coordinates)
-        place.append(along.ravel())
-        sine.append(sines.ravel())
-        colour.append(np.repeat(lambda_d, symbols.shape[1]))
-    return np.concatenate(place), np.concatenate(sine), np.concatenate(colour)
-
-
-def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, colour: Floats) -> Any:
+def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> Any:
     """Draw bounces in phase space: place along the boundary against tangential momentum.
 
+    The place is the arc length, as `Stadium.arclength` counts it, the momentum the sine of the angle between
+    the leaving path and the inward normal, positive anticlockwise.
+
     Parameters
     ----------
     ax : Axes
     stadium : Stadium
-    place : ndarray, shape (n,)
-        Arc length, as `Stadium.arclength` counts it.
-    sine : ndarray, shape (n,)
-        Sine of the angle between the leaving path and the inward normal, positive anticlockwise.
-    colour : ndarray, shape (n,)
-        A number of each bounce that its colour shows.
+    periods : iterable of Period
+        Orbits, whose lambda per bounce colours the bounces.
 
     Returns
     -------
     PathCollection
         For a colour bar.
     """
-    size = float(np.clip(6e4 / max(len(place), 1), 0.3, 12))
+    drawn = [
+        (*birkhoff(stadium, symbols, coordinates), np.repeat(lambda_d, symbols.shape[1]))
+        for symbols, coordinates, lambda_d in periods
+    ]
+    place, sine, colour = (
+        np.concatenate([part.ravel() for part in parts]) for parts in zip(*drawn, strict=True)
+    )
+    size = float(np.clip(6e4 / len(place), 0.3, 12))
     low, high = np.percentile(colour, [2, 98])
     dots = ax.scatter(
         place, sine, c=colour, s=size, cmap="viridis", vmin=low, vmax=high, linewidths=0, rasterized=True
@@ -217,6 +168,22 @@ def draw_phase_space(ax: Axes, stadium: Stadium, place: Floats, sine: Floats, co
     return dots
 
 
+def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
+    """Draw how many orbits are no longer than L.
+
+    Parameters
+    ----------
+    ax : Axes
+    length : ndarray, shape (n,)
+        Lengths, in units of the radius.
+    count : ndarray of int, shape (n,)
+        How many orbits have each.
+    """
+    order = np.argsort(length, kind="stable")
+    ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
+    ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits not longer than $L$")
+
+
 def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> Axes:
     """Draw an orbit in its stadium, given its bounces, shape (p, 2), with its code above it."""
     with _axes(ax) as axes:
@@ -228,7 +195,7 @@ def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> 
 def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax: Axes | None) -> Axes:
     """Draw the bounces of orbits in phase space; lambda per bounce gives their colours."""
     with _axes(ax) as axes:
-        draw_phase_space(axes, stadium, *bounces(stadium, periods))
+        draw_phase_space(axes, stadium, periods)
         axes.set_title(_fitted(title, axes), pad=20)
     return axes
 

@@ -1,15 +1,18 @@
 """What `orbitdb plot` draws: the numbers on the axes of each figure are those of the library."""
 
 import shutil
+from bisect import bisect_right
+from collections import Counter
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from figures import named
+from figures import by_period, legend, named, says, texts
 from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm
 from solutions import entropy, lyapunov
 from there import there
 
@@ -17,12 +20,13 @@ from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import subsets
+from orbitdb.cli.figures import averages, levels, subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
+from orbitdb.quantum.spectrum import Spectrum
 from orbitdb.symbols.words import from_strings
 
 WHOLE = Selection(1.6, periods=((2, 5),))
@@ -31,7 +35,8 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; the limit is of orbits on a sheet."""
     more = {"limit": limit} if kind == "sheet" else {}
-    return getattr(subsets, f"draw_{kind.replace('-', '_')}")(catalogue, chosen, **more)
+    module = averages if kind in ("entropy", "lyapunov") else subsets
+    return getattr(module, f"draw_{kind.replace('-', '_')}")(catalogue, chosen, **more)
 
 
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
@@ -74,6 +79,12 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     proved = there(known.entropy_bounds(1.6))
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
     assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
+    by_period(ax, "topological entropy (per bounce)")
+    inside = [*k_0[1:], *found.h_zeta[2:], proved.lower, proved.upper]
+    room = 0.12 * (max(inside) - min(inside))
+    assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
+    assert ax.get_xlim() == (1.3, 5.5)
+    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what lies below is told
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
     gaps = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -102,6 +113,9 @@ def test_the_exponents_by_every_method(known, capsys):
         (band,) = ax.patches
         assert band.get_height() == pytest.approx(4 * getattr(trajectory, f"{name}_error"))
         assert ax.get_ylabel() == rf"$\langle \{name} \rangle$ (per {unit})"
+        assert len(legend(ax)) == 5
+    by_period(made.axes[1], r"$\langle \lambda_c \rangle$ (per length $R$)")
+    assert [text.get_text() for text in made.legends[0].get_texts()] == legend(made.axes[1])
     assert made.get_suptitle() == "words of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
@@ -124,14 +138,19 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
     assert labels == [f"{orbit.code} ({orbit.class_size})" for orbit in orbits]
     walls, drawn = (each.get_segments() for each in ax.collections)
     assert len(walls) == len(drawn) == len(orbits)
-    for wall, path, orbit in zip(walls, drawn, orbits, strict=True):
-        middle = (wall.min(axis=0) + wall.max(axis=0)) / 2
+    middles = [(wall.min(axis=0) + wall.max(axis=0)) / 2 for wall in walls]
+    for middle, path, orbit in zip(middles, drawn, orbits, strict=True):
         np.testing.assert_allclose(path[:-1] - middle, there(orbit.points), atol=1e-12)
+    np.testing.assert_allclose([text.xy for text in ax.texts], np.array(middles) - [0, 1.12])
+    np.testing.assert_allclose(ax.lines[0].get_xydata(), np.concatenate([path[:-1] for path in drawn]))
     title = "Classes of orbits of period 4 at a = 1.6: least word (class size)"
     assert made.get_suptitle().replace("\n", " ") == title
     assert capsys.readouterr().err == told
-    across, down = ({round(wall.mean(axis=0)[k], 6) for wall in walls} for k in (0, 1))
+    assert (ax.get_aspect(), ax.axison) == (1, False)
+    across, down = ({round(middle[k], 6) for middle in middles} for k in (0, 1))
     assert (len(across), len(down)) == ((2, 4) if limit == 8 else (2, 2))
+    assert ax.get_xlim() == pytest.approx((-2.9, 2 * 5.8 - 2.9))
+    assert ax.get_ylim() == pytest.approx((min(down) - 1.75, 1.25))
     assert made.get_size_inches().tolist() == pytest.approx(
         [max(4, 2 * 5.8 * 0.26), len(down) * 3.1 * 0.26 + 0.6 + 0.17 * made.get_suptitle().count("\n")]
     )
@@ -162,6 +181,9 @@ def test_the_lengths(known):
     )
     assert steps.get_ydata()[-1] == len(lengths) == 41
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
+    assert steps.get_drawstyle() == "steps-post"
+    assert above.get_yscale() == "log"
+    assert above.get_ylabel() == "orbits not longer than $L$"
     complete = end.get_xdata()[0]
     assert complete == pytest.approx(least_length(4, 1.6), abs=0.01)
     assert complete < there(solve_word("11113", 1.6).length)
@@ -169,6 +191,18 @@ def test_the_lengths(known):
     assert f"complete, by proof, up to $L = {complete:.2f}" in said
     assert (bar.get_ylabel(), below.get_ylabel()) == ("orbits per unit of $L/R$", "period $p$ (bounces)")
     assert (above.get_xlabel(), made.get_suptitle()) == ("", "orbits of period 2 to 4 at a = 1.6")
+    (mesh,) = below.collections
+    edges = np.linspace(lengths[0] - 0.5, lengths[-1] + 0.5, 121)
+    np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], edges)
+    np.testing.assert_array_equal(mesh.get_coordinates()[:, 0, 1], [1.5, 2.5, 3.5, 4.5])
+    for p, row in zip((2, 3, 4), mesh.get_array(), strict=True):
+        codes = known.select(a=1.6, p=p, status="orbit").codes
+        bins = Counter(bisect_right(edges, there(solve_word(word, 1.6).length)) - 1 for word in codes)
+        assert row.filled(0) * (edges[1] - edges[0]) == pytest.approx([bins[k] for k in range(120)])
+        assert row.mask.tolist() == [not bins[k] for k in range(120)]
+    assert (isinstance(mesh.norm, LogNorm), mesh.get_cmap().name) == (True, "viridis")
+    says(below, "length $L/R$", "period $p$ (bounces)")
+    assert all(tick == round(tick) for tick in below.get_yticks())
     gap = draw("lengths", known, Selection(1.6, periods=((3, 4),), statuses=(Status.ORBIT,)), 0)
     assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
@@ -185,9 +219,9 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        subsets.draw_levels(catalogue, chosen)
+        levels.draw_levels(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = subsets.draw_levels(catalogue, chosen)
+    made: Any = levels.draw_levels(catalogue, chosen)
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
     at, rest = named(below, "levels, less")
@@ -202,12 +236,39 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     assert f"to $p = {highest}$" in made.legends[0].get_texts()[-1].get_text()
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
     assert "lengths up to 12: a partial sum" in capsys.readouterr().err
-    spectrum = subsets.draw_length_spectrum(catalogue, chosen)
+    assert legend(above) == ["levels", "Weyl's law"]
+    assert legend(below)[:2] == ["levels, less Weyl's law", "bouncing balls"]
+    assert above.get_lines()[0].get_drawstyle() == "steps-post"
+    says(above, "", "levels below $k$")
+    says(below, "$kR$", "fluctuation")
+    spectrum = levels.draw_length_spectrum(catalogue, chosen)
     found = catalogue.spectrum((1.0, 12.0), points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
         np.testing.assert_allclose(lengths, np.linspace(1, 12, 1000))
         np.testing.assert_allclose(drawn, values)
+    drawn_beside(spectrum.axes[0], found, 1)
     assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
     assert spectrum.get_suptitle() == "length spectrum at a = 1.6, k below 9"
     assert capsys.readouterr().err.splitlines() == found.notes()
+
+
+def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
+    """Check what is around the curves of a length spectrum; its peaks are named above or below them."""
+    (band,) = ax.patches
+    assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete, 12))
+    assert legend(ax) == [*["levels"] * (side > 0), "orbits, downwards", "orbits may be missing"]
+    peaks = found.peaks(1)
+    for text, peak in zip(ax.texts, peaks, strict=True):
+        assert text.xy == (peak.length, side * peak.height)
+        assert (np.sign(text.xyann[1]), text.get_va()) == (side, "bottom" if side > 0 else "top")
+    low = -np.abs(found.orbits).max()
+    high = 0 if found.quantum is None else np.abs(found.quantum).max()
+    assert ax.get_xlim() == (1, 12)
+    assert ax.get_ylim() == pytest.approx((low - 0.25 * (high - low), high + 0.25 * (high - low)))
+    says(ax, "length $x/R$", r"$|F(x)|$")
+
+
+def test_the_length_spectrum_of_orbits_alone(known):
+    made: Any = levels.draw_length_spectrum(known, Selection(1.6))
+    drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)

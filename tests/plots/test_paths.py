@@ -91,25 +91,6 @@ def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
     says(ax, "$x/R$", "$y/R$")
 
 
-@pytest.mark.parametrize(("count", "columns"), [(6, 3), (7, 3), (1, 1)])
-def test_a_sheet_holds_all_that_is_on_it(ax, rng, count, columns):
-    stadium = Stadium(0.7)
-    drawn = [stadium.outline()[rng.permutation(128)[:4]] for _ in range(count)]
-    paths.draw_sheet(ax, stadium, drawn, [str(k) for k in range(count)], columns)
-    walls, closed = (each.get_segments() for each in ax.collections)
-    centres = np.array([(wall.min(axis=0) + wall.max(axis=0)) / 2 for wall in walls])
-    places = centres - centres[0]
-    wide, high = 2 * 1.7 + 0.6, 3.1
-    np.testing.assert_allclose(places, [(k % columns * wide, -(k // columns) * high) for k in range(count)])
-    for path, each, centre in zip(drawn, closed, centres, strict=True):
-        np.testing.assert_allclose(each - centre, [*path, path[0]], atol=1e-12)
-    np.testing.assert_allclose(ax.lines[0].get_xydata(), np.concatenate([each[:-1] for each in closed]))
-    np.testing.assert_allclose([*texts(ax).values()], centres - [0, 1.12])
-    assert ax.get_xlim() == pytest.approx((-wide / 2, (columns - 0.5) * wide))
-    assert ax.get_ylim() == pytest.approx((centres[-1, 1] - 1.75, 1.25))
-    assert (ax.get_aspect(), ax.axison) == (1, False)
-
-
 @pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests

@@ -134,18 +134,18 @@ def plot(
 
 def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path) -> "Figure":
     """Draw a figure from the catalogue."""
-    from orbitdb.cli.figures import over_a, subsets
+    from orbitdb.cli.figures import averages, levels, over_a, subsets
 
     draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
-        "entropy": subsets.draw_entropy,
+        "entropy": averages.draw_entropy,
         "over a": over_a.draw_over_a,
-        "lyapunov": subsets.draw_lyapunov,
+        "lyapunov": averages.draw_lyapunov,
         "sheet": partial(subsets.draw_sheet, limit=limit),
         "phase-space": subsets.draw_phase_space,
         "lengths": subsets.draw_lengths,
         "births": over_a.draw_births,
-        "spectrum": subsets.draw_length_spectrum,
-        "staircase": subsets.draw_levels,
+        "spectrum": levels.draw_length_spectrum,
+        "staircase": levels.draw_levels,
     }
     with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
         return draw[kind](catalogue, chosen)

@@ -95,15 +95,11 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
         return
     ending = form_of(picture, known=FIGURES)
     style = load("orbitdb.plots.style", "a figure", "plot")  # not before: matplotlib takes its time
-    from orbitdb.plots.curves import draw_work_precision
+    from orbitdb.cli.figures.work_precision import draw_work_precision
 
     with complete(picture) as draft:
         rows = _write(output, WorkPrecision, _compared(periods[0], stadium))
-        with style.figure(6, 5) as made:
-            axes = made.subplots()
-            draw_work_precision(axes, rows)
-            axes.set_title(f"run time against error, {said}")
-        style.save(made, draft, ending, said)
+        style.save(draw_work_precision(rows, said), draft, ending, said)
     note(f"{said}, in {picture}")
 
 
