@@ -5,7 +5,9 @@ from typing import cast
 
 import pytest
 
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.columns import GROUPS, IN_CATALOGUE
+from orbitdb.store.asking.criteria import choose
 
 EVERY = [each for _, group in GROUPS for each in group]
 
@@ -37,6 +39,26 @@ def test_what_a_column_refers_to_can_be_asked_for(cli, filled):
     for name in ("born", "dies"):
         column, view = told[name]["bound"].split(" in ")
         assert cli("sql", f"SELECT {column} FROM {view}", "--json").out == "[]\n"  # no births are stored
+
+
+TYPES = {"text": str, "integer": int, "number": float, "integers": list}
+
+
+def test_values_are_of_the_types_that_are_told_and_missing_where_that_is_told(varied):
+    names = [each.name for each in IN_CATALOGUE]
+    with Catalogue(varied) as catalogue:
+        rows = list(catalogue.rows(choose(p="2-4", status="all"), names))
+    for column, values in zip(IN_CATALOGUE, zip(*rows, strict=True), strict=True):
+        assert {type(value) for value in values} - {type(None)} <= {TYPES[column.kind]}, column
+        assert None not in values or column.empty, column
+
+
+def test_bounds_and_units_are_told_in_their_own_words():
+    for column in EVERY:
+        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad")
+        bounded = column.bound.removesuffix(" in life").endswith(("error", "errors"))
+        assert bounded or column.bound in ("", "exact", "proved", "itself")
+        assert "error" not in column.empty
 
 
 def test_json_tells_all_of_it(cli):
