@@ -17,7 +17,7 @@ from orbitdb.benchmarks.work_precision import (
 )
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.enclosure import true_errors
-from orbitdb.orbits.newton import certificates
+from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
 from orbitdb.symbols.counting import count_admissible
@@ -47,7 +47,10 @@ def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
         for word in THROUGH_A_JOINT
     ]
     assert "012032 at a = 1: boundary by proof, orbit by the relaxation; it runs through a joint" in differing
-    assert (found.boundary, found.disagreements, found.unexplained) == (7, 7, 0)
+    words, _ = representatives(6)
+    orbits = int((solve(words, Stadium(1.0)).status == Status.ORBIT).sum())
+    assert (found.a, found.p, found.classes, found.orbits) == (1.0, 6, len(words), orbits)
+    assert (found.boundary, found.disagreements, found.unexplained, found.unresolved) == (7, 7, 0, 0)
     assert found.doubles == found.relaxation == found.classes - 7
 
 
