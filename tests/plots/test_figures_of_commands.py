@@ -20,7 +20,7 @@ from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
-from orbitdb.cli.figures import averages, levels, subsets
+from orbitdb.cli.figures import averages, subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
@@ -219,9 +219,9 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        levels.draw_levels(catalogue, chosen)
+        subsets.draw_levels(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = levels.draw_levels(catalogue, chosen)
+    made: Any = subsets.draw_levels(catalogue, chosen)
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
     at, rest = named(below, "levels, less")
@@ -241,7 +241,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
-    spectrum = levels.draw_length_spectrum(catalogue, chosen)
+    spectrum = subsets.draw_length_spectrum(catalogue, chosen)
     found = catalogue.spectrum((1.0, 12.0), points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
@@ -270,5 +270,5 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 
 def test_the_length_spectrum_of_orbits_alone(known):
-    made: Any = levels.draw_length_spectrum(known, Selection(1.6))
+    made: Any = subsets.draw_length_spectrum(known, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)

@@ -134,7 +134,7 @@ def plot(
 
 def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path) -> "Figure":
     """Draw a figure from the catalogue."""
-    from orbitdb.cli.figures import averages, levels, over_a, subsets
+    from orbitdb.cli.figures import averages, over_a, subsets
 
     draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
         "entropy": averages.draw_entropy,
@@ -144,8 +144,8 @@ def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path)
         "phase-space": subsets.draw_phase_space,
         "lengths": subsets.draw_lengths,
         "births": over_a.draw_births,
-        "spectrum": levels.draw_length_spectrum,
-        "staircase": levels.draw_levels,
+        "spectrum": subsets.draw_length_spectrum,
+        "staircase": subsets.draw_levels,
     }
     with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
         return draw[kind](catalogue, chosen)
