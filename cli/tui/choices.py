@@ -48,7 +48,7 @@ def chips(selection: Selection, a_values: int) -> str:
     status = ", ".join(selection.statuses) or "every status"
     reversal = {"self": "self-retracing", "pair": "with a reverse", None: "any reversal"}
     parts = [
-        ("choose_a", f"a = {selection.a:g}" + (f" of {a_values}" if a_values > 1 else "")),
+        ("choose_a", f"a = {selection.a:g}" + (f", one of {a_values}" if a_values > 1 else "")),
         ("period(1)", f"p {spans or 'all'}"),
         ("status", status),
         ("reversal", reversal[selection.time_reversal]),

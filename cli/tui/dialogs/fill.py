@@ -133,7 +133,6 @@ class FillDialog(Dialog[None]):
         """Show the fields, what they take, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
             box.border_title = "fill the catalogue"
-            box.border_subtitle = "escape closes this; the fill goes on"
             for name, title, example in _FIELDS:
                 with Horizontal(classes="field"):
                     yield Label(title)
@@ -154,7 +153,8 @@ class FillDialog(Dialog[None]):
     def _follow(self, state: FillState | None) -> None:
         runs = self.browser.fills
         self.query_one("#start", Button).disabled = runs
-        self.query_one("#stop", Button).disabled = not runs
+        self.query_one("#stop").display = runs
+        self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill goes on' * runs}"
         self.query_one("#cost").display = not runs
         bar = self.query_one("#bar", ProgressBar)
         bar.display = state is not None

@@ -118,6 +118,7 @@ class StatisticsScreen(OwnScreen[None]):
         yield Header()
         with ScrollBox(id="numbers-box"):
             yield Static("reading …", id="numbers")
+        yield Static(id="notes", markup=False)
         yield Static("trajectories …", id="reference", markup=False)
         with Horizontal(id="plots"):
             for name in _TITLES:
@@ -193,6 +194,7 @@ class StatisticsScreen(OwnScreen[None]):
             return
         self.query_one("#numbers-box").border_title = _WEIGHTS[self._weight]
         self.query_one("#numbers", Static).update(_as_table(self.found))
+        self.query_one("#notes", Static).update("; ".join((*self.found.facts, *self.found.notes)))
         for name, curves in curves_of(self.found, self.reference).items():
             self.query_one(f"#plot-{name}", Plot).curves = curves
 
@@ -219,5 +221,4 @@ def _as_table(found: Result) -> Table:
         table.add_column(heading, justify="right", no_wrap=True)
     for row in found.rows(COLUMNS):
         table.add_row(*map(number, COLUMNS, row))
-    table.caption = "; ".join((*found.facts, *found.notes))
     return table

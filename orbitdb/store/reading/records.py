@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
-from orbitdb.store.file.tables import cycle, entropy_bound, orbit, stadium, trajectory
+from orbitdb.store.file.tables import cycle, entropy_bound, orbit, pruned, stadium, trajectory
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
@@ -79,14 +79,19 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
 
 
 def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
-    """Return how many classes and orbits there are, and bytes a row with indexes and free places.
+    """Return how many classes, orbits and pruned words there are, and bytes a row with indexes and free room.
 
     None where there are no rows, or SQLite was built without its `dbstat`.
     """
-    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in (cycle, orbit)]
+    tables = {"classes": cycle, "orbits": orbit, "pruned words": pruned}
+    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in tables.values()]
     rows, pages = connection.execute(sa.select(*counts)).one(), _bytes_of_tables(connection)
-    each = zip(("classes", "orbits"), ("cycle", "orbit"), rows, strict=True)
-    return {name: (count, pages[table] / count if pages and count else None) for name, table, count in each}
+    each = zip(tables.items(), rows, strict=True)
+    return {
+        name: (count, pages[table.name] / count if pages and count else None)
+        for (name, table), count in each
+        if count or table is not pruned
+    }
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
