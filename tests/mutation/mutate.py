@@ -156,22 +156,23 @@ class Copy:
 
 
 def _made(source: str) -> Iterator[tuple[str, set[str]]]:
-    """Yield the names that a module binds, and what their values, or defaults of functions, are made of."""
+    """Yield the names that a module binds, and what stands in their values, or in the heads of functions."""
     for each in ast.parse(source).body:
-        if isinstance(each, ast.FunctionDef):
-            bound, parts = [each.name], [*each.args.defaults, *each.args.kw_defaults]
-        elif isinstance(each, ast.Assign | ast.AnnAssign):
-            targets = each.targets if isinstance(each, ast.Assign) else [each.target]
-            bound, parts = _names(targets), [each.value]
-        else:
-            continue
-        used = set(_names(parts))
-        yield from ((name, used) for name in bound)
+        match each:
+            case ast.FunctionDef():
+                bound, made_of = {each.name}, _names(each.args)
+            case ast.Assign():
+                bound, made_of = set().union(*map(_names, each.targets)), _names(each.value)
+            case ast.AnnAssign(value=ast.expr() as value):
+                bound, made_of = _names(each.target), _names(value)
+            case _:
+                continue
+        yield from ((name, made_of) for name in bound)
 
 
-def _names(parts: Sequence[ast.expr | None]) -> list[str]:
-    inner = (node for part in parts if part is not None for node in ast.walk(part))
-    return [node.id for node in inner if isinstance(node, ast.Name)]
+def _names(node: ast.AST) -> set[str]:
+    inner = (getattr(part, "id", getattr(part, "attr", None)) for part in ast.walk(node))
+    return {name for name in inner if isinstance(name, str)}
 
 
 def wing_of(path: str) -> str:
