@@ -97,6 +97,12 @@ class FactsPanel(ScrollBox):
         yield Static()
 
     def show(self, *parts: RenderableType) -> None:
-        """Show some parts, one below the other, from the first line on."""
-        self.query_one(Static).update(Group(*parts))
+        """Show some parts, one below the other, from the first line on.
+
+        The screen is laid out anew, which takes as long as all else that a key does, only for other lines.
+        """
+        facts = self.query_one(Static)
+        facts.update(Group(*parts), layout=False)
+        if facts.get_content_height(self.size, self.app.size, facts.size.width) != facts.size.height:
+            facts.refresh(layout=True)
         self.scroll_to(y=0, animate=False, immediate=True)

@@ -142,8 +142,9 @@ class RowsPanel(Vertical):
 
     def _note(self, name: str, text: str | None) -> None:
         note = self.query_one(name, Static)
-        note.display = bool(text)
-        note.update(text or "")
+        if note.display or text:  # else the screen would be laid out anew at every key
+            note.display = bool(text)
+            note.update(text or "")
 
     def say_position(self) -> None:
         """Say where the cursor is, and where digits have led it to."""
