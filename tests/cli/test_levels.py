@@ -9,6 +9,7 @@ import pytest
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
+from orbitdb.cli.commands.average.spectrum import read_file
 from orbitdb.quantum.amplitudes import Parity, weyl
 
 KNOWN = {
@@ -132,3 +133,13 @@ def test_levels_are_the_known_ones_and_drawn(cli, filled, tmp_path):
         assert found.code == 0
         assert target.stat().st_size > 10_000
         assert "partial" in found.err
+
+
+@pytest.mark.parametrize("parity", [None, *Parity])
+def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parity):
+    k = [1.0, 2.5, 2.25, 4.0, 5.0, 6.5]
+    of = ["ee", "oo", "oe", "ee", "eo", "oo"]
+    path = tmp_path / "levels.csv"
+    path.write_text("\n".join(["parity, k", *map("{}, {}".format, of, k)]), encoding="utf-8")
+    wanted = [each for each, one in zip(k, of, strict=True) if parity in (None, one)]
+    assert read_file(path, False, parity) == wanted

@@ -45,6 +45,7 @@ def asked(tmp_path_factory):
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
 @example({"status": "orbit,geometric,dynamical"}, "p", None, 0, ("code", "rules", "coordinates"))
+@example({"length": (10.4, 10.4)}, "p", None, 0, ("code",))  # the very length of 13
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))

@@ -18,6 +18,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counts import histogram
 from orbitdb.cli.app import call
 from orbitdb.entropy.bounds import search
+from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import SYMBOLS
 
@@ -68,6 +69,17 @@ def test_what_is_missing_is_said(catalogue):
     assert len(catalogue.entropy(p=12)) == 0
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")
+
+
+def test_what_the_sums_over_divisors_lack_is_said(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
+    for _ in fill_periods(catalogue.path, 1.6, [3, 4, 6]):
+        pass
+    found = catalogue.table()
+    assert found["N"] == [24, None, None]
+    assert [note for note in found.notes if "N needs" in note] == [
+        "p = 4: N needs p = 2: not filled", "p = 6: N needs p = 2: not filled"
+    ]  # fmt: skip
 
 
 def test_a_result_shows_itself(catalogue):

@@ -14,6 +14,7 @@ from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, cost_of, fill_steps
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
 from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.dialogs.lists import NameList
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
@@ -164,6 +165,8 @@ def test_lines_that_were_typed_come_back(path):
     async def steps(app, pilot):
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
+        shown = app.screen.query_one(NameList).options
+        assert [str(each.prompt) for each in shown] == ["old", "later"]
         line, seen = app.screen.query_one(Input), []
         for step in (1, 1, 1, -1, -1, -1):
             app.screen.action_older(step)
