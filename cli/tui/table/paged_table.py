@@ -59,6 +59,7 @@ class PagedTable(ScrollView, can_focus=True):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self.source = NONE
+        self._codes = NONE, range(0), COLUMNS[0].width  # how wide they are, of which rows
 
     def show(self, source: Pages, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -150,9 +151,11 @@ class PagedTable(ScrollView, can_focus=True):
         return [pinned], _fitting([each for each in behind if each != pinned], left)
 
     def _code_width(self) -> int:
-        rows = (self.source.row(place) for place in self._places())
-        widths = [COLUMNS[0].width, *(len(row[0]) for row in rows)]
-        return min(max(widths), _LONGEST_CODE)
+        places = self._places()
+        if self._codes[:2] != (self.source, places):  # every line asks
+            widths = [COLUMNS[0].width, *(len(self.source.row(place)[0]) for place in places)]
+            self._codes = self.source, places, min(max(widths), _LONGEST_CODE)
+        return self._codes[2]
 
     def _known(self) -> list[Column]:
         """Return the columns of which the rows know something."""
