@@ -153,7 +153,7 @@ class FillDialog(Dialog[None]):
     def _follow(self, state: FillState | None) -> None:
         runs = self.browser.fills
         self.query_one("#start", Button).disabled = runs
-        self.query_one("#stop").display = runs
+        self.query_one("#stop", Button).disabled = not runs
         self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill goes on' * runs}"
         self.query_one("#cost").display = not runs
         bar = self.query_one("#bar", ProgressBar)
