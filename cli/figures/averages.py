@@ -77,8 +77,8 @@ def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
 def _series(found: Result, chosen: Selection) -> tuple[NDArray[np.int64], dict[str, Floats], str]:
     """Return all periods from the first to the last, the averages, NaN where there is none, and a title.
 
-    So no line is drawn across a period that is not there. What is missing is told; the command ends if it
-    is everything. Of the periods that were named the title has those that are drawn.
+    So no line is drawn across a period that is not there. Notes say what is missing; the command ends if
+    that is everything. The title names the periods that are drawn.
     """
     for text in found.notes:
         note(text if len(found) else f"{text}{NOTHING}")

@@ -58,7 +58,7 @@ Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> None:
     """Serve ``orbitdb browse``, with what is typed behind it, until Ctrl-C or, as an error, another signal.
 
-    A port of 0 stands for any that is free. The address is told once the server answers.
+    A port of 0 stands for any that is free. `tell` gets the address once the server answers.
     """
     try:
         listening = socket.create_server((HOST, port))

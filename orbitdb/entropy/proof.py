@@ -1,11 +1,11 @@
 """Verdicts on windows decided once more in ball arithmetic, one by one: a bound that rests on no rounding.
 
 Every verdict is one clamped problem (`orbitdb.entropy.verdicts.corner`), which is whole numbers, a, and the
-limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, which are far enough
-outside to be taken as exact, and pi/2, which is a ball. Directions found in doubles only say where to look,
-and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the clamped directions
-to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the radius they are given.
-The verdict is proved if f of the marked junction, computed from these, has its sign.
+limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, of which balls prove first
+that no direction is beyond them (`limits_hold`), and pi/2, which is a ball. Directions found in doubles only
+say where to look, and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the
+clamped directions to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the
+radius they are given. The verdict is proved if f of the marked junction, computed from these, has its sign.
 
 What balls do not confirm is undecided in the bounds that follow, and its window is extended like any other.
 """
@@ -18,6 +18,7 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
+from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Tell, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import Windows, open_chains
@@ -53,6 +54,8 @@ def proved(
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
     done = 0
     with ctx.workprec(PRECISION):
+        if not limits_hold(windows.edges, a):
+            return found
         for first in range(0, len(decided), BATCH):
             batch = decided[first : first + BATCH]
             for rows, chains in open_chains(windows.rows(batch)):
@@ -66,6 +69,21 @@ def proved(
                     f = condition_in_balls(pushed, column, a, start[column])
                     found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
     return found
+
+
+def limits_hold(most: int, a: float) -> bool:
+    """Tell whether balls prove that no leg of up to so many walls has a direction beyond `direction_limits`.
+
+    As (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without, these
+    ends must be between the doubles, and the doubles within pi/2.
+    """
+    n = np.arange(most + 1.0)[None]
+    low, high = direction_limits(Chain(n, n, n, np.ones_like(n)), a)
+    return all(
+        (least <= 0 if walls < 2 else least < (arb(walls - 1) / (arb(a) + 1)).atan())
+        and (arb(walls + 1) / arb(a)).atan() < largest < arb.pi() / 2
+        for walls, (least, largest) in enumerate(zip(low[0].tolist(), high[0].tolist(), strict=True))
+    )
 
 
 def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[float]) -> arb | None:

@@ -8,7 +8,7 @@ from flint import arb
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
 from orbitdb.entropy.bounds import search
-from orbitdb.entropy.proof import Proof, condition_in_balls, proved
+from orbitdb.entropy.proof import Proof, condition_in_balls, limits_hold, proved
 from orbitdb.entropy.verdicts import Decision, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import MIRROR, Windows, extended, first_windows, open_chains
 
@@ -93,3 +93,11 @@ def test_directions_from_elsewhere_only_say_where_to_look(way):
                 found = condition_in_balls(problem, column, 1.6, start[column])
                 assert found is not None
                 assert found.overlaps(arb(value, error))
+
+
+@pytest.mark.parametrize("nearer", [0.9, 1 - 1e-3])
+def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer):
+    assert all(limits_hold(40, a) for a in (1e-6, 0.05, 1.0, 1.6, 20.0, 1e6))
+    limits = module.direction_limits
+    monkeypatch.setattr(module, "direction_limits", lambda *at: tuple(nearer * x for x in limits(*at)))
+    assert not limits_hold(40, 0.05)

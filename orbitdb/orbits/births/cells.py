@@ -1,7 +1,7 @@
 """What a word can do inside a cell of x = ln a: bounds that hold at every a in it.
 
 Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
-the second derivative of its directions in x allow. So it is told of a whole cell, and not of points in it,
+the second derivative of its directions in x allow. So a bound says of a whole cell, and not of points in it,
 that a word is an orbit all over it, or none, or that the slacks that could be zero in it all rise, so that it
 can be born there once and cannot die, or that all fall. With A = -H,
 
