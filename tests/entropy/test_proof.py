@@ -5,6 +5,7 @@ import pytest
 from edges import texts_of
 from flint import arb
 
+from orbitdb.billiard.legs import direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy import proof as module
 from orbitdb.entropy.bounds import search
@@ -98,6 +99,7 @@ def test_directions_from_elsewhere_only_say_where_to_look(way):
 @pytest.mark.parametrize("nearer", [0.9, 1 - 1e-3])
 def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer):
     assert all(limits_hold(40, a) for a in (1e-6, 0.05, 1.0, 1.6, 20.0, 1e6))
-    limits = module.direction_limits
-    monkeypatch.setattr(module, "direction_limits", lambda *at: tuple(nearer * x for x in limits(*at)))
+    monkeypatch.setattr(
+        module, "direction_limits", lambda *at: tuple(nearer * x for x in direction_limits(*at))
+    )
     assert not limits_hold(40, 0.05)
