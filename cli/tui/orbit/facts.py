@@ -2,18 +2,20 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
-from textual.app import ComposeResult
-from textual.widgets import Static
+from textual import events
+from textual.geometry import Size
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.orbit_facts import facts
-from orbitdb.cli.tui.screens import ScrollBox
+from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
 from orbitdb.numerals import upwards
 from orbitdb.orbits.bounce_rows import bounce_rows
 from orbitdb.orbits.orbit import Orbit
@@ -89,20 +91,38 @@ def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
 
 
-class FactsPanel(ScrollBox):
-    """What is known of the orbit that is shown."""
+class FactsPanel(ScrollView, can_focus=True):
+    """What is known of the orbit that is shown, drawn once: a key costs most of what it draws."""
 
-    def compose(self) -> ComposeResult:
-        """Lay out the facts."""
-        yield Static()
+    KEYS: ClassVar[Keys] = SCROLLING
+    BINDINGS = bindings(SCROLLING)
+
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._known: Sequence[RenderableType] = ()
+        self._lines: list[Strip] = []
 
     def show(self, *parts: RenderableType) -> None:
-        """Show some parts, one below the other, from the first line on.
-
-        The screen is laid out anew, which takes as long as all else that a key does, only for other lines.
-        """
-        facts = self.query_one(Static)
-        facts.update(Group(*parts), layout=False)
-        if facts.get_content_height(self.size, self.app.size, facts.size.width) != facts.size.height:
-            facts.refresh(layout=True)
+        """Show some parts, one below the other, from the first line on."""
+        self._known = parts
+        self._fold()
         self.scroll_to(y=0, animate=False, immediate=True)
+
+    def on_resize(self, event: events.Resize) -> None:
+        """Fold the lines to the room there is."""
+        self._fold()
+
+    def _fold(self) -> None:
+        width = self.scrollable_content_region.width
+        options = self.app.console_options.update(width=width, highlight=False)
+        lines = self.app.console.render_lines(Group(*self._known), options)
+        self._lines = [Strip(line, width) for line in lines]
+        self.virtual_size = Size(width, len(lines))
+        self.refresh()
+
+    def render_line(self, y: int) -> Strip:
+        """Draw one line."""
+        place = self.scroll_offset.y + y
+        if place < len(self._lines):
+            return self._lines[place].apply_style(self.rich_style)
+        return Strip.blank(self.scrollable_content_region.width, self.rich_style)

@@ -78,10 +78,11 @@ class PagedTable(ScrollView, can_focus=True):
         """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
 
-    def watch_cursor(self) -> None:
-        """Follow the cursor."""
+    def watch_cursor(self, old: int, cursor: int) -> None:
+        """Follow the cursor, drawing the rows anew that it leaves and comes to."""
         self._cursor_moved()
-        self.refresh()
+        for place in (old, cursor):
+            self.refresh_line(place + 1)  # below the heading
 
     def _cursor_moved(self) -> None:
         height = max(self.size.height - 1, 1)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ class Ordering:
 
 @dataclass(eq=False)
 class Pages:
-    """The rows of a subset in some order, the code first in each; the last blocks that were read are kept.
+    """The rows of a subset in some order, the code first in each; the blocks that were read last are kept.
 
     At another *a*, rows are the ``stored`` ones with a `Standing` a class of the subset there, shape (C,),
     and what is not known there is blank. Without a catalogue there are no rows (`NONE`).
@@ -51,7 +51,7 @@ class Pages:
     standing: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
-        self._block = lru_cache(_KEPT)(self._read)
+        self._blocks: dict[int, list[Row]] = {}  # no cache of a method: it would keep all this in memory
 
     def __len__(self) -> int:
         return len(self.chosen)
@@ -69,7 +69,11 @@ class Pages:
     def row(self, place: int) -> Row:
         """Return one row."""
         number, within = divmod(place, _BLOCK)
-        return self._block(number)[within]
+        if number not in self._blocks:
+            if len(self._blocks) == _KEPT:
+                del self._blocks[next(iter(self._blocks))]
+            self._blocks[number] = self._read(number)
+        return self._blocks[number][within]
 
     def _read(self, number: int) -> list[Row]:
         """Read a block of rows."""
