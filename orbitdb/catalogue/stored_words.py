@@ -36,11 +36,12 @@ class StoredWords(OpenedCatalogue):
         order: str = "p",
         columns: Sequence[str] = (),
         most: int | None = None,
+        counted: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Chosen:
         """Return a chosen subset as classes and their words (`orbitdb.store.reading.question.choose`)."""
         with self.reading() as connection:
-            return question.choose(connection, selection, order, columns, most, cancelled)
+            return question.choose(connection, selection, order, columns, most, counted, cancelled)
 
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None

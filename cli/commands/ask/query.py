@@ -95,7 +95,8 @@ def query(
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (catalogue, stadiums):
         note_gaps(catalogue, *stadiums, names=names, order=order)
-        subsets = [catalogue.choose(chosen, order) for chosen in stadiums]
+        most = None if shown is None else shown + offset
+        subsets = [catalogue.choose(each, order, most=most, counted=True) for each in stadiums]
         total = sum(map(len, subsets))
         count = output.write(names, in_order(catalogue, subsets, names, order, shown, offset))
         if not total:

@@ -47,12 +47,13 @@ def order_of_classes(
 
 
 def in_order_of_words(
-    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
+    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool], most: int | None = None
 ) -> NDArray[np.uint32]:
     """Return the order of the words of a subset by columns, one of them at least of single words.
 
     The subset is in the natural order, with the values of all keys that are of classes. Of each key it is
-    said whether it falls. The connection is asked for the words that are too long for a key.
+    said whether it falls. The connection is asked for the words that are too long for a key. Where only so
+    many rows are wanted, those behind them may be in any order.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
@@ -64,7 +65,7 @@ def in_order_of_words(
             arrays.append(_elements(connection, chosen, falls))
         else:
             arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
-    return np.lexsort(arrays[::-1]).astype(np.uint32) if len(arrays) > 1 else _order(arrays[0])
+    return np.lexsort(arrays[::-1]).astype(np.uint32) if len(arrays) > 1 else _order(arrays[0], most)
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
@@ -76,7 +77,7 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
     return ranks
 
 
-def _order(values: NDArray[Any]) -> NDArray[np.uint32]:
+def _order(values: NDArray[Any], most: int | None) -> NDArray[np.uint32]:
     """Return the order of numbers, equal ones as they come: divided into ranges, which are sorted one by one.
 
     Nothing but the order is there as often as the numbers are.
@@ -94,6 +95,8 @@ def _order(values: NDArray[Any]) -> NDArray[np.uint32]:
         for number, some in enumerate(np.split(rows, counts[:-1, step].cumsum())):
             order[ends[number, step] - len(some) : ends[number, step]] = some
     for first, end in pairwise([0, *ends[:, -1:].ravel().tolist()]):
+        if most is not None and first >= most:
+            break
         rows = order[first:end]
         order[first:end] = rows[np.argsort(values[rows], kind="stable")]
     return order

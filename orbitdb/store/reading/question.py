@@ -55,6 +55,7 @@ def choose(
     order: str = "p",
     columns: Sequence[str] = (),
     most: int | None = None,
+    counted: bool = False,
     cancelled: Callable[[], bool] = never,
 ) -> Chosen:
     """Find a chosen subset in the catalogue.
@@ -68,7 +69,9 @@ def choose(
     columns : sequence of str, optional
         Columns of the view ``class`` that are wanted, too.
     most : int, optional
-        So many rows are wanted, the first ones; more may be found.
+        So many rows are wanted, the first ones; more may be found, in any order.
+    counted : bool, optional
+        All rows are to be found nonetheless, as their number is wanted.
     cancelled : callable, optional
         Asked now and then whether nobody waits any more: `CancelledError`.
     """
@@ -80,7 +83,7 @@ def choose(
         by_class = {}
     query = _query(connection, divided, by_class, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
-    if most is not None and not (by_words or divided.patterns or sorted_far):
+    if most is not None and not (counted or by_words or divided.patterns or sorted_far):
         query = query.limit(most)  # every class has a row
     with answering(connection, divided.conditions, cancelled):
         coded, *more = _arrays(connection, query, columns, divided.conditions.where is not None)
@@ -95,7 +98,7 @@ def choose(
     kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
-    return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
+    return replace(found, rows=in_order_of_words(connection, found, keys, most)) if by_words else found
 
 
 def _places(
