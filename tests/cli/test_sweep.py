@@ -151,6 +151,7 @@ def test_other_commands_answer_from_sweeps(cli):
             assert row == close
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_sweeps")
 def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     chosen = ("--a", "0.8", "--reversal", "self")
@@ -162,6 +163,7 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     assert "births tell" not in cli("entropy", *chosen).err
 
 
+@pytest.mark.slow
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
     first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)
