@@ -127,7 +127,7 @@ def test_growth_is_that_of_the_product_of_bounce_matrices():
     assert np.median(np.abs(across / along)[few]) < 1e-10
 
 
-@pytest.mark.parametrize("a", slow_but([1e-3, 1.6, 1e3], [1e-3, 0.2, 1.0, 1.6, 30.0, 1e3]))
+@pytest.mark.parametrize("a", slow_but([1e-3], [1e-3, 0.2, 1.0, 1.6, 30.0, 1e3]))
 def test_mean_free_path_is_that_of_the_invariant_measure(a):
     found = simulate(Stadium(a), 1_000_000, seed=7)
     assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 5 * found.mean_free_path_error
@@ -160,7 +160,7 @@ def test_senseless_numbers_are_refused(wrong):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
 
 
-SEEDS = 60
+SEEDS = 40
 
 
 @cache
@@ -192,17 +192,14 @@ def test_exponents_scatter_by_as_much_as_their_errors_say(a):
         assert np.abs(off).max() < 4.5
 
 
-@pytest.mark.parametrize("a", [0.1, 1.6])
-@pytest.mark.parametrize("bounces", [1000, 9000, 50_000])
+@pytest.mark.parametrize(("a", "bounces"), [(0.1, 1000), (1.6, 9000), (0.1, 50_000)])
 def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
     made = [simulate(Stadium(a), bounces, seed).bounces for seed in range(5)]
     assert np.median(made) == pytest.approx(bounces, rel=0.2)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
-@pytest.mark.parametrize(
-    ("a", "bounces"), [pytest.param(0.05, 3000, marks=pytest.mark.slow), (0.3, 1), (1.6, 20_000)]
-)
+@pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
 def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
     """From the spread of 16 or 32 groups an error is known to a sixth or an eighth of itself, no better."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate
