@@ -24,6 +24,7 @@ from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
+from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle
@@ -41,7 +42,6 @@ from orbitdb.verification.check import (
     is_chosen,
     judged,
     listed,
-    shown,
     single,
 )
 
@@ -93,7 +93,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             or places != sorted(set(places))
             or not all(0 <= row.error <= row.a for row in own)
         ):
-            yield shown(own[0].word)
+            yield shortened(own[0].word)
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
@@ -102,8 +102,8 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
         if row.event != event:
-            yield f"{shown(row.word)}: event {row.event} instead of {event}"
-    yield from (shown(row.word) for row in rows if row.a == 0 and row.event is not None)
+            yield f"{shortened(row.word)}: event {row.event} instead of {event}"
+    yield from (shortened(row.word) for row in rows if row.a == 0 and row.event is not None)
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:

@@ -13,6 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING, LONG
 from orbitdb.store.file.tables import birth_fill, cycle, element, metadata, pruned
@@ -35,7 +36,7 @@ from orbitdb.symbols.words import (
     least_rotations,
     pack,
 )
-from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, shown, single
+from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, single
 
 Row = tuple[Any, ...]
 
@@ -102,7 +103,7 @@ def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: in
     if row["state"] != FILLING:
         yield f"state {row['state']}"
     elif cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor) is None:
-        yield f"cursor {shown(cursor)}"
+        yield f"cursor {shortened(cursor)}"
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(symmetry.SIZES[part.stabiliser].sum()) for part in parts)

@@ -10,6 +10,7 @@ import sqlalchemy as sa
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.orbits.balls.enclosure import PRECISION
+from orbitdb.plaintext import shortened
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.file.tables import (
     certificate,
@@ -22,7 +23,7 @@ from orbitdb.store.file.tables import (
     stadium,
     sweep,
 )
-from orbitdb.verification.check import Check, judged, listed, shown
+from orbitdb.verification.check import Check, judged, listed
 
 _COMMANDS = {
     "orbit": (orbit, ("fill",)),
@@ -108,4 +109,4 @@ def _certificates(connection: sa.Connection) -> Iterator[Check]:
 
 def _word(connection: sa.Connection, number: int) -> str:
     """Return the least word of a class, as the label of a row."""
-    return shown(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")
+    return shortened(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")

@@ -14,7 +14,7 @@ from screens import drive, press, settle, shown, table_of
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.export import export as export_shown
 from orbitdb.cli.tui.table.pages import Ordering
-from orbitdb.plaintext import cell, printable
+from orbitdb.plaintext import cell, printable, shortened
 from orbitdb.store.asking.selection import Selection
 
 FORMULAS = ["=1+1", "+1", "-1+cmd", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("x")', "＝1", "－1"]
@@ -36,6 +36,8 @@ def test_cells_that_are_numbers_stay():
     ]  # fmt: skip
     assert printable("½ λ_d ± 1") == "½ λ_d ± 1"
     assert printable("a\x1b[31m\udcff") == "a\\x1b[31m\\udcff"
+    assert [shortened("1" * n, 5) for n in (4, 5, 6)] == ["1111", "11111", "11..."]
+    assert [len(shortened("1" * n)) for n in (39, 40, 41)] == [39, 40, 40]
 
 
 def evil(path: Path) -> None:
