@@ -10,6 +10,8 @@ from orbitdb.cli.tui.dialogs.fill import FillState, Wish
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.store.asking.selection import Selection
 
+pytestmark = pytest.mark.slow
+
 LONG_PATH = "/a" * 120
 
 
@@ -97,7 +99,6 @@ DIALOGS = [
 ]  # fmt: skip
 
 
-@pytest.mark.slow
 def test_dialogs_are_wholly_visible(filled):
     filled.with_name("there.csv").touch()
 
@@ -114,7 +115,6 @@ def test_dialogs_are_wholly_visible(filled):
     drive(filled, steps, TINY)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("key", ["question_mark", "S"])
 def test_keys_are_wholly_readable(filled, key):
     async def steps(app, pilot):
@@ -131,7 +131,6 @@ def test_keys_are_wholly_readable(filled, key):
     drive(filled, steps, TINY, Selection(periods=((2, 3),)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [SMALL, TINY])
 def test_notifications_are_wholly_visible(filled, size):
     async def steps(app, pilot):
@@ -144,7 +143,6 @@ def test_notifications_are_wholly_visible(filled, size):
     drive(filled, steps, size, notifications=True)
 
 
-@pytest.mark.slow
 def test_keys_move_in_the_list_of_actions(filled):
     async def steps(app, pilot):
         await press(pilot, "ctrl+p")
