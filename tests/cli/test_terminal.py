@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pexpect
 import pytest
-from offered import commands
-from processes import COMMAND, small_blocks
+from processes import COMMAND, commands, small_blocks
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 from there import there
 
