@@ -1,4 +1,4 @@
-"""Paths in the stadium: one orbit, its reverse, and sheets of many."""
+"""Paths in the stadium: one orbit, its reverse, sheets of many, and bounces in phase space."""
 
 import math
 from itertools import pairwise
