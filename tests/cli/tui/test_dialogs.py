@@ -1,8 +1,7 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, drive, press, screen_lines, settle, until
-from textual.command import CommandList
+from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
@@ -141,19 +140,3 @@ def test_notifications_are_wholly_visible(filled, size):
         assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
 
     drive(filled, steps, size, notifications=True)
-
-
-def test_keys_move_in_the_list_of_actions(filled):
-    async def steps(app, pilot):
-        await press(pilot, "ctrl+p")
-        actions = app.screen.query_one(CommandList)
-        await until(lambda: actions.option_count > 2)
-        places = []
-        for key in ("down", "down", "up"):
-            await press(pilot, key)
-            places.append(actions.highlighted)
-        assert places == [1, 2, 1]
-        await press(pilot, "escape")
-        assert len(app.screen_stack) == 1
-
-    drive(filled, steps)
