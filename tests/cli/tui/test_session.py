@@ -157,22 +157,6 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
 @pytest.mark.slow
 def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
     async def steps(app, pilot):
-        titles = [command.title for command in app.get_system_commands(app.screen)]
-        actions = {binding.description for binding in app.screen.BINDINGS if binding.description}
-        assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
-        assert len(titles) == len(set(titles))
-        assert all(titles)
-        with monkeypatch.context() as patch:
-            patch.setattr(os, "access", lambda path, mode: path != app.path)
-            await press(pilot, "f")
-        assert isinstance(app.screen, MainScreen)
-        assert any("read-only" in note.message for note in app._notifications)
-        app.fill_state = FillState(Wish(1.6, (13,)))
-        await press(pilot, "q")
-        assert isinstance(app.screen, QuestionDialog)
-        await press(pilot, "n")
-        assert app.fill_state.state == "running"
-        assert isinstance(app.screen, MainScreen)
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
         shown = app.screen.query_one(NameList).options
@@ -193,6 +177,22 @@ def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypat
         assert places == [1, 2, 1]
         await press(pilot, "escape")
         assert len(app.screen_stack) == 1
+        titles = [command.title for command in app.get_system_commands(app.screen)]
+        actions = {binding.description for binding in app.screen.BINDINGS if binding.description}
+        assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
+        assert len(titles) == len(set(titles))
+        assert all(titles)
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "access", lambda path, mode: path != app.path)
+            await press(pilot, "f")
+        assert isinstance(app.screen, MainScreen)
+        assert any("read-only" in note.message for note in app._notifications)
+        app.fill_state = FillState(Wish(1.6, (13,)))
+        await press(pilot, "q")
+        assert isinstance(app.screen, QuestionDialog)
+        await press(pilot, "n")
+        assert app.fill_state.state == "running"
+        assert isinstance(app.screen, MainScreen)
 
     drive(path, steps)
 

@@ -138,13 +138,12 @@ def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp
     path = tmp_path / "new.db"
 
     async def steps(app, pilot):
-        await press(pilot, "f", *"2-14", "enter")
-        assert isinstance(app.screen, QuestionDialog)
+        await press(pilot, "f", *"2-14")
+        await send(app, "enter", QuestionDialog)
         assert "2,697,273 words to come" in shown(app)
         assert "Leave it (n)" in shown(app)
         assert "Fill (y)" in shown(app)
-        await press(pilot, "n")
-        assert isinstance(app.screen, FillDialog)
+        await send(app, "n", FillDialog)
         assert app.fill_state is None
         await press(pilot, "enter")
         await send(app, "y", FillDialog)
