@@ -137,28 +137,25 @@ sql 'SELECT colour FROM catalogue' | 2 | the columns are code, word
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
 sql SELECT | 2 | incomplete input
+sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """
 """A command, its exit code, and what its line says among other things."""
 
 
-def told(line: str) -> tuple[str, int, list[str]]:
-    command, code, *pieces = line.split(" | ")
-    return command, int(code), pieces
+LONG = f"'SELECT {'1 + ' * 5000}1'"
+"""A statement of 20008 characters."""
+
+BLOCKS = [block.splitlines() for block in REFUSED.strip().split("\n\n")]
 
 
-@pytest.mark.parametrize(
-    ("command", "code", "pieces"),
-    [*map(told, filter(None, REFUSED.splitlines())),
-     (f"sql 'SELECT {'1 + ' * 5000}1'", 2, ["it has 20008 characters with its values; 20000 are allowed"])],
-    ids=lambda value: value[:60] if isinstance(value, str) else "",
-)  # fmt: skip
-def test_what_is_refused_is_told_in_one_line_and_changes_nothing(
-    own, tmp_path, cli, monkeypatch, command, code, pieces
-):
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block[0].partition(" | ")[0])
+def test_what_is_refused_is_told_in_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = own.read_bytes()
-    done = cli(*shlex.split(command))
-    assert done.says(code, "" if code == 1 else "orbitdb: ", *pieces), done
-    assert own.read_bytes() == before
+    for line in block:
+        command, code, *pieces = line.split(" | ")
+        done = cli(*shlex.split(command.replace("LONG", LONG)))
+        assert done.says(int(code), "" if code == "1" else "orbitdb: ", *pieces), (command, done)
+        assert own.read_bytes() == before, command
     assert {path.name.partition("-")[0] for path in tmp_path.iterdir()} == {own.name}  # and its journal

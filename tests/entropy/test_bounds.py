@@ -211,15 +211,6 @@ def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, secon
     assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
 
 
-def test_work_is_told():
-    told = []
-    for level in levels(Stadium(3), lambda *state: told.append(state)):
-        if level.window == 3:
-            break
-    assert told[0] == ("2 letters", 0, 6)
-    assert all(done <= total or not total for _, done, total in told)
-
-
 def test_whatever_a_is_there_are_bounds():
     for a in (1e-6, 1e6):
         found = list(search(Stadium(a), window=5))[-1]

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from contents import is_sound, rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from quick import slow_but
 
 from orbitdb.filling import births, blocks, sweeps
 from orbitdb.filling.periods import fill_geometric, fill_periods
@@ -134,7 +135,7 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
 WAYS = st.sampled_from(["closed", "raised", "killed"])
 
 
-@pytest.mark.parametrize("name", WORKS)
+@pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep of some"], WORKS))
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=settings().max_examples // 6)
 def test_what_is_cut_at_any_moment_goes_on(

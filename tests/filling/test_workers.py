@@ -134,6 +134,7 @@ def sent(process: int) -> int:
     return int(Path(f"/proc/{process}/io").read_text().partition("wchar: ")[2].split()[0])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
@@ -184,6 +185,7 @@ def test_a_block_that_kills_every_worker_is_given_up():
     assert not workers_of(os.getpid())
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.filling.workers.__version__", "9.9")
     blocks = cut_into_blocks(1.6, "newton", 5)

@@ -69,16 +69,6 @@ def test_what_happens_between_two_stations_is_found():
     assert np.exp(np.sort(zeros.x)) == pytest.approx([0.473270308236, 0.605684335145], rel=1e-11)
 
 
-def test_the_first_birth_is_an_exact_number():
-    """(sqrt 3 - 1)/2, where a path through four joints begins."""
-    words = representatives(5)
-    changes = find_changes(words)
-    exact = (math.sqrt(3) - 1) / 2
-    least = changes.a.min()
-    assert abs(least - exact) <= changes.error[changes.a.argmin()] + 1e-16
-    assert least == pytest.approx(exact, rel=1e-14)
-
-
 def test_a_word_dies_and_is_reborn():
     one, other = existence("010203113"), existence("010233113")
     ends: list[Any] = [pytest.approx(at, abs=1e-12) for at in (0.473270308236, 0.605684335145)]

@@ -139,14 +139,6 @@ def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
     assert orbits.margin[0] == pytest.approx(margin, rel=1e-4)
 
 
-def test_doubles_leave_what_they_cannot_decide():
-    """011032 runs through a joint at a = 1: no double can tell on which side it lies."""
-    words = from_strings(["011032"])
-    orbits = solve_in_doubles(words, Stadium(1.0))
-    assert orbits.status[0] == Status.UNRESOLVED
-    assert abs(orbits.margin[0]) <= orbits.error[0]
-
-
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
 def test_no_orbit_of_more_bounces_is_below(a):
     least = []

@@ -13,6 +13,7 @@ from figures import by_period, legend, named, says, texts
 from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm
+from quick import slow_but
 from solutions import entropy, lyapunov
 from there import there
 
@@ -127,7 +128,10 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
 
 
-@pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
+LIMITS = [(3, "3 of 8 classes are drawn; --limit 8 draws all\n"), pytest.param(8, "", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("limit", "told"), LIMITS)
 def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = draw("sheet", known, chosen, limit)
@@ -207,7 +211,7 @@ def test_the_lengths(known):
     assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
 
-@pytest.mark.parametrize("kind", ["lengths", "phase-space", "sheet"])
+@pytest.mark.parametrize("kind", slow_but(["lengths"], ["lengths", "phase-space", "sheet"]))
 def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(
@@ -215,6 +219,7 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     )
 
 
+@pytest.mark.slow
 def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)

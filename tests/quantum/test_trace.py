@@ -155,13 +155,6 @@ def test_levels_show_the_orbits_and_the_bouncing_balls(catalogue):
     assert strongest.strength == pytest.approx(strongest.height, rel=0.02)
 
 
-@pytest.mark.fuzz
-def test_levels_to_k_30_show_the_orbits(catalogue):
-    k = np.sort(np.concatenate([each.k for each in levels(1.6, 31.5)]))
-    assert len(k) == 722
-    assert catalogue.spectrum((9.5, 11.7), points=60, levels=k).misfit < 0.07
-
-
 WORDS = ["13", "1232131", "0103155", "1155", "013", "0201232", "11335"]
 
 

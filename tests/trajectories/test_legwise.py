@@ -38,19 +38,6 @@ def test_leg_map_is_that_of_the_bounces(a):
         assert after.beta[0] == pytest.approx(leg.runs.beta[0], abs=1e-9)
 
 
-def test_measure_of_the_runs_is_invariant():
-    runs = random_runs(200_000, np.random.default_rng(3))
-    after = next_leg(next_leg(runs, 0.8).runs, 0.8).runs
-    fresh = random_runs(200_000, np.random.default_rng(4))
-    for one, other in (
-        (after.t, fresh.t),
-        (np.abs(after.beta), np.abs(fresh.beta)),
-        (after.beta, fresh.beta),
-    ):
-        assert abs(one.mean() - other.mean()) < 4 * other.std() / np.sqrt(100_000)
-    assert (np.abs(after.beta) <= after.t).all()
-
-
 def test_terms_of_a_leg_are_what_its_matrices_grow_by():
     """A beam of convergence b: first of known b, then of any that it may have."""
     a, rng = 0.9, np.random.default_rng(6)

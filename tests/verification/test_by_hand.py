@@ -198,11 +198,6 @@ ALTERATIONS = {
 }  # fmt: skip
 """By name, what is done to the file, and the check that must fail."""
 
-TOGETHER = ("birth_fill.largest", "cycle.time_reversal", "element.n", "pruned.word", "trajectory.seed",
-            "entropy_bound.windows", "certificate.radius", "orbit.length", "sweep.n_c", "fill.words",
-            "alembic_version changed")  # fmt: skip
-"""Alterations of which none hides another one."""
-
 COMMANDS = [
     ["fill", "--p", "5"],
     ["fill", "--p", "4", "--a", "0.5"],
@@ -258,6 +253,7 @@ def altered(path: Path, statement: str) -> None:
             plain.execute(each)
 
 
+@pytest.mark.slow
 def test_a_file_of_everything_is_sound(sound):
     assert found_wrong(sound) == {}
 
@@ -267,16 +263,7 @@ def test_a_file_of_levels_is_sound(sound_levels):
     assert found_wrong(sound_levels) == {}
 
 
-def test_each_check_finds_what_it_must_among_others(sound, tmp_path):
-    path = Path(shutil.copy(sound, tmp_path / "altered.db"))
-    for name in TOGETHER:
-        altered(path, ALTERATIONS[name][0])
-    wrong = found_wrong(path)
-    assert {ALTERATIONS[name][1] for name in TOGETHER} <= set(wrong)
-    assert all(wrong.values())
-    assert str(wrong["bounds"]).endswith((" at a = 1.6", " at a = 0.5"))
-
-
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fill", "births", "sweep", "bounds", "verify --rigorous"])
 def test_what_another_command_has_written_is_found(sound, tmp_path, name):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))

@@ -129,6 +129,7 @@ def test_what_cannot_be_compared_is_left(small):
     assert (found["fills"].rows, found["bits"].rows) == (1, 0)
 
 
+@pytest.mark.slow
 def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
     """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
     path = tmp_path / "orbits.db"

@@ -144,6 +144,7 @@ def test_notifications_are_wholly_visible(filled, size):
     drive(filled, steps, size, notifications=True)
 
 
+@pytest.mark.slow
 def test_keys_move_in_the_list_of_actions(filled):
     async def steps(app, pilot):
         await press(pilot, "ctrl+p")

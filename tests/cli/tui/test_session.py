@@ -215,6 +215,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     assert small[0].startswith("1 word to come at a = 1.6: under a second, ")
 
 
+@pytest.mark.slow
 def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
     """The first code is that of all rows; keys and a code that come before these lead to them."""
     began = []
