@@ -17,6 +17,8 @@ from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings
 from orbitdb.verification.provenance import check_provenance
 
+pytestmark = pytest.mark.slow
+
 BORN_LATE = "(SELECT cycle FROM change WHERE a > 0 ORDER BY cycle LIMIT 1)"
 ONLY_BORN = "(SELECT max(id) FROM cycle WHERE p = 7)"
 
@@ -253,17 +255,14 @@ def altered(path: Path, statement: str) -> None:
             plain.execute(each)
 
 
-@pytest.mark.slow
 def test_a_file_of_everything_is_sound(sound):
     assert found_wrong(sound) == {}
 
 
-@pytest.mark.slow
 def test_a_file_of_levels_is_sound(sound_levels):
     assert found_wrong(sound_levels) == {}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fill", "births", "sweep", "bounds", "verify --rigorous"])
 def test_what_another_command_has_written_is_found(sound, tmp_path, name):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))
@@ -273,7 +272,6 @@ def test_what_another_command_has_written_is_found(sound, tmp_path, name):
     assert wrong
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ALTERATIONS)
 def test_what_is_altered_by_hand_is_found(request, tmp_path, name):
     statement, check = ALTERATIONS[name]
