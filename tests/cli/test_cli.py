@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from offered import commands
-from processes import COMMAND
+from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
 from orbitdb.symbols.counting import count_admissible, count_primitive

@@ -3,12 +3,14 @@
 import re
 from collections.abc import Callable
 from inspect import signature
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
+from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.periods import fill_periods
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.traces import BOUNCES
@@ -118,3 +120,11 @@ def test_shells_are_offered_values(varied, tmp_path, monkeypatch, command, typed
         context = called.make_context(typed[0], db, parent=top, resilient_parsing=True)
     option = next(each for each in called.params if typed[1] in each.opts)
     assert [item.value for item in option.shell_complete(context, typed[2])] == offered
+
+
+def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(b"no catalogue" * 99)
+    context: Any = SimpleNamespace(params={"db": path})
+    assert offered_half_lengths(context, "") == []
+    assert offered_several_half_lengths(context, "") == ["all"]

@@ -1,6 +1,8 @@
 """Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
 
+import errno
 import io
+import os
 import shlex
 import subprocess
 from typing import Any
@@ -8,6 +10,7 @@ from typing import Any
 import pytest
 from processes import COMMAND, run
 
+from orbitdb.cli import app
 from orbitdb.cli.storing import asked_periods
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
@@ -135,3 +138,22 @@ def test_periods_are_filled_up_to_the_highest():
         with pytest.raises(InputError, match=told):
             asked_periods(nowhere, p, first)
     assert asked_periods(nowhere, "5", 5) == (5,)
+
+
+def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monkeypatch):
+    def fail(error):
+        def call(arguments):
+            raise error
+
+        monkeypatch.setattr(app, "call", call)
+        return cli("table")
+
+    gone = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
+    assert fail(gone).says(3, "current folder")
+    broken = OSError(errno.EIO, "Input/output error")
+    outcome = fail(broken)
+    assert outcome.code == 3
+    odd = OSError(errno.ELOOP, "Too many symbolic links", "x.csv")
+    assert fail(odd).says(1, "x.csv", "Too many symbolic links")
+    with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
+        fail(ZeroDivisionError())

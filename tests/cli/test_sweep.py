@@ -9,6 +9,7 @@ import pytest
 from contents import alter
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.criteria import choose
@@ -225,3 +226,31 @@ def test_what_cannot_be_swept(cli, tmp_path, wrong, said):
     assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
     assert outcome.err.startswith(f"orbitdb: {said}")
     assert not (tmp_path / "orbits.db").exists()
+
+
+@pytest.mark.slow
+def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypatch):
+    cli("migrate")
+    monkeypatch.setattr(births, "BLOCK", 50)
+    going = fill_births(tmp_path / "orbits.db", [6])
+    next(going)
+    going.close()
+    done = cli("births")
+    assert (done.code, done.out) == (1, "")
+    partial, nothing = done.err.splitlines()
+    assert partial == "births of period 6 are partial: 'orbitdb births --p 6' completes them"
+    assert nothing.startswith("no births in ")
+    assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
+    lacking = cli("entropy", "--a", "1", "--p", "3-4")
+    assert "the zeta function lacks p = 2 (not chosen)\n" in lacking.err
+
+
+@pytest.mark.slow
+def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
+    cli("sweep", "--p", "4")
+    for periods, what in ((["--p", "3"], "the sums of a swept period were"),
+                          ([], "the sums of 2 swept periods were")):  # fmt: skip
+        done = cli("verify", *periods)
+        assert done.code == 0
+        assert done.err.splitlines()[0] == f"{what} not computed again: only whole periods up to 2 are"

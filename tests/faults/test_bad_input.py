@@ -1,11 +1,9 @@
 """Bad input, however odd: one line that says what is wrong, a documented exit code, nothing changed."""
 
-import contextlib
 import io
 import os
 import random
 import sqlite3
-import string
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +17,6 @@ from quick import slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.symbols.words import WordError, parse, run_notation
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
@@ -210,23 +207,6 @@ def fuzzed(varied):
 @pytest.mark.parametrize("count", slow_but([40], [40, 300]))
 def test_expressions_choose_or_are_refused(fuzzed, count):
     assert fuzz_where(fuzzed[0], fuzzed[1], range(count)) > count / 5
-
-
-def fuzz_codes(numbers: range) -> None:
-    """Try codes in run notation, whole and with something wrong in them."""
-    for number in numbers:
-        rng = random.Random(f"code {number}")
-        text, word = bad.run_notation(rng)
-        assert parse(text) == word, (number, text)
-        assert parse(run_notation(word)) == word, (number, text)
-        place = rng.randrange(len(text) + 1)
-        wrong = text[:place] + rng.choice(string.printable + "½٣\udcff") + text[place + rng.randrange(2) :]
-        with contextlib.suppress(WordError):
-            assert set(parse(wrong)) <= set("012345"), (number, wrong)
-
-
-def test_codes_are_words_or_refused():
-    fuzz_codes(range(1000))
 
 
 def run(*arguments: str | bytes, **options):

@@ -129,3 +129,11 @@ def run_several(
     done = run(asked, path, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
     assert done.returncode == 0, done.stderr
     return [tuple(json.loads(line)) for line in done.stdout.splitlines()]
+
+
+def commands() -> list[str]:
+    """Return the names of its commands."""
+    from orbitdb.cli.app import program
+
+    known = [command for command in program().registered_commands if not command.hidden]
+    return [command.name or str(getattr(command.callback, "__name__", "")) for command in known]

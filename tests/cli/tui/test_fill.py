@@ -5,14 +5,13 @@ from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
-from screens import ask, drive, press, row_of, send, settle, shown, table_of, until
+from screens import ask, drive, press, row_of, settle, shown, table_of, until
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import fill
 from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.filling.estimate import need
 
 
@@ -48,27 +47,6 @@ def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
-
-
-@pytest.mark.slow
-def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
-    async def steps(app, pilot):
-        await press(pilot, "f", *"2-14", "enter")
-        assert isinstance(app.screen, QuestionDialog)
-        assert "2,697,273 words to come" in shown(app)
-        assert "Leave it (n)" in shown(app)
-        assert "Fill (y)" in shown(app)
-        await press(pilot, "n")
-        assert isinstance(app.screen, FillDialog)
-        assert app.fill_state is None
-        await press(pilot, "enter")
-        await send(app, "y", FillDialog)
-        await until(lambda: app.fill_state is not None)
-        await pilot.press("escape")
-        await send(app, "q", QuestionDialog)
-        await pilot.press("y")
-
-    drive(tmp_path / "new.db", steps)
 
 
 @pytest.mark.slow

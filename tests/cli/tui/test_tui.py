@@ -134,13 +134,18 @@ def test_an_empty_place_greets_and_is_filled(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
+def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp_path):
     path = tmp_path / "new.db"
 
     async def steps(app, pilot):
-        await pilot.press("f")
-        app.screen.query_one("#periods", Input).value = "2-14"
+        await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
+        assert "2,697,273 words to come" in shown(app)
+        assert "Leave it (n)" in shown(app)
+        assert "Fill (y)" in shown(app)
+        await send(app, "n", FillDialog)
+        assert app.fill_state is None
+        await press(pilot, "enter")
         await send(app, "y", FillDialog)
         await until(lambda: app.fill_state is not None and app.fill_state.done)
         await send(app, "escape", MainScreen)
