@@ -32,7 +32,7 @@ from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
 from orbitdb.store.reading.soundness import sound_words
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.words import MAX_KEYED, from_strings
+from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import (
     Block,
     Check,
@@ -173,7 +173,7 @@ def change_parts(
 ) -> Iterator[Part]:
     """Yield blocks of the classes with births of the chosen periods, or of so many drawn at random."""
     born = audit.by_period(connection, audit.ids_in(connection, change.c.cycle))
-    chosen = [those for p, those in born.items() if 2 <= p <= MAX_KEYED and is_chosen(p, selections)]
+    chosen = [those for p, those in born.items() if is_chosen(p, selections)]
     drawn = audit.sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
     return (block.part("births", _check_changes) for block in blocks(audit.by_period(connection, drawn)))
 

@@ -26,8 +26,7 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.enumeration import LeastWords, Span, least_words
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
 from orbitdb.symbols.words import from_strings, pack, to_strings, unpack

@@ -9,7 +9,7 @@ from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.parametrize(

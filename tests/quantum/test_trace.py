@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from contents import alter
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
@@ -55,6 +56,12 @@ def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, 
     assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
     assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
     assert found.complete == least_length(8, 1.6) / (1 if parity is None else 2)
+
+
+def test_a_spectrum_is_complete_below_what_is_not_known(own):
+    for p, change in ((4, "unresolved = 1"), (3, "state = 'filling'")):
+        alter(own, f"UPDATE fill SET {change} WHERE p = {p}")
+        assert read_classes(Catalogue(own), Selection(1.6))[2] == p - 1
 
 
 LIMITS = [

@@ -10,6 +10,11 @@ from contents import checks
 from processes import run_here
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.orbits.births.changes import find_changes
+from orbitdb.store.writing.classes import add_changes, add_class
+from orbitdb.store.writing.writer import Writer
+from orbitdb.symbols.symmetry import class_of
+from orbitdb.symbols.words import from_strings
 from orbitdb.verification.provenance import check_provenance
 
 pytestmark = pytest.mark.slow
@@ -112,6 +117,8 @@ ALTERATIONS = {
     "trajectory, both errors": (
         "UPDATE trajectory SET lambda_d_error = lambda_d_error / 1e6, lambda_c_error = lambda_c_error / 1e6",
         "trajectories"),
+    "trajectory.groups": ("UPDATE trajectory SET groups = 1", "trajectories"),
+    "trajectory.mean_free_path_error": ("UPDATE trajectory SET mean_free_path_error = 9e999", "trajectories"),
     "trajectory.mean_free_path": ("UPDATE trajectory SET mean_free_path = 3", "trajectories"),
     "trajectory.seed": ("UPDATE trajectory SET seed = '7'", "trajectories"),
     "trajectory.stadium": (
@@ -220,7 +227,13 @@ def made(path: Path, commands: list[list[str]]) -> Path:
 
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory) -> Path:
-    return made(tmp_path_factory.mktemp("sound") / "orbits.db", COMMANDS)
+    path, word = made(tmp_path_factory.mktemp("sound") / "orbits.db", COMMANDS), "010203113"
+    with closing(Writer(path, {"command": "births"})) as writer, writer.writing() as connection:
+        number = add_class(connection, class_of(word))
+        add_changes(writer, connection, [number], find_changes(from_strings([word])))  # one is a death
+        begun = "INSERT INTO birth_fill (p, state, words, seconds) VALUES (9, 'filling', 0, 0)"
+        connection.exec_driver_sql(begun)
+    return path
 
 
 @pytest.fixture(scope="module")
