@@ -201,6 +201,7 @@ def test_ctrl_c_is_no_refusal(filled):
     assert err.startswith("orbitdb: interrupted")
 
 
+@pytest.mark.slow
 def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
     """No limit on texts stands in the way of the longest words there are, in any column or order."""
     path = tmp_path / "orbits.db"
