@@ -14,7 +14,6 @@ from processes import COMMAND
 from quick import slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tokens import tokens
@@ -174,14 +173,6 @@ def slow_filter() -> Selection:
     """Return a choice that takes a minute or more on the filled catalogue."""
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))
     return Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
-
-
-@pytest.mark.slow
-def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
-    catalogue = Catalogue(filled)
-    asked = iter([False] * 50)
-    with pytest.raises(CancelledError):
-        catalogue.choose(slow_filter(), cancelled=lambda: next(asked, True))
 
 
 @pytest.mark.slow
