@@ -48,7 +48,7 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""
-    from orbitdb.filling.blocks import METHODS, Method
+    from orbitdb.filling.periods import METHODS, Method
     from orbitdb.orbits.newton import solve
 
     monkeypatch.setitem(METHODS, "newton", Method(solve, 32))

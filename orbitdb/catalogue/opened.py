@@ -10,7 +10,7 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import describe_fills
-from orbitdb.entropy.entropy_bounds import EntropyBounds
+from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text

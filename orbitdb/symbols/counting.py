@@ -1,6 +1,6 @@
 """The pruning rules as a finite automaton that reads a word symbol by symbol, and counts of words from it.
 
-It is used twice: to prune prefixes while words are generated (`orbitdb.symbols.least_words`), and as a
+It is used twice: to prune prefixes while words are generated (`orbitdb.symbols.enumeration`), and as a
 transfer matrix whose traces count words of any order without generating one.
 """
 

@@ -24,8 +24,7 @@ from orbitdb.store.reading.lives import birth_fills
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
 from orbitdb.symbols.words import (

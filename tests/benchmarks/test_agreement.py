@@ -21,7 +21,7 @@ from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
 from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 
 THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
 

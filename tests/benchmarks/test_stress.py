@@ -21,7 +21,7 @@ from orbitdb.benchmarks.stress import (
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.slow

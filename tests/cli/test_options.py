@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from processes import COMMAND, run
+from quick import slow_but
 
 from orbitdb.cli import app
 from orbitdb.cli.storing import asked_periods
@@ -62,31 +63,21 @@ NOWHERE = "orbitdb: the output cannot be written (it is closed)\n"
 NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
 
 
-@pytest.mark.parametrize(
-    ("command", "streams", "code", "err"),
-    [
-        ("columns", ">&-", 3, NOWHERE),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in (
-                ("table", ">/dev/full", 3, NO_ROOM),
-                ("query --format csv", ">/dev/full", 3, NO_ROOM),
-                ("--help", ">/dev/full", 3, NO_ROOM),
-                ("table", ">&-", 3, NOWHERE),
-                ("table", ">&- 2>&-", 3, ""),
-                ("table", ">/dev/null 2>&-", 0, ""),
-                ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
-                ("fill --code -", "<&-", 0, ""),
-                (
-                    "browse",
-                    "<&-",
-                    2,
-                    "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n",
-                ),
-            )
-        ),
-    ],
-)
+STREAMS = [
+    ("columns", ">&-", 3, NOWHERE),
+    ("table", ">/dev/full", 3, NO_ROOM),
+    ("query --format csv", ">/dev/full", 3, NO_ROOM),
+    ("--help", ">/dev/full", 3, NO_ROOM),
+    ("table", ">&-", 3, NOWHERE),
+    ("table", ">&- 2>&-", 3, ""),
+    ("table", ">/dev/null 2>&-", 0, ""),
+    ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
+    ("fill --code -", "<&-", 0, ""),
+    ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n"),
+]
+
+
+@pytest.mark.parametrize(("command", "streams", "code", "err"), slow_but(1, STREAMS))
 def test_closed_streams(filled, tmp_path, command, streams, code, err):
     line = f"{shlex.join(COMMAND)} {command} {streams}"
     variables = {"ORBITDB_DB": str(filled)}

@@ -144,12 +144,7 @@ def test_names_that_are_no_catalogue(cli, tmp_path, command):
 
 
 @pytest.mark.parametrize(
-    ("command", "ending"),
-    [
-        pytest.param("plot", ".svg", marks=pytest.mark.slow),
-        ("export", ".csv"),
-        pytest.param("export", ".parquet", marks=pytest.mark.slow),
-    ],
+    ("command", "ending"), slow_but(1, [("export", ".csv"), ("export", ".parquet"), ("plot", ".svg")])
 )
 def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, ending):
     folder = tmp_path / "files"

@@ -104,36 +104,6 @@ def test_an_expression_does_nothing_but_choose(varied, name):
     assert varied.read_bytes() == before
 
 
-COMMANDS = ["query", "entropy", "lyapunov", "verify", "export", "plot"]
-SUPPLIED = {"export": ["--format", "csv"], "plot": ["lengths", "-o", "lengths.svg"]}
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize(
-    "name",
-    slow_but(
-        ["a second statement"], ["a table called catalogue", "a pragma", "a second statement", "zeroblob"]
-    ),
-)
-def test_every_command_refuses(own, cli, command, name):
-    outcome = cli(command, *SUPPLIED.get(command, []), "--where", ATTACKS[name])
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert len(outcome.err.splitlines()) == 1
-
-
-@pytest.mark.parametrize("option", ["--order", "-c"])
-@pytest.mark.parametrize(
-    "value",
-    slow_but(
-        ["(SELECT 1)", "p; DROP TABLE run", "*"],
-        ["(SELECT 1)", "p; DROP TABLE run", "length(code)", "rowid", "1", "p--", "*"],
-    ),
-)
-def test_orders_and_columns_are_names(own, cli, option, value):
-    assert cli("query", option, value).code == 2
-
-
 def test_values_are_values(own):
     """What is bound is never read as SQL, whatever it holds."""
     catalogue = Catalogue(own)

@@ -24,7 +24,7 @@ from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.sweeps import Sweep
-from orbitdb.symbols.least_words import class_spans
+from orbitdb.symbols.enumeration import class_spans
 
 PERIODS = range(2, 7)
 
@@ -155,7 +155,7 @@ def test_a_low_period_is_one_block():
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.symbols.least_words.least_words", lambda span: iter(()))
+    monkeypatch.setattr("orbitdb.symbols.enumeration.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
     with pytest.raises(StoreError, match="period 3 holds 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

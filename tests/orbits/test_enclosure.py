@@ -90,10 +90,7 @@ def enclosed_path(word: str, a: float) -> BallPath:
     return path
 
 
-@pytest.mark.parametrize(
-    ("a", "word"),
-    [case if case in CASES[::4] else pytest.param(*case, marks=pytest.mark.slow) for case in CASES],
-)
+@pytest.mark.parametrize(("a", "word"), slow_but(CASES[::4], CASES))
 def test_only_slacks_that_are_zero_are_proved_to_be(a, word):
     """Each for itself, told that it lies within 1/2 of zero: algebra knows slacks up to multiples of pi."""
     with ctx.workprec(128):

@@ -275,8 +275,3 @@ def test_a_range_without_bounds_is_none(catalogue):
 def test_wrong_criteria_are_refused(catalogue, wrong, said):
     with pytest.raises(SelectionError, match=said):
         catalogue.select(**wrong)
-
-
-def test_a_selection_and_criteria_do_not_mix(catalogue):
-    with pytest.raises(SelectionError, match="not both"):
-        catalogue.select(Selection(), p=3)

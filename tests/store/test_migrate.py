@@ -18,8 +18,7 @@ from orbitdb.errors import StoreError
 from orbitdb.store.file.database import check_file, need_newest
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG, SCHEMA_VERSION
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.words import key, keys, parse, word_of
 
 LONG_WORDS = [parse("1^30 5^29"), parse("1^12 3^11 02")]

@@ -53,9 +53,8 @@ def fill(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.blocks import METHODS
     from orbitdb.filling.estimate import check_room, need
-    from orbitdb.filling.periods import fill_geometric, fill_periods
+    from orbitdb.filling.periods import METHODS, fill_geometric, fill_periods
     from orbitdb.orbits.orbit import Status
     from orbitdb.symbols.counting import count_admissible, count_primitive
 

@@ -1,6 +1,5 @@
 """SQLAlchemy's tables and views, made from the text of the schema."""
 
-import re
 from collections.abc import Iterable
 from typing import Any
 
@@ -9,50 +8,28 @@ import sqlalchemy as sa
 from orbitdb.columns import IN_CATALOGUE, kind_of
 from orbitdb.store.file.schema import OF_CLASS, SHARED, TABLES
 
-_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
-    "INTEGER": sa.Integer,
-    "TEXT": sa.Text,
-    "REAL": sa.REAL,
-    "BLOB": sa.LargeBinary,
-}
-_KINDS = {"text": "TEXT", "integers": "TEXT", "integer": "INTEGER", "number": "REAL", "numbers": "BLOB"}
-_COLUMN = re.compile(r"^    (\w+) (INTEGER|TEXT|REAL|BLOB)( DEFAULT \d+)?( NOT NULL)?,?$", re.MULTILINE)
-_KEY = re.compile(r"PRIMARY KEY \((.*?)\)")
-_REFERENCE = re.compile(r"FOREIGN KEY\s*\((.*?)\)\s*REFERENCES (\w+) \((.*?)\)")
+_KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
+    "text": sa.Text, "integers": sa.Text, "integer": sa.Integer, "number": sa.REAL, "numbers": sa.LargeBinary,
+}  # fmt: skip
 
 metadata = sa.MetaData()
 
 
-def _table(name: str) -> sa.Table:
-    """Return a table as its statement has it: columns, key and references."""
-    text = TABLES[name]
-    key = _listed(_KEY.search(text))
-    columns = [
-        sa.Column(column, _TYPES[kind], primary_key=column in key, nullable=not required)
-        for column, kind, _, required in _COLUMN.findall(text)
-    ]
-    references = [
-        sa.ForeignKeyConstraint(
-            found[1].split(", "), [f"{found[2]}.{column}" for column in found[3].split(", ")]
-        )
-        for found in _REFERENCE.finditer(text)
-    ]
-    return sa.Table(name, metadata, *columns, *references)
-
-
-def _listed(found: re.Match[str] | None) -> list[str]:
-    return found[1].split(", ") if found else []
+with sa.create_engine("sqlite://").begin() as _empty:  # SQLite, which has made them, says what they are
+    for _statement in TABLES.values():
+        _empty.exec_driver_sql(_statement)
+    metadata.reflect(_empty)
 
 
 def view(name: str, columns: Iterable[str]) -> sa.TableClause:
     """Return a view with some columns."""
-    return sa.table(name, *(sa.column(each, _TYPES[_KINDS[kind_of(each)]]) for each in columns))
+    return sa.table(name, *(sa.column(each, _KINDS[kind_of(each)]) for each in columns))
 
 
-stadium, run, cycle, element, pruned = map(_table, ("stadium", "run", "cycle", "element", "pruned"))
-orbit, fill, certificate, trajectory = map(_table, ("orbit", "fill", "certificate", "trajectory"))
-change, birth_fill, entropy_bound = map(_table, ("change", "birth_fill", "entropy_bound"))
-sweep, sweep_block, level_fill, level = map(_table, ("sweep", "sweep_block", "level_fill", "level"))
+(
+    stadium, run, cycle, element, pruned, orbit, fill, certificate, change, birth_fill, trajectory,
+    entropy_bound, level_fill, level, sweep, sweep_block,
+) = map(metadata.tables.__getitem__, TABLES)  # fmt: skip
 
 classes = view("class", SHARED | OF_CLASS)
 """The view of the classes: one row a class and a."""

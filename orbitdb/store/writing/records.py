@@ -10,7 +10,7 @@ from orbitdb.store.file.tables import entropy_bound, level, level_fill, trajecto
 from orbitdb.store.writing.writer import Writer
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.entropy_bounds import EntropyBounds
+    from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.quantum.levels import Levels
     from orbitdb.trajectories.ensemble import Reference
 
@@ -46,7 +46,7 @@ def add_reference(writer: Writer, a: float, found: "Reference") -> None:
 def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
     """Store what windows of one length prove, unless just that is stored; tell whether it was not.
 
-    `proof` is what has decided the windows, `orbitdb.entropy.entropy_bounds.DOUBLES` or `BALLS`, and
+    `proof` is what has decided the windows, `orbitdb.entropy.bounds.DOUBLES` or `BALLS`, and
     `computed` the arithmetic that has found it, if it was another process (`Writer.run_id`).
     """
     table = entropy_bound.c

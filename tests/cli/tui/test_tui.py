@@ -140,7 +140,7 @@ def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp
     async def steps(app, pilot):
         await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
-        assert "2,697,273 words to come" in shown(app)
+        await until(lambda: "2,697,273 words to come" in shown(app))
         assert "Leave it (n)" in shown(app)
         assert "Fill (y)" in shown(app)
         await send(app, "n", FillDialog)
