@@ -23,7 +23,7 @@ def of(function: Callable[..., Any], name: str) -> str:
 
 A = repr(Stadium().a)
 ORDER = of(Catalogue.select, "order")
-DEFAULTS = {
+DEFAULTS: dict[str, dict[str, str | None]] = {
     "fill": {"--a": A, "--method": of(fill_periods, "method")},
     "query": {"--a": f"the only one stored, else {A}", "--order": ORDER},
     "identify": {
