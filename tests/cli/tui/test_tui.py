@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from screens import LARGE, SMALL, drive, press, screenshot, send, shown, table_of, until
+from screens import LARGE, SMALL, drive, press, send, shown, table_of, until
 from solutions import entropy, lyapunov
 from there import there
 
@@ -211,8 +211,14 @@ def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
     monkeypatch.chdir(tmp_path)
     if name != "empty":
         Path("orbits.db").write_bytes(filled.read_bytes())
-    svg = normalised(screenshot(Path("orbits.db"), size, keys))
-    file = SNAPSHOTS / f"{name}.svg"
+    taken = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        taken.append(normalised(app.export_screenshot()))
+
+    drive(Path("orbits.db"), steps, size)
+    [svg], file = taken, SNAPSHOTS / f"{name}.svg"
     if os.environ.get(WRITE):
         file.write_text(svg, encoding="utf-8")
     assert file.exists(), f"no snapshot: look at the screen, then run the test with {WRITE}=1"
