@@ -1,7 +1,6 @@
 """Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
 
 import errno
-import io
 import os
 import shlex
 import subprocess
@@ -102,12 +101,6 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path / "gone")
     told = "orbitdb: the current folder no longer exists: change to another\n"
     assert (done.returncode, done.stderr) == (3, told)
-
-
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
-    monkeypatch.setattr("sys.stdin", io.StringIO(f"\ufeff13{end}{end}1001{end}"))
-    assert cli("query", "-", "-c", "code", "--format", "csv").out == "code\n13\n1001\n"
 
 
 def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):

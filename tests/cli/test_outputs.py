@@ -200,7 +200,7 @@ class Case:
 
 
 CASES = [
-    Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
+    Case("query --code 1232131 --code 01132", words_of("1232131", "01132"), slow=True),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", averages("table")),
