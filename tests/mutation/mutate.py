@@ -98,7 +98,7 @@ class Copy:
                     os.kill(int(folder.name), signal.SIGKILL)
 
     def tests_of(self, mutant: Mutant, most: float) -> list[str]:
-        """Return the tests that execute a mutant and take no longer than so many seconds; at least one."""
+        """Return the tests that execute a mutant, or else its wing's: of so many seconds at most, or one."""
         labels = self._labels(mutant.path, lambda number, _: mutant.first <= number <= mutant.last)
         if mutant.names:
             named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in self._made_of(mutant.names)))
@@ -109,6 +109,7 @@ class Copy:
             labels |= {name for name in self.tests if name.partition("::")[0] in naming}
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
+        known = known or [name for name in self.tests if name.startswith(own)]  # only at import
         cost = {name: self.tests[name]["seconds"] for name in sorted(known)}
         first = {name.partition("[")[0]: name for name in sorted(cost, key=cost.__getitem__, reverse=True)}
         others = cost.keys() - first.values()  # further cases of a test that has a quicker one

@@ -106,6 +106,16 @@ def test_lives_say_what_solving_says(found, a):
                 assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
 
 
+def test_the_bounce_of_a_change_is_at_its_joint(found):
+    for words, changes in found.values():
+        for i, a in enumerate(changes.a.tolist()):
+            word, at = words[changes.word[i]][None], Stadium(a * (1 + 1e-9))
+            x, y = at.points(word, solve(word, at).coordinates)[0, changes.bounce[i] - 1]
+            assert (abs(x), abs(y)) == pytest.approx((a, 1), abs=1e-6)
+            side = f"{'top' if y > 0 else 'bottom'} {'right' if x > 0 else 'left'}"
+            assert JOINTS[changes.joint[i]] == side
+
+
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
 def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
     """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
