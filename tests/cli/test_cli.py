@@ -8,8 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
@@ -56,7 +55,7 @@ def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
+    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.store.asking.conditions import COLUMNS
 

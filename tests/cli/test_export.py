@@ -13,8 +13,7 @@ from processes import COMMAND
 from quick import slow_but
 from there import there
 
-from orbitdb import Catalogue, __version__
-from orbitdb import export as files
+from orbitdb import Catalogue, __version__, export as files
 
 CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
 EXACT: Any = {} if int(version("pandas").partition(".")[0]) >= 3 else {"float_precision": "round_trip"}

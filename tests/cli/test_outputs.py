@@ -20,8 +20,7 @@ from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.benchmarks import stress
-from orbitdb.benchmarks import work_precision as methods
+from orbitdb.benchmarks import stress, work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births

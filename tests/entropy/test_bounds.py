@@ -7,8 +7,7 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from edges import edge_words, texts_of
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from quick import fuzz_but
 from solutions import words_of
 

@@ -7,8 +7,7 @@ from itertools import compress
 import numpy as np
 import pytest
 from edges import code_of, edge_words, edges_of, text_of, texts_of, windows_of
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
+from hypothesis import example, given, settings, strategies as st
 from quick import slow_but
 from solutions import words_of
 

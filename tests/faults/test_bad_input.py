@@ -10,8 +10,7 @@ from pathlib import Path
 
 import bad_values as bad
 import pytest
-from hypothesis import HealthCheck, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, example, given, settings, strategies as st
 from processes import COMMAND
 from quick import slow_but
 
