@@ -145,7 +145,9 @@ def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "")
             note(f"{told}{more}")
 
 
-_falling: Callable[[Any], Any] = cmp_to_key(lambda one, other: (one < other) - (one > other))
+_falling: Callable[[Any], Any] = cmp_to_key(
+    lambda one, other: 0 if one == other else 1 if one < other else -1
+)
 """Makes of values what sorts them in falling order."""
 
 

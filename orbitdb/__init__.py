@@ -27,7 +27,7 @@ These names are the public interface. Everything else may change between version
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # isort: off
     from orbitdb.billiard.stadium import Stadium as Stadium
     from orbitdb.catalogue.catalogue import Catalogue as Catalogue
     from orbitdb.catalogue.identification import (
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.store.asking.selection import Selection as Selection
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    # isort: on
 
 __version__ = "0.2.0"
 

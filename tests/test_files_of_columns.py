@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from quick import slow_but
 
-from orbitdb import column_files, export as files
+from orbitdb import column_files
+from orbitdb import export as files
 from orbitdb.errors import InputError
 
 

@@ -22,7 +22,8 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.workers import Result, Task, answered, begun_ahead
 
 if TYPE_CHECKING:
-    from distributed import Client, Future as DaskTask
+    from distributed import Client
+    from distributed import Future as DaskTask
 
 _AHEAD = 2
 """Blocks under way for each thread of the cluster, so that none waits for the writer."""

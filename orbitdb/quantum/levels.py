@@ -121,8 +121,8 @@ class LevelTask:
 
 
 def rounding(k: Floats) -> Floats:
-    """Return what rounding may add to the errors of levels."""
-    return _ROUNDING * np.maximum(k, 1.0)
+    """Return what rounding may add to the errors of levels, of which none is below pi/2."""
+    return _ROUNDING * k
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:

@@ -21,7 +21,7 @@ from orbitdb.store.writing.records import replace_certificates
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, Step, blocks, judged, measured
-from orbitdb.verification.invariants import with_bounds
+from orbitdb.verification.invariants import rounding_of_places, with_bounds
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure
@@ -137,11 +137,10 @@ def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) ->
     numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
     places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
     radius = max(distance(*place) for place in places)
-    rounding = 4 * float(np.finfo(float).eps) * (stadium.a + 2)  # of a difference of places on the table
     pairs = (
         (radius, numbers["error"]),
         (distance(ball.length, numbers["length"]), numbers["length_error"]),
         (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
-        (distance(ball.margin, numbers["margin"]), numbers["error"] + rounding),
+        (distance(ball.margin, numbers["margin"]), numbers["error"] + rounding_of_places(stadium)),
     )
     return radius, *max(pairs, key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf)

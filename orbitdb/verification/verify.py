@@ -5,7 +5,8 @@ with itself (`orbitdb.verification.invariants`) and with new solutions
 (`orbitdb.verification.recomputation`).
 """
 
-from collections.abc import Generator, Iterable, Iterator, Sequence, Set as AbstractSet
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from functools import partial
 from itertools import chain

@@ -5,7 +5,8 @@ from typing import cast
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A, STRAIGHT, Stadium, StadiumError
 

@@ -8,7 +8,8 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
@@ -81,7 +82,8 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
 
 
 def test_codes_from_stdin(cli, monkeypatch):
-    monkeypatch.setattr("sys.stdin", io.StringIO("13\n1^20 (02)^5 3\n\n1001\n"))
+    """Of Windows, too."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
     assert len(outcome.err.splitlines()) == 3

@@ -1,7 +1,6 @@
 """Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
 
 import errno
-import io
 import os
 import shlex
 import subprocess
@@ -9,6 +8,7 @@ from typing import Any
 
 import pytest
 from processes import COMMAND, run
+from quick import slow_but
 
 from orbitdb.cli import app
 from orbitdb.cli.storing import asked_periods
@@ -62,31 +62,21 @@ NOWHERE = "orbitdb: the output cannot be written (it is closed)\n"
 NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
 
 
-@pytest.mark.parametrize(
-    ("command", "streams", "code", "err"),
-    [
-        ("columns", ">&-", 3, NOWHERE),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in (
-                ("table", ">/dev/full", 3, NO_ROOM),
-                ("query --format csv", ">/dev/full", 3, NO_ROOM),
-                ("--help", ">/dev/full", 3, NO_ROOM),
-                ("table", ">&-", 3, NOWHERE),
-                ("table", ">&- 2>&-", 3, ""),
-                ("table", ">/dev/null 2>&-", 0, ""),
-                ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
-                ("fill --code -", "<&-", 0, ""),
-                (
-                    "browse",
-                    "<&-",
-                    2,
-                    "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n",
-                ),
-            )
-        ),
-    ],
-)
+STREAMS = [
+    ("columns", ">&-", 3, NOWHERE),
+    ("table", ">/dev/full", 3, NO_ROOM),
+    ("query --format csv", ">/dev/full", 3, NO_ROOM),
+    ("--help", ">/dev/full", 3, NO_ROOM),
+    ("table", ">&-", 3, NOWHERE),
+    ("table", ">&- 2>&-", 3, ""),
+    ("table", ">/dev/null 2>&-", 0, ""),
+    ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
+    ("fill --code -", "<&-", 0, ""),
+    ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' where there is none\n"),
+]
+
+
+@pytest.mark.parametrize(("command", "streams", "code", "err"), slow_but(1, STREAMS))
 def test_closed_streams(filled, tmp_path, command, streams, code, err):
     line = f"{shlex.join(COMMAND)} {command} {streams}"
     variables = {"ORBITDB_DB": str(filled)}
@@ -111,12 +101,6 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path / "gone")
     told = "orbitdb: the current folder no longer exists: change to another\n"
     assert (done.returncode, done.stderr) == (3, told)
-
-
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
-def test_codes_come_from_files_of_windows_too(cli, monkeypatch, end):
-    monkeypatch.setattr("sys.stdin", io.StringIO(f"\ufeff13{end}{end}1001{end}"))
-    assert cli("query", "-", "-c", "code", "--format", "csv").out == "code\n13\n1001\n"
 
 
 def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):

@@ -20,7 +20,8 @@ from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.benchmarks import stress, work_precision as methods
+from orbitdb.benchmarks import stress
+from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
@@ -199,7 +200,7 @@ class Case:
 
 
 CASES = [
-    Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
+    Case("query --code 1232131 --code 01132", words_of("1232131", "01132"), slow=True),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", averages("table")),

@@ -38,6 +38,15 @@ query --code 13 --where 'p > 2' | 2 | --where | --code
 query --code 13 --p 3 --order p --limit 3 --offset 1 | 2 | --p, --order, --limit, --offset | --code | them
 query --code 13 -P x=1 | 2 | -P | --code
 query -P x=1 | 2 | -P | --where
+query --where '1; DELETE FROM orbit' | 2 | 1; DELETE FROM orbit
+query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
+query -c '(SELECT 1)' | 2 | (SELECT 1)
+query -c '*' | 2 | '*'
+entropy --where 'zeroblob(9)' | 2 | zeroblob
+lyapunov --where '(SELECT sql FROM sqlite_master AS catalogue)' | 2 | where
+verify --where '1; DELETE FROM orbit' | 2 | where
+export --format csv --where '1; DELETE FROM orbit' | 2 | where
+plot lengths -o lengths.svg --where '1; DELETE FROM orbit' | 2 | where
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
 query --json --format csv | 2 | --json | --format csv | contradict
 fill --p 3 --code 13 | 2 | --p | --code

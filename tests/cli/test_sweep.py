@@ -180,6 +180,10 @@ def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     assert (rows["sweeps"], rows["sums"]) == (4, 4)
     cli("fill", "--p", "5-5")
     with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
+        for states in (["filling", "swept", "swept"], ["done"]):
+            plain.execute("UPDATE fill SET state = ?", states[:1])
+            plain.commit()
+            assert [row["state"] for row in json.loads(cli("info", "--json").out) if row["p"] == 5] == states
         plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")
         plain.commit()
         monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 1)

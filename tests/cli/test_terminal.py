@@ -8,6 +8,7 @@ from pathlib import Path
 import pexpect
 import pytest
 from processes import COMMAND, commands, small_blocks
+from quick import slow_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 from there import there
 
@@ -197,14 +198,10 @@ run()
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "typer",
-        "numpy",
-        *(
-            pytest.param(name, marks=pytest.mark.slow)
-            for name in ("orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy")
-        ),
-    ],
+    slow_but(
+        ["numpy"],
+        ["typer", "numpy", "orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy"],
+    ),
 )
 def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
     command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]

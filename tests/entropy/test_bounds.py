@@ -7,8 +7,9 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from edges import edge_words, texts_of
-from hypothesis import given, settings, strategies as st
-from quick import fuzz_but
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from quick import fuzz_but, slow_but
 from solutions import words_of
 
 from orbitdb.averages.by_period import entropy_of_counts
@@ -162,9 +163,7 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
         assert off[-1] < off[-4] / 2
 
 
-@pytest.mark.parametrize(
-    ("edges", "width", "most"), [(11, 4e-3, 7000), pytest.param(14, 6.2e-4, 34_000, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
 def test_design_figures_at_the_usual_a(edges, width, most):
     """Windows of 14 letters, and 1.1588534 < h < 1.1588558 of a compiled program with 23."""
     found = list(search(Stadium(1.6), window=edges))

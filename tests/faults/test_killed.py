@@ -94,7 +94,7 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
 @pytest.mark.slow
 def test_workers_end_with_the_process_that_stores(tmp_path):
     process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
-    while len(workers_of(process)) < 2:
+    while len(workers_of(process.pid)) < 2:
         assert process.poll() is None
     process.kill()
     process.communicate()  # its stderr is closed when the last process that has it ends

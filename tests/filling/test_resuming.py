@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 from contents import is_sound, rows
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from quick import slow_but
 
 from orbitdb.filling import births, periods, sweeps

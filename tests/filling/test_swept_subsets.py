@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 from quick import slow_but
 from there import there
 
@@ -51,12 +52,7 @@ MORE = [
 
 @pytest.mark.parametrize(
     ("a", "highest", "subsets"),
-    [
-        (1.6, 6, SUBSETS[1::2]),
-        pytest.param(1.6, 7, SUBSETS, marks=pytest.mark.slow),
-        pytest.param(1.6, 8, MORE, marks=pytest.mark.slow),
-        pytest.param(0.5, 8, SUBSETS + MORE, marks=pytest.mark.slow),
-    ],
+    slow_but(1, [(1.6, 6, SUBSETS[1::2]), (1.6, 7, SUBSETS), (1.6, 8, MORE), (0.5, 8, SUBSETS + MORE)]),
 )
 def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
     """To the word, and sums to the last digits."""

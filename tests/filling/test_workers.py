@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from contents import rows
+from processes import workers_of
 from workforce import Deadly, Failing, filled_by
 
 from orbitdb.arithmetic import arithmetic
@@ -27,12 +28,6 @@ from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-
-
-def workers_of(process: int) -> list[int]:
-    command = ["ps", "-o", "pid=", "--ppid", str(process)]
-    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
-    return [int(line) for line in listed.split() if is_worker(int(line))]
 
 
 def blocked_signals(process: int) -> int:
@@ -161,11 +156,6 @@ def next_worker() -> int:
     while not (there := workers_of(os.getpid())):
         time.sleep(0.01)
     return there[0]
-
-
-def is_worker(process: int) -> bool:
-    command = Path(f"/proc/{process}/cmdline")
-    return command.exists() and "spawn_main" in command.read_text()
 
 
 def test_only_the_processors_that_this_process_may_use_count(monkeypatch):

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given, strategies as st
+from hypothesis import example, given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from quick import slow_but
 from reference import birth_error
@@ -103,6 +104,16 @@ def test_lives_say_what_solving_says(found, a):
         for each, said in zip(changes.lives(), status.tolist(), strict=True):
             if said != "boundary":
                 assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
+
+
+def test_the_bounce_of_a_change_is_at_its_joint(found):
+    for words, changes in found.values():
+        for i, a in enumerate(changes.a.tolist()):
+            word, at = words[changes.word[i]][None], Stadium(a * (1 + 1e-9))
+            x, y = at.points(word, solve(word, at).coordinates)[0, changes.bounce[i] - 1]
+            assert (abs(x), abs(y)) == pytest.approx((a, 1), abs=1e-6)
+            side = f"{'top' if y > 0 else 'bottom'} {'right' if x > 0 else 'left'}"
+            assert JOINTS[changes.joint[i]] == side
 
 
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))

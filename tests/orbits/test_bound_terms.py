@@ -24,7 +24,8 @@ from bound_errors import (
     slacks_of,
 )
 from flint import arb, ctx
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 from solutions import random_word
 
 from orbitdb.billiard import bounces, legs, stability

@@ -125,11 +125,12 @@ def test_bounds_of_long_words(text, a):
             check_bounds(orbits, row, true_errors(orbits, row, exact))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "margin"),
     [
         ("12(02)^200000 32(02)^200000", 2.50000020685093e-12),
-        pytest.param("12(02)^45000 32(02)^135002", 2.03207708426649e-34, marks=pytest.mark.slow),
+        ("12(02)^45000 32(02)^135002", 2.03207708426649e-34),
     ],
 )
 def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):

@@ -93,6 +93,19 @@ def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
 
 
 @pytest.mark.slow
+def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
+    counts = set()
+    for a in np.geomspace(0.02, 50, 60).tolist():
+        ax.clear()
+        paths.draw_orbit(ax, Stadium(a), Stadium(a).outline()[:3])
+        ax.figure.draw_without_rendering()
+        labels = [label.get_window_extent() for label in ax.get_xticklabels()]
+        assert all(right.x0 - left.x1 > 3 for left, right in pairwise(labels)), a
+        counts.add(len(labels))
+    assert counts == {3, 5}
+
+
+@pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests
 

@@ -13,19 +13,7 @@ from orbitdb import InputError, Stadium
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.levels import LevelTask, levels, windows
-from orbitdb.quantum.mesh import quarter_stadium, rectangle
-
-
-def test_rectangle_has_its_levels_in_a_window_with_those_below_counted():
-    width = 1.3
-    matrix = gradient(
-        rectangle(width, 0.4, 0.4), 12, lambda at: (at[:, 0] > width - 1e-9) | (at[:, 1] > 1 - 1e-9)
-    )
-    below, values = eigenvalues(matrix, 60.0, 160.0)
-    m, n = np.meshgrid(np.arange(20) + 0.5, np.arange(20) + 0.5)
-    known = np.sort(((m * math.pi / width) ** 2 + (n * math.pi) ** 2).ravel())
-    assert below == (known < 60).sum()
-    np.testing.assert_allclose(values, known[(known >= 60) & (known < 160)], rtol=1e-12)
+from orbitdb.quantum.mesh import quarter_stadium
 
 
 @pytest.mark.slow

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings, strategies as st
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 from itineraries import itineraries, random_rays
 from quick import slow_but
 from there import there
@@ -71,31 +72,6 @@ def test_random_trajectories_are_those_of_the_reference(catalogue):
             assert ((off <= 0.03) == inside).all()
             assert off.min() == pytest.approx(each.distance)
             assert each.orbit.stored == (each.orbit.p <= 8)
-
-
-@pytest.mark.slow
-def test_a_mirrored_and_a_reversed_start_find_the_images(catalogue):
-    x, y, angle = 0.3, 0.4, 3.3
-    plain = catalogue.identify(start=(x, y, angle), bounces=8, limit=99)
-    turned = {
-        1: (-x, y, math.pi - angle),
-        2: (x, -y, -angle),
-        4: (x, y, angle + math.pi),
-    }
-    assert plain.total
-    for element, start in turned.items():
-        found = catalogue.identify(start=start, bounces=8, limit=99)
-        inner = symmetry.images_of(plain.sequence)[element][1:-1]  # the ends are no neighbours
-        assert found.sequence[1:-1] == inner
-        expected = {
-            (
-                least_rotation(symmetry.images_of(each.orbit.code)[element]),
-                1 - each.last if element == 4 else each.first,
-                each.bounces,
-            )
-            for each in plain.shadowed
-        }
-        assert {(name(each), each.first, each.bounces) for each in found.shadowed} == expected
 
 
 @pytest.mark.parametrize("word", slow_but(["13"], ["13", "1232131", "1" * 20 + "5" * 20]))

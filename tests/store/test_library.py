@@ -241,6 +241,7 @@ def test_a_range_without_bounds_is_none(catalogue):
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 28 + "1...")):
         assert choose(p=80, contains=word).describe().endswith(f" containing {shown}")
+    assert {*choose(status="all").statuses} == {*Status} - {Status.FAMILY}
     several = choose(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
     assert several.describe([1.0, 1.6]) == (
         "orbits of period 2, 4 to 5 at a = 1, 1.6 that retrace their path with symmetry x containing 13"
@@ -274,8 +275,3 @@ def test_a_range_without_bounds_is_none(catalogue):
 def test_wrong_criteria_are_refused(catalogue, wrong, said):
     with pytest.raises(SelectionError, match=said):
         catalogue.select(**wrong)
-
-
-def test_a_selection_and_criteria_do_not_mix(catalogue):
-    with pytest.raises(SelectionError, match="not both"):
-        catalogue.select(Selection(), p=3)

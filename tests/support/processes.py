@@ -75,16 +75,15 @@ def nobody_left(process: Going) -> bool:
     return not alive(process.pid)
 
 
-def workers_of(process: Going) -> list[int]:
-    """Return the processes that solve for a command."""
+def workers_of(process: int) -> list[int]:
+    """Return the processes that solve for another one."""
+    command = ["ps", "-o", "pid=", "--ppid", str(process)]
+    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     found = []
-    for pid in alive(process.pid):
-        try:
-            command = Path(f"/proc/{pid}/cmdline").read_text()
-        except OSError:
-            continue
-        if "spawn_main" in command:
-            found.append(pid)
+    for pid in map(int, listed.split()):
+        with contextlib.suppress(OSError):  # it may have ended
+            if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text():
+                found.append(pid)
     return found
 
 

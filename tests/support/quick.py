@@ -7,11 +7,13 @@ import pytest
 
 
 def slow_but(
-    kept: Collection[Any], values: Iterable[Any], mark: pytest.MarkDecorator = pytest.mark.slow
+    kept: int | Collection[Any], values: Iterable[Any], mark: pytest.MarkDecorator = pytest.mark.slow
 ) -> list[Any]:
-    """Return the values of one parameter, or tuples of several, all but the kept ones marked."""
-    parts = [(value, value if isinstance(value, tuple) else (value,)) for value in values]
-    return [value if value in kept else pytest.param(*several, marks=mark) for value, several in parts]
+    """Return the values of one parameter, or tuples of several; all but some, or the first, are marked."""
+    every = list(values)
+    some = every[:kept] if isinstance(kept, int) else kept
+    parts = [(value, value if isinstance(value, tuple) else (value,)) for value in every]
+    return [value if value in some else pytest.param(*several, marks=mark) for value, several in parts]
 
 
 def fuzz_but(kept: Collection[Any], values: Iterable[Any]) -> list[Any]:

@@ -5,7 +5,8 @@ from contextlib import closing, suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 
 from orbitdb.symbols.patterns import Factor, Like
 from orbitdb.symbols.words import (

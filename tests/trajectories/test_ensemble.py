@@ -5,7 +5,8 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from itineraries import is_uniform, random_rays
 from quick import slow_but
 

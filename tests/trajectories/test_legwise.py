@@ -70,11 +70,7 @@ def test_the_error_of_what_is_known_adds_to_that_of_the_sample():
 
 
 @pytest.mark.parametrize(
-    ("a", "lambda_l"),
-    [
-        (1.6, 2.81181711),
-        *(pytest.param(*known, marks=pytest.mark.slow) for known in ((0.5, 1.85931011), (6.0, 4.03309448))),
-    ],
+    ("a", "lambda_l"), slow_but(1, [(1.6, 2.81181711), (0.5, 1.85931011), (6.0, 4.03309448)])
 )
 def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
     growth = exact_means(a).growth

@@ -86,7 +86,8 @@ def verify(
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
-    from orbitdb.verification.verify import report, verify as steps
+    from orbitdb.verification.verify import report
+    from orbitdb.verification.verify import verify as steps
 
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")

@@ -7,7 +7,8 @@ from collections import Counter
 import model
 import pytest
 from contents import alter
-from hypothesis import example, given, strategies as st
+from hypothesis import example, given
+from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 from textual.app import App, ComposeResult
 
