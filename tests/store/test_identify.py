@@ -133,7 +133,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
 
 
 def test_a_length_without_a_bound_is_within_the_tolerance_alone(own):
-    length = Catalogue(own)["013"].length
+    length = there(Catalogue(own)["013"].length)
     alter(own, "UPDATE orbit SET length_error = NULL")  # as relaxation leaves it
     near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
     assert [len(each) > 0 for each in near] == [True, False]
