@@ -17,8 +17,7 @@ from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import StoredBlock, choose, ids_in, load_orbits, stadium_id, whole_rows
-from orbitdb.store.writing.records import replace_certificates
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, Step, blocks, judged, measured
 from orbitdb.verification.invariants import rounding_of_places, with_bounds

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
-from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
 KEYS = [

@@ -31,7 +31,7 @@ from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata
 from orbitdb.store.reading.records import room
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 
 def plainly(statement: str | None) -> str:
