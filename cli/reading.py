@@ -178,7 +178,10 @@ def in_order(
 
     def place(row: Row) -> tuple[Any, ...]:
         keys = zip(row[len(names) :], falling.values(), strict=True)
-        return tuple((value is None, _falling(value) if falls else value) for value, falls in keys)
+        return tuple(
+            (value is None, _falling(value) if falls and value is not None else value)
+            for value, falls in keys
+        )
 
     streams = (rows(chosen, (*names, *falling), 0) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))

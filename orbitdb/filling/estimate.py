@@ -11,7 +11,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.fills import Fill
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 LARGE = 1_000_000
 """From so many words on, a fill says first what it is going to take."""

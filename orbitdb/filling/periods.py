@@ -30,10 +30,9 @@ from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible, count_primitive
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.members import joined_words
-from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
+from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of
 from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unpack
 

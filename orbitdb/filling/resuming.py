@@ -17,8 +17,8 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
 from orbitdb.store.writing.cursors import Cursor, OvertakenError, close, hold, move
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.pruning import count_admissible
 
 
 class Progress(NamedTuple):

@@ -27,8 +27,8 @@ from orbitdb.store.file.tables import run, sweep, sweep_block
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
 Tilts = Mapping[int, NDArray[np.float64]]

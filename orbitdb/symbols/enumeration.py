@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.symbols.counting import automaton
+from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
 

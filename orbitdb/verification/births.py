@@ -31,7 +31,7 @@ from orbitdb.store.file.tables import birth_fill, change, cycle
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
 from orbitdb.store.reading.soundness import sound_words
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import (
     Block,

@@ -82,7 +82,7 @@ class Step:
 
 def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
     """Return a check that each row, named by its word or another label, passes or fails."""
-    marks = np.asarray(wrong, dtype=bool)
+    marks = np.asarray(wrong)
     first = shortened(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
 

@@ -23,10 +23,9 @@ from orbitdb.store.reading.fills import counts_when_done, status_counts, words_u
 from orbitdb.store.reading.lives import birth_fills
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
-from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
+from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.words import (
     MAX_KEYED,
     are_primitive,

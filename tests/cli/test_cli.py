@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
-from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
 KEYS = [
@@ -56,7 +56,7 @@ def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
+    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.store.asking.conditions import COLUMNS
 

@@ -28,8 +28,7 @@ from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax
-from orbitdb.store.writing.records import add_reference
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify

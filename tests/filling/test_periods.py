@@ -19,7 +19,7 @@ from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:

@@ -24,8 +24,8 @@ from orbitdb.filling.births import solve_births
 from orbitdb.filling.periods import METHODS, cut_into_blocks, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.pruning import count_admissible
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 

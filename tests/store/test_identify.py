@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from contents import alter
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from itineraries import itineraries, random_rays
@@ -129,6 +130,13 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
     names = ("code", *OF_CANDIDATES[1:])
     assert [tuple(getattr(each, name) for name in names) for each in found] == wanted[:limit]
     assert all(each.total == each.repetitions * each.length for each in found)
+
+
+def test_a_length_without_a_bound_is_within_the_tolerance_alone(own):
+    length = there(Catalogue(own)["013"].length)
+    alter(own, "UPDATE orbit SET length_error = NULL")  # as relaxation leaves it
+    near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
+    assert [len(each) > 0 for each in near] == [True, False]
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):

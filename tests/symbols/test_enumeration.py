@@ -9,9 +9,8 @@ from quick import slow_but
 from rules import broken_by_hand
 from solutions import words_of
 
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span, class_spans, least_words, primitive_words
-from orbitdb.symbols.pruning import rule_numbers, rules_broken
+from orbitdb.symbols.pruning import count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
 

@@ -272,6 +272,17 @@ def test_what_another_command_has_written_is_found(sound, tmp_path, name):
     assert wrong
 
 
+@pytest.mark.parametrize(
+    "change", ["started = 'once'", "version = ''", "parameters = 'no JSON'", "parameters = '[]'"]
+)
+def test_a_run_that_says_nothing_is_named_and_no_other(sound, tmp_path, change):
+    path = Path(shutil.copy(sound, tmp_path / "altered.db"))
+    altered(path, f"UPDATE run SET {change} WHERE id = 1")
+    with Catalogue(path).reading() as connection:
+        wrong = next(check for check in check_provenance(connection) if check.failures)
+    assert (wrong.failures, wrong.first) == (1, "run 1")
+
+
 @pytest.mark.parametrize("name", ALTERATIONS)
 def test_what_is_altered_by_hand_is_found(request, tmp_path, name):
     statement, check = ALTERATIONS[name]

@@ -165,8 +165,7 @@ def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -
             )
         return
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.writing.records import keep_bounds
-    from orbitdb.store.writing.writer import Writer
+    from orbitdb.store.writing.writer import Writer, keep_bounds
 
     bring(db)
     Catalogue(db).close()  # what is wrong with it is to be known before
