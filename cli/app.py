@@ -51,7 +51,7 @@ PANELS = {
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
-_MODULES["info"] = "maintenance.file"
+_MODULES |= {"info": "maintenance.file", "sweep": "make.fill"}
 _UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.file", "tui": "ask.browse"}
 _MODULES |= _UNLISTED
 """The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, or of

@@ -1,8 +1,10 @@
-"""What is known of one word, for people."""
+"""What is known of one word, for people, and of its bounces."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
+from orbitdb.columns import OF_BOUNCES
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
@@ -56,14 +58,43 @@ def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
 _WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
 
 
+BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
+BounceRow = tuple[int, int, float, float, float, float, float]
+
+
+def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> list[list[BounceRow]]:
+    """Return the bounces of some orbits, for each a list of rows with the columns `BOUNCE_COLUMNS`.
+
+    A word without coordinates has no rows.
+    """
+    import numpy as np
+
+    from orbitdb.billiard.stability import birkhoff
+    from orbitdb.billiard.stadium import Stadium
+    from orbitdb.symbols.words import from_strings
+
+    stadium = Stadium(a)
+    found: list[list[BounceRow]] = [[] for _ in words]
+    periods: dict[int, list[int]] = {}
+    for place, (word, known) in enumerate(zip(words, coordinates, strict=True)):
+        if known is not None:
+            periods.setdefault(len(word), []).append(place)
+    for p, places in periods.items():
+        symbols = from_strings([words[place] for place in places])
+        here = np.array([coordinates[place] for place in places])
+        x, y = np.moveaxis(stadium.points(symbols, here), -1, 0)
+        columns = (symbols, here, x, y, *birkhoff(stadium, symbols, here))
+        numbers = range(1, p + 1)
+        for place, *rows in zip(places, *(column.tolist() for column in columns), strict=True):
+            found[place] = list(zip(numbers, *rows, strict=True))
+    return found
+
+
 def write_bounces(orbit: Orbit) -> None:
     """Write the bounces one by one, if a screen can hold them."""
     if orbit.coordinates is None or orbit.p > LONG_CODE:
         return
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.bounce_rows import bounce_rows
-
-    (bounces,) = bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])
+    (bounces,) = bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])
     rows = (
         (n, symbol, _wall(orbit.code, n - 1), coordinate, x, y) for n, symbol, coordinate, x, y, *_ in bounces
     )

@@ -1,10 +1,11 @@
 """What commands that read a catalogue share: which a is meant, what of it is filled, and rows in order."""
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cmp_to_key
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -144,17 +145,10 @@ def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "")
             note(f"{told}{more}")
 
 
-class _Falling:
-    """A value in falling order."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Falling) and self.value == other.value
-
-    def __lt__(self, other: "_Falling") -> bool:
-        return bool(other.value < self.value)
+_falling: Callable[[Any], Any] = cmp_to_key(
+    lambda one, other: 0 if one == other else 1 if one < other else -1
+)
+"""Makes of values what sorts them in falling order."""
 
 
 def in_order(
@@ -184,7 +178,10 @@ def in_order(
 
     def place(row: Row) -> tuple[Any, ...]:
         keys = zip(row[len(names) :], falling.values(), strict=True)
-        return tuple((value is None, _Falling(value) if falls else value) for value, falls in keys)
+        return tuple(
+            (value is None, _falling(value) if falls and value is not None else value)
+            for value, falls in keys
+        )
 
     streams = (rows(chosen, (*names, *falling), 0) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any, TextIO
 
 from orbitdb.cli.progress import aside
-from orbitdb.export import json_object, write_csv
+from orbitdb.export import json_object, write_csv, write_jsonl
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
@@ -108,17 +108,14 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
 
 def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
     """Write rows for other programs, with every number in full, and return how many there were."""
-    if form not in (Format.JSON, Format.JSONL):
+    if form is Format.JSONL:
+        return write_jsonl(file, columns, rows)
+    if form is not Format.JSON:
         return write_csv(file, columns, rows, "\t" if form is Format.TSV else ",")
-    array = form is Format.JSON
-    opening, between, closing = ("[\n", ",\n", "\n]\n") if array else ("", "\n", "\n")
     count = 0
-    for row in rows:
-        file.write(between if count else opening)
-        file.write(json_object(columns, row))
-        count += 1
-    if count or array:
-        file.write(closing if count else "[]\n")
+    for count, row in enumerate(rows, 1):
+        file.write(("[\n" if count == 1 else ",\n") + json_object(columns, row))
+    file.write("\n]\n" if count else "[]\n")
     return count
 
 

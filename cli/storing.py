@@ -18,7 +18,6 @@ from orbitdb.numerals import whole
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.filling.cluster import Size
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.resuming import Progress as Step
     from orbitdb.filling.workers import Workers
@@ -143,7 +142,7 @@ class Solvers:
             from orbitdb.filling.cluster import Cluster
 
             with _quiet_dask(), Cluster(self.scheduler) as cluster:
-                note(f"{self.scheduler}: {_told(cluster.size())}")
+                note(f"{self.scheduler}: {_told(*cluster.size())}")
                 yield cluster
             return
         count = self.jobs or (cores() if words >= _WORTH_PROCESSES else 1)
@@ -154,16 +153,16 @@ class Solvers:
             yield processes
 
 
-def _told(size: "Size") -> str:
+def _told(workers: int, threads: int) -> str:
     """Say how large a cluster is, and where that is less than it seems."""
-    if not size.workers:
+    if not workers:
         return "no workers yet; waiting for the first"
-    if size.threads > size.workers:
+    if threads > workers:
         return (
-            f"{size.workers} workers with {size.threads} threads; each solves with one of them: start more "
+            f"{workers} workers with {threads} threads; each solves with one of them: start more "
             "with --nthreads 1"
         )
-    return f"{size.workers} workers"
+    return f"{workers} workers"
 
 
 @contextmanager

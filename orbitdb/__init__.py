@@ -27,44 +27,25 @@ These names are the public interface. Everything else may change between version
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.identification import Candidate, Followed, Trajectory
-    from orbitdb.catalogue.subset import Subset
-    from orbitdb.errors import InputError, StoreError, WorkError
-    from orbitdb.orbits.newton import solve
-    from orbitdb.orbits.orbit import Orbit, Orbits, Status
-    from orbitdb.orbits.single_word import existence, solve_word
-    from orbitdb.quantum.levels import Levels, levels
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.trajectories.ensemble import Reference, simulate
+if TYPE_CHECKING:  # isort: off
+    from orbitdb.billiard.stadium import Stadium as Stadium
+    from orbitdb.catalogue.catalogue import Catalogue as Catalogue
+    from orbitdb.catalogue.identification import (
+        Candidate as Candidate,
+        Followed as Followed,
+        Trajectory as Trajectory,
+    )
+    from orbitdb.catalogue.subset import Subset as Subset
+    from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
+    from orbitdb.orbits.newton import solve as solve
+    from orbitdb.orbits.orbit import Orbit as Orbit, Orbits as Orbits, Status as Status
+    from orbitdb.orbits.single_word import existence as existence, solve_word as solve_word
+    from orbitdb.quantum.levels import Levels as Levels, levels as levels
+    from orbitdb.store.asking.selection import Selection as Selection
+    from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    # isort: on
 
 __version__ = "0.2.0"
-
-__all__ = [
-    "Candidate",
-    "Catalogue",
-    "Followed",
-    "InputError",
-    "Levels",
-    "Orbit",
-    "Orbits",
-    "Reference",
-    "Selection",
-    "Stadium",
-    "Status",
-    "StoreError",
-    "Subset",
-    "Trajectory",
-    "WorkError",
-    "__version__",
-    "existence",
-    "levels",
-    "simulate",
-    "solve",
-    "solve_word",
-]
 
 _HOMES = {
     "billiard.stadium": ("Stadium",),
@@ -80,6 +61,8 @@ _HOMES = {
     "trajectories.ensemble": ("Reference", "simulate"),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}
+
+__all__ = ["__version__", *_HOME_OF]
 
 
 def __getattr__(name: str) -> Any:

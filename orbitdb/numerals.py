@@ -8,6 +8,8 @@ import re
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
 from fractions import Fraction
 
+from orbitdb.plaintext import shortened
+
 _REAL = re.compile(r"[+-]?(?:(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?|inf|nan)")
 _WHOLE = re.compile(r"[+-]?[0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE]\+?[0-9]{1,2})?")
 
@@ -21,7 +23,7 @@ def real(text: str) -> float:
         If it is none.
     """
     if not _REAL.fullmatch(text.strip()):
-        raise ValueError(f"{_shown(text)} is not a number")
+        raise ValueError(f"{shortened(text)!r} is not a number")
     return float(text)
 
 
@@ -34,7 +36,7 @@ def whole(text: str) -> int:
         If it is none, or has more than a hundred digits.
     """
     if not _WHOLE.fullmatch(text.strip()) or (value := Fraction(text.strip())).denominator > 1:
-        raise ValueError(f"{_shown(text)} is not a whole number")
+        raise ValueError(f"{shortened(text)!r} is not a whole number")
     return value.numerator
 
 
@@ -81,10 +83,6 @@ def concise(value: float | None, error: float | None) -> str | None:
     digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
     decimals = max(0, -int(digits.as_tuple().exponent))
     return f"{value:.{decimals}f}({round(digits.scaleb(decimals))})"
-
-
-def _shown(text: str) -> str:
-    return repr(text if len(text) <= 40 else f"{text[:40]}...")
 
 
 _RELATIVE = 1e-12

@@ -28,6 +28,11 @@ def line(text: str) -> str:
     return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - _END]} ... {shown[-_END:]}"
 
 
+def shortened(text: str, most: int = 40) -> str:
+    """Return a text, cut if it has more symbols than `most`."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
 def several(count: int, one: str, many: str | None = None) -> str:
     """Return a count and what is counted, such as ``1 orbit`` or ``2 orbits``."""
     return f"{count} {one if count == 1 else many or one + 's'}"

@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # the process that only starts those that test need not impor
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for whatever is started, as `orbitdb.cli.main` does
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of them would translate all that it imports again
-settings.register_profile("quick", deadline=None, max_examples=20)
+settings.register_profile("quick", deadline=None, max_examples=15)
 settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
@@ -36,6 +36,7 @@ def pytest_collection() -> None:
 
 def pytest_collection_finish() -> None:
     gc.freeze()
+    gc.set_threshold(50_000)  # looked for after every 700 objects it takes a thirtieth of the time
     gc.enable()
 
 
@@ -48,7 +49,7 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""
-    from orbitdb.filling.blocks import METHODS, Method
+    from orbitdb.filling.periods import METHODS, Method
     from orbitdb.orbits.newton import solve
 
     monkeypatch.setitem(METHODS, "newton", Method(solve, 32))

@@ -10,6 +10,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
+from orbitdb.plaintext import shortened
 from orbitdb.plots import paths
 from orbitdb.plots.style import BLUE, GREY, ORANGE, figure
 from orbitdb.symbols.symmetry import REVERSE, images_of
@@ -95,5 +96,4 @@ def short(code: str) -> str:
     """Return a code for a title: as it is, or in run notation, cut if it is still long."""
     if len(code) <= 30:
         return code
-    text = run_notation(code)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+    return shortened(run_notation(code))

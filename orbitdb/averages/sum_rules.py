@@ -34,8 +34,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.sums import Exponents, exponents
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
 Floats = NDArray[np.float64]

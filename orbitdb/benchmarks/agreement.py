@@ -16,7 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
 MAX_STEPS = 20_000_000

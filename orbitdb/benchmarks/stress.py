@@ -17,7 +17,7 @@ from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium, written
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
 from orbitdb.trajectories.rays import Rays, bounce, random_arcs

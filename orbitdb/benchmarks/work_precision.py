@@ -20,7 +20,7 @@ from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
 from orbitdb.orbits.status import assess
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure

@@ -24,7 +24,7 @@ from orbitdb.catalogue.whole_periods import (
     why_missing,
     why_no_sum_rules_of,
 )
-from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
+from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
@@ -276,8 +276,6 @@ def enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str]:
 @cache
 def _found_now(a: float) -> EntropyBounds:
     """Return bounds on the entropy at one a, for which the next average there need not wait again."""
-    from orbitdb.entropy.bounds import search
-
     *_, last = search(Stadium(a), _EDGES)
     return last
 

@@ -10,14 +10,14 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.gaps import describe_fills
-from orbitdb.entropy.entropy_bounds import EntropyBounds
+from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.tables import driver, reading_engine
 from orbitdb.store.reading import lives, records, sweeps
 from orbitdb.store.reading.fills import Fill, as_fill
 from orbitdb.store.reading.lives import BirthFill, Life

@@ -12,6 +12,7 @@ from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import small_svg
+from orbitdb.plaintext import shortened
 
 if TYPE_CHECKING:
     import pandas
@@ -69,7 +70,7 @@ def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
 def _row(orbit: Orbit) -> str:
     points = orbit.points
     picture = "" if points is None or orbit.p > MOST_BOUNCES else small_svg(Stadium(orbit.a), points)
-    texts = (_short(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
+    texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
              str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip
     return _cells("td", [picture, *map(escape, texts)])
@@ -86,7 +87,3 @@ def _cells(tag: str, contents: Sequence[str]) -> str:
 
 def _number(value: float | None, decimals: int) -> str:
     return "" if value is None else f"{value:.{decimals}f}"
-
-
-def _short(code: str) -> str:
-    return code if len(code) <= 40 else f"{code[:37]}..."

@@ -9,16 +9,26 @@ decided again (docs/entropy-proof.md has the proof).
 import math
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
-from orbitdb.entropy.entropy_bounds import EntropyBounds
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
+from orbitdb.numerals import between
+
+if TYPE_CHECKING:
+    from orbitdb.entropy.proof import Proof
+
+DOUBLES, BALLS = "doubles", "balls"
+"""What decides windows: doubles with bounds on their errors, or ball arithmetic, too."""
+
 
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns."""
@@ -34,6 +44,52 @@ _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
 
 _BRIEF = 0.05
 """Seconds of a level that say nothing of the next one's time."""
+
+
+@dataclass(frozen=True)
+class EntropyBounds:
+    """What windows of one length prove of the topological entropy at one a, per bounce.
+
+    Attributes
+    ----------
+    a : float
+        Half length of a straight wall.
+    window : int
+        Edges of the longest windows.
+    lower, upper : float
+        h_top lies between them; rounded outward.
+    windows : int
+        Windows decided so far, up to mirror and reversal.
+    undecided : int
+        Windows of this length that are not decided.
+    proof : str
+        What has decided them, where they are stored: `DOUBLES` or `BALLS`.
+    """
+
+    a: float
+    window: int
+    lower: float
+    upper: float
+    windows: int
+    undecided: int
+    proof: str = DOUBLES
+
+    @property
+    def width(self) -> float:
+        """How far the bounds are apart."""
+        return self.upper - self.lower
+
+    @property
+    def between(self) -> str:
+        """The bounds in words, rounded outward."""
+        return between(self.lower, "h", self.upper)
+
+    @property
+    def basis(self) -> str:
+        """What the bounds rest on, in words."""
+        how = "in balls" if self.proof == BALLS else "in doubles with error bounds"
+        return f"windows of {self.window} edges {how}"
+
 
 Judge = Callable[[Windows, float, Tell | None], Decision]
 """Decides windows at one a, telling how far the work is."""
@@ -126,3 +182,43 @@ def search(
         enough = found.window == window or found.width <= width
         if enough or ended - began + took * growing > seconds:
             break
+
+
+class Enclosed(NamedTuple):
+    """Bounds on the entropy at one a.
+
+    Attributes
+    ----------
+    levels : tuple of EntropyBounds
+        For longer and longer windows.
+    proof : Proof or None
+        What balls made of the decisions in doubles, if they were asked.
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
+    """
+
+    levels: tuple[EntropyBounds, ...]
+    proof: "Proof | None"
+    arithmetic: str
+
+
+def enclose(
+    a: float,
+    window: int | None = None,
+    width: float = 0.0,
+    seconds: float = math.inf,
+    proof: "Proof | None" = None,
+) -> Enclosed:
+    """Enclose the entropy at one a as `search` does: a task for any process.
+
+    Parameters
+    ----------
+    a : float
+        Half length of a straight wall.
+    window, width, seconds : optional
+        As for `search`.
+    proof : Proof, optional
+        Decides every window in balls, too.
+    """
+    judge = decide if proof is None else proof.decide
+    return Enclosed(tuple(search(Stadium(a), window, width, seconds, judge=judge)), proof, arithmetic())

@@ -13,11 +13,13 @@ Source: Collatz, Math. Z. 48 (1942) 221; Wielandt, Math. Z. 52 (1950) 642.
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array  # which loads slowly
 
 TOLERANCE = 1e-10
 """Width of an enclosure at which the power iteration stops."""
@@ -77,8 +79,10 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
 
 def _components(
     origin: NDArray[np.int32], target: NDArray[np.int32], states: int
-) -> tuple[csr_array, NDArray[np.intp]]:
+) -> tuple["csr_array", NDArray[np.intp]]:
     """Return the matrix of all strongly connected components with a cycle, and where each begins in it."""
+    from scipy.sparse.csgraph import connected_components
+
     _, label = connected_components(_matrix(origin, target, states), connection="strong")
     inside = label[origin] == label[target]
     origin, target = origin[inside], target[inside]
@@ -92,6 +96,8 @@ def _components(
     return _matrix(place[origin], place[target], len(kept)), first
 
 
-def _matrix(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> csr_array:
+def _matrix(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> "csr_array":
     """Return the matrix of steps, those between the same states in one entry."""
+    from scipy.sparse import csr_array
+
     return csr_array((np.ones(len(origin)), (origin, target)), shape=(states, states))

@@ -12,8 +12,8 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.filling.blocks import cut
-from orbitdb.filling.resuming import Progress, resume
+from orbitdb.filling.periods import cut
+from orbitdb.filling.resuming import Progress, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.births.changes import Changes, find_changes
 from orbitdb.store.file.schema import BORN, DIED
@@ -22,8 +22,7 @@ from orbitdb.store.reading.fills import words_up_to
 from orbitdb.store.writing.classes import add_changes, add_classes, number_events
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import all_least_words
+from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
@@ -51,7 +50,7 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
-        yield from resume(writer, _Births(writer), periods, workers)
+        yield from resume(_Births(writer), periods, workers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +60,7 @@ class SolvedBirths:
     Attributes
     ----------
     span, stabiliser, words, arithmetic
-        As of an `orbitdb.filling.blocks.SolvedBlock`.
+        As of an `orbitdb.filling.periods.SolvedBlock`.
     codes : ndarray of int64, shape (N,)
         Their packed least words, in order.
     changes : Changes
@@ -82,11 +81,8 @@ def solve_births(span: Span) -> SolvedBirths:
     return SolvedBirths(span, codes, stabiliser, words, find_changes(unpack(codes, span.p)), arithmetic())
 
 
-class _Births:
+class _Births(Work):
     """The births and deaths of all classes."""
-
-    def __init__(self, writer: Writer) -> None:
-        self.writer = writer
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)

@@ -14,12 +14,12 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Self
 from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Result, Task, answered, begun_ahead
+from orbitdb.filling.workers import Result, Task, Workers, answered, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -34,22 +34,7 @@ PATIENCE = 8.0
 _one_at_a_time = threading.Lock()
 
 
-class Size(NamedTuple):
-    """How large a cluster is.
-
-    Attributes
-    ----------
-    workers : int
-        Processes; each solves one block at a time.
-    threads : int
-        Their threads: the blocks that dask gives them at a time.
-    """
-
-    workers: int
-    threads: int
-
-
-class Cluster:
+class Cluster(Workers):
     """Solves blocks on the workers of a dask cluster; to be used as a context.
 
     Workers may come and go. dask begins again with the blocks of one that is lost.
@@ -80,7 +65,7 @@ class Cluster:
             If there is none, or dask is not installed.
         """
         self._client = _connect(self.scheduler)
-        self.jobs = max(self.size().workers, 1)
+        self.jobs = max(self.size()[0], 1)
         return self
 
     def __exit__(
@@ -97,22 +82,22 @@ class Cluster:
             If the connection is lost, a block kills worker after worker, or workers cannot solve.
         """
         begun = map(self._begun, blocks)
-        for task in begun_ahead(begun, lambda: _AHEAD * max(self.size().threads, 1)):
+        for task in begun_ahead(begun, lambda: _AHEAD * max(self.size()[1], 1)):
             try:
                 version, found = task.result()
             except Exception as error:
                 raise _failure(error) from error
             yield answered(version, found)
 
-    def size(self) -> Size:
-        """Count the workers there are."""
+    def size(self) -> tuple[int, int]:
+        """Count the workers there are, each of which solves one block at a time, and their threads."""
         try:
             if self._client.status != "running":
                 raise ConnectionError  # else the question would wait for the scheduler to come back
             threads = self._client.nthreads().values()
         except Exception as error:
             raise _failure(error) from error
-        return Size(len(threads), sum(threads))
+        return len(threads), sum(threads)
 
     def _begun(self, block: Task[Any]) -> "DaskTask":
         """Begin with a block."""

@@ -11,7 +11,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.fills import Fill
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 LARGE = 1_000_000
 """From so many words on, a fill says first what it is going to take."""
@@ -66,7 +66,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     jobs : int
         Number of processes that solve, on as many cores.
     method : str, optional
-        One of `orbitdb.filling.blocks.METHODS`.
+        One of `orbitdb.filling.periods.METHODS`.
     """
     catalogue = _catalogue(path)
     known = {b: catalogue.fills(b) for b in catalogue.a_values()} if catalogue else {}

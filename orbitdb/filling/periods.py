@@ -1,30 +1,130 @@
-"""Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a."""
+"""Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a.
 
-from collections.abc import Generator, Iterable, Iterator
+A period is cut into blocks, which are enumerated and solved apart, by whatever process. What becomes of one
+depends on nothing but what it is given, so that it is the same wherever and in whatever order blocks are
+solved.
+"""
+
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import thread_time
 from typing import Any
 
+import numpy as np
 import sqlalchemy as sa
+from numpy.typing import NDArray
 
+from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.blocks import METHODS, SolvedBlock, cut_into_blocks
-from orbitdb.filling.resuming import Progress, resume
+from orbitdb.filling.resuming import Progress, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
-from orbitdb.orbits.orbit import Orbit, Status, pruned_word
+from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
+from orbitdb.orbits.relaxation import relax
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible, count_primitive
-from orbitdb.symbols.enumeration import primitive_words
-from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
+from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
+from orbitdb.symbols.members import joined_words
+from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of
-from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings
+from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unpack
+
+
+@dataclass(frozen=True)
+class Method:
+    """What turns words of one order, shape (N, p), into orbits, so many in about half a second."""
+
+    solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
+    words: int
+
+
+_WORDS_A_CLASS = 4
+"""Half of what most classes have: spans are cut by what their prefixes may become, and most get less."""
+
+_BLOCKS_A_JOB = 3
+_SMALLEST = 4
+"""Part of a full block: smaller ones cost more a word."""
+
+METHODS = {
+    "newton": Method(partial(solve_admissible, every=False), 1 << 16),
+    "relaxation": Method(relax, 1 << 8),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBlock:
+    """What became of the N classes of a span, in the order of their least words.
+
+    Attributes
+    ----------
+    span : Span
+    stabiliser : ndarray of uint8, shape (N,)
+    words : list of str, length N, or None
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are stored already.
+    orbits : Orbits
+    enumerating, solving : float
+        Processor time spent on words and classes, and on their orbits (seconds).
+    arithmetic : str
+        What computed them (`orbitdb.arithmetic.arithmetic`).
+    """
+
+    span: Span
+    stabiliser: NDArray[np.uint8]
+    words: list[str] | None
+    orbits: Orbits
+    enumerating: float
+    solving: float
+    arithmetic: str
+
+
+def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
+    """Find the classes of a span, and what becomes of them.
+
+    Parameters
+    ----------
+    a : float
+        The stadium.
+    method : str
+        One of `METHODS`.
+    known : bool
+        Whether the classes are stored already, so that nobody needs their words.
+    span : Span
+        Their least words.
+    """
+    clock, p = [thread_time()], span.p
+    codes, stabiliser = all_least_words(span)
+    words = None if known else joined_words(codes, stabiliser, p)
+    clock.append(thread_time())
+    orbits = METHODS[method].solve(unpack(codes, p), Stadium(a))
+    clock.append(thread_time())
+    enumerating, solving = np.diff(clock).tolist()
+    return SolvedBlock(span, stabiliser, words, orbits, enumerating, solving, arithmetic())
+
+
+def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
+    """Cut a period, or what of it is behind a packed word, into spans of about so many words, in order.
+
+    For several jobs a small period makes smaller ones, so that all of them have work till its end.
+    """
+    if jobs > 1:
+        words = min(words, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), words // _SMALLEST))
+    return class_spans(p, max(words // _WORDS_A_CLASS, 1), after)
+
+
+def cut_into_blocks(
+    a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
+) -> Iterator[Task[SolvedBlock]]:
+    """Cut a period, or what of it is behind a packed word, into blocks, in order."""
+    spans = cut(p, after, METHODS[method].words, jobs)
+    return (partial(solve_block, a, method, known, span) for span in spans)
+
 
 _LAST_FULL_MASK = 64
 
@@ -57,15 +157,16 @@ def fill_periods(
     few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
-        yield from resume(writer, work, few, HERE)  # done before other processes have begun
-        yield from resume(writer, work, set(periods).difference(few), workers)
+        yield from resume(work, few, HERE)  # done before other processes have begun
+        yield from resume(work, set(periods).difference(few), workers)
 
 
-class _Fill:
+class _Fill(Work):
     """A fill at one a."""
 
     def __init__(self, writer: Writer, a: float, method: str) -> None:
-        self.writer, self.a, self.method = writer, a, method
+        super().__init__(writer)
+        self.a, self.method = a, method
         self.known: set[int] = set()
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
@@ -95,9 +196,6 @@ class _Fill:
         found = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         words = sum(count for count, _ in found.values())
         return words, counts_when_done(cursor.p, found) | {"words": words}
-
-    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
-        return {}
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:

@@ -18,7 +18,7 @@ from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.filling.resuming import Progress, resume
+from orbitdb.filling.resuming import Progress, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
@@ -27,9 +27,8 @@ from orbitdb.store.file.tables import run, sweep, sweep_block
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
-from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, all_least_words, class_spans
+from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
 Tilts = Mapping[int, NDArray[np.float64]]
@@ -81,14 +80,15 @@ def sweep_periods(
         for p in periods:  # one by one: the tilts of each come from those before it
             tilts = {} if chosen else _tilts(path, a, p)  # sum rules are of all orbits
             work = _Sweep(writer, stadium.a, chosen, tilts)
-            yield from resume(writer, work, [p], workers if count_admissible(p) > SMALL else HERE)
+            yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 
 
-class _Sweep:
+class _Sweep(Work):
     """A sweep at one a, of all orbits or of a subset."""
 
     def __init__(self, writer: Writer, a: float, selection: str, tilts: Tilts) -> None:
-        self.writer, self.a, self.selection, self.tilts = writer, a, selection, tilts
+        super().__init__(writer)
+        self.a, self.selection, self.tilts = a, selection, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return how far the sweep of a period has come, which begins with some tilts."""
@@ -112,9 +112,6 @@ class _Sweep:
         )
         connection.execute(block)
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
-
-    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
-        return cursor.words, {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
         """Add up the blocks of a period that is swept, and drop them."""

@@ -5,7 +5,7 @@ orbits show it after one step of Newton's method, and that is where they are lef
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,6 +145,3 @@ class Tally:
             for part in found
         ]
         return cls(int(sizes.sum()), *(sum(column) for column in zip(*parts, strict=True)))
-
-    def __add__(self, other: "Tally") -> "Tally":
-        return Tally(*(one + more for one, more in zip(astuple(self), astuple(other), strict=True)))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.svg import number_labels
+from orbitdb.plaintext import shortened
 from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,6 @@ _AWAY, _BESIDE = 12, 0.3
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
 """Where on a link its arrow is: two that lie on each other, of an orbit that retraces its path, differ."""
-_LONGEST = 40
 _DIGIT = 0.63
 """How wide a digit of a label is, in units of the size of its font."""
 
@@ -188,7 +188,7 @@ def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> 
     """Draw an orbit in its stadium, given its bounces, shape (p, 2), with its code above it."""
     with _axes(ax) as axes:
         draw_orbit(axes, stadium, points)
-        axes.set_title(code if len(code) <= _LONGEST else f"{code[: _LONGEST - 3]}...")
+        axes.set_title(shortened(code))
     return axes
 
 

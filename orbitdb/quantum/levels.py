@@ -121,8 +121,8 @@ class LevelTask:
 
 
 def rounding(k: Floats) -> Floats:
-    """Return what rounding may add to the errors of levels."""
-    return _ROUNDING * np.maximum(k, 1.0)
+    """Return what rounding may add to the errors of levels, of which none is below pi/2."""
+    return _ROUNDING * k
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
@@ -145,7 +145,7 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
         raise InputError(f"too many levels up to k = {high:g} at a = {stadium.a:g}: give k up to {most}")
     while low < high:
         end = wavenumber(smooth, max(smooth(low), 0.0) + _IN_WINDOW)
-        if end >= high or smooth(high) - smooth(end) < _IN_WINDOW / 4:
+        if smooth(high) - smooth(end) < _IN_WINDOW / 4:
             end = high
         yield LevelTask(stadium.a, parity, low, end)
         low = end

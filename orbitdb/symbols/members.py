@@ -56,12 +56,11 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
     Returns
     -------
     ndarray of uint8, shape (C,)
-        Bit n is set where the n-th word does.
+        Bit n is set where the n-th word does; those of words that the class does not have mean nothing.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
-        counts = np.uint8(n) < SIZES[stabilisers]
-        places |= ((elements >> ELEMENT_OF[stabilisers, n] & 1) & counts) << np.uint8(n)
+        places |= (elements >> ELEMENT_OF[stabilisers, n] & 1) << np.uint8(n)
     return places
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.errors import InputError
+from orbitdb.plaintext import shortened
 
 SYMBOLS = "012345"
 MAX_ORDER = 1_000_000
@@ -74,16 +75,16 @@ def parse(text: str) -> str:
         elif closing:
             group = "".join(stack.pop())
             if not stack:
-                raise WordError(f"unmatched ')' at place {token.end()} of {_shown(text)}")
+                raise WordError(f"unmatched ')' at place {token.end()} of {shortened(text)!r}")
             if not group:
-                raise WordError(f"empty brackets at place {token.end()} of {_shown(text)}")
+                raise WordError(f"empty brackets at place {token.end()} of {shortened(text)!r}")
             stack[-1].append(group)
         else:
-            where = f"place {text.index('^', place) + 1} of {_shown(text)}"
+            where = f"place {text.index('^', place) + 1} of {shortened(text)!r}"
             size += _repeat_last(stack[-1], power, size, where)
         place = token.end()
     if len(stack) > 1:
-        raise WordError(f"unmatched '(' in {_shown(text)}")
+        raise WordError(f"unmatched '(' in {shortened(text)!r}")
     word = "".join(stack[0])
     if not word:
         raise WordError("the code is empty: write symbols 0 to 5, such as 1232131")
@@ -111,12 +112,8 @@ def _complaint(text: str, place: int) -> str:
         place += 1
     bad = text[place]
     if bad == "^":
-        return f"'^' at place {place + 1} of {_shown(text)} needs a number after it, as in 1^20"
-    return f"symbol {bad!r} at place {place + 1} of {_shown(text)} is not one of 0 1 2 3 4 5"
-
-
-def _shown(text: str) -> str:
-    return repr(text if len(text) <= 40 else text[:37] + "...")
+        return f"'^' at place {place + 1} of {shortened(text)!r} needs a number after it, as in 1^20"
+    return f"symbol {bad!r} at place {place + 1} of {shortened(text)!r} is not one of 0 1 2 3 4 5"
 
 
 def run_notation(word: str) -> str:
@@ -199,7 +196,8 @@ def parse_primitive(text: str) -> str:
     root = primitive_root(word)
     if root != word:
         times = len(word) // len(root)
-        raise WordError(f"{_shown(word)} is {_shown(root)} repeated {times} times: give {_shown(root)}")
+        given, once = shortened(word), shortened(root)
+        raise WordError(f"{given!r} is {once!r} repeated {times} times: give {once!r}")
     return word
 
 

@@ -24,14 +24,15 @@ from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
+from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
 from orbitdb.store.reading.soundness import sound_words
-from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.words import MAX_KEYED, from_strings
+from orbitdb.symbols.pruning import count_admissible
+from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import (
     Block,
     Check,
@@ -41,7 +42,6 @@ from orbitdb.verification.check import (
     is_chosen,
     judged,
     listed,
-    shown,
     single,
 )
 
@@ -93,7 +93,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             or places != sorted(set(places))
             or not all(0 <= row.error <= row.a for row in own)
         ):
-            yield shown(own[0].word)
+            yield shortened(own[0].word)
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
@@ -102,8 +102,8 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
         if row.event != event:
-            yield f"{shown(row.word)}: event {row.event} instead of {event}"
-    yield from (shown(row.word) for row in rows if row.a == 0 and row.event is not None)
+            yield f"{shortened(row.word)}: event {row.event} instead of {event}"
+    yield from (shortened(row.word) for row in rows if row.a == 0 and row.event is not None)
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
@@ -173,7 +173,7 @@ def change_parts(
 ) -> Iterator[Part]:
     """Yield blocks of the classes with births of the chosen periods, or of so many drawn at random."""
     born = audit.by_period(connection, audit.ids_in(connection, change.c.cycle))
-    chosen = [those for p, those in born.items() if 2 <= p <= MAX_KEYED and is_chosen(p, selections)]
+    chosen = [those for p, those in born.items() if is_chosen(p, selections)]
     drawn = audit.sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
     return (block.part("births", _check_changes) for block in blocks(audit.by_period(connection, drawn)))
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import AlteredError, InputError
+from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.audit import Ids
 
@@ -81,8 +82,8 @@ class Step:
 
 def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
     """Return a check that each row, named by its word or another label, passes or fails."""
-    marks = np.asarray(wrong, dtype=bool)
-    first = shown(labels[int(marks.argmax())]) if marks.any() else None
+    marks = np.asarray(wrong)
+    first = shortened(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
 
 
@@ -114,11 +115,6 @@ def measured(
         return found
     worst = int(share.argmax())
     return replace(found, worst=float(deviation[worst]), share=float(share[worst]))
-
-
-def shown(word: str) -> str:
-    """Return a word as the label of a row."""
-    return word if len(word) <= 40 else f"{word[:37]}..."
 
 
 @dataclass(frozen=True)

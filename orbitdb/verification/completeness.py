@@ -7,12 +7,14 @@ a period are complete if their words are as many as the transfer matrix says.
 """
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING, LONG
 from orbitdb.store.file.tables import birth_fill, cycle, element, metadata, pruned
@@ -21,11 +23,9 @@ from orbitdb.store.reading.fills import counts_when_done, status_counts, words_u
 from orbitdb.store.reading.lives import birth_fills
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
-from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
+from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.words import (
     MAX_KEYED,
     are_primitive,
@@ -35,7 +35,7 @@ from orbitdb.symbols.words import (
     least_rotations,
     pack,
 )
-from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, shown, single
+from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, single
 
 Row = tuple[Any, ...]
 
@@ -68,18 +68,18 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
     """Check the numbers of words of every period, and the counts of every fill."""
     fills, births = audit.fills(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
-    words = {p: (classes, size) for p, classes, size in connection.execute(sizes)}
+    words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
     whole = {fill["p"] for fill in fills if fill["state"] == DONE} | {each.p for each in births if each.whole}
     for p in sorted(whole | words.keys()):
         if is_chosen(p, selections):
-            yield _count(p, words.get(p, (0, 0))[1], p in whole)
+            yield _count(p, words[p][1], p in whole)
     chosen = {s.a: s for s in selections}
     here = [fill for fill in fills if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"])]
     solved = {n: status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
     for fill in here:
         if fill["state"] == DONE:
             statuses = solved[fill["stadium"]].get(fill["p"], {})
-            wrong = _wrong_counts(fill, statuses, words.get(fill["p"], (0, 0))[0])
+            wrong = _wrong_counts(fill, statuses, words[fill["p"]][0])
         else:
             wrong = _wrong_cursor(connection, fill, fill["stadium"])
         yield single("fills", f"p = {fill['p']} at a = {fill['a']:g}", wrong)
@@ -102,7 +102,7 @@ def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: in
     if row["state"] != FILLING:
         yield f"state {row['state']}"
     elif cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor) is None:
-        yield f"cursor {shown(cursor)}"
+        yield f"cursor {shortened(cursor)}"
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(symmetry.SIZES[part.stabiliser].sum()) for part in parts)

@@ -29,6 +29,11 @@ MAX_DENSE = 512
 _VAGUE = 1e-2
 
 
+def rounding_of_places(stadium: Stadium) -> float:
+    """Return how far rounding may move a place on the table, or the difference of two."""
+    return 4 * EPSILON * (stadium.a + 2)
+
+
 @dataclass(frozen=True)
 class _Path:
     """Closed paths through stored bounces, and how far they may be from the orbits; all (N, p).
@@ -49,7 +54,7 @@ class _Path:
     def of(cls, orbits: Orbits, stadium: Stadium) -> "_Path":
         links = Links.of(stadium, orbits.words, orbits.coordinates)
         curved = ~STRAIGHT[orbits.words]
-        rounding = 4 * EPSILON * (stadium.a + 2)
+        rounding = rounding_of_places(stadium)
         place = np.repeat((orbits.error + rounding)[:, None], curved.shape[1], axis=1)
         cosine = np.stack([links.cos_in, links.cos_out])
         sine = np.sqrt(np.maximum(1 - cosine**2, EPSILON**2))
@@ -107,7 +112,7 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
         return orbits
     part = orbits.rows(bare)
     size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
-    rounding = 4 * EPSILON * (stadium.a + 2)
+    rounding = rounding_of_places(stadium)
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
     found = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
     part = replace(part, error=error)

@@ -10,6 +10,7 @@ import sqlalchemy as sa
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.orbits.balls.enclosure import PRECISION
+from orbitdb.plaintext import shortened
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.file.tables import (
     certificate,
@@ -22,17 +23,13 @@ from orbitdb.store.file.tables import (
     stadium,
     sweep,
 )
-from orbitdb.verification.check import Check, judged, listed, shown
+from orbitdb.verification.check import Check, judged, listed
 
 _COMMANDS = {
-    "orbit": (orbit, ("fill",)),
-    "change": (change, ("births",)),
-    "certificate": (certificate, ("verify --rigorous",)),
-    "entropy_bound": (entropy_bound, ("bounds",)),
-    "level_fill": (level_fill, ("levels",)),
-    "sweep": (sweep, ("sweep",)),
-}
-"""By table, the commands whose runs may have written its rows."""
+    orbit: "fill", change: "births", certificate: "verify --rigorous", entropy_bound: "bounds",
+    level_fill: "levels", sweep: "sweep",
+}  # fmt: skip
+"""By table, the command whose runs may have written its rows."""
 
 
 def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
@@ -68,12 +65,12 @@ def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> 
     rows = connection.execute(sa.select(run.c.id, run.c.started, run.c.version)).all()
     wrong = [f"run {row.id}" for row in rows if row.id not in asked or not _is_told(row.started, row.version)]
     yield listed("provenance", len(rows), wrong)
-    for name, (table, commands) in _COMMANDS.items():
+    for table, command in _COMMANDS.items():
         groups = connection.execute(sa.select(table.c.run, sa.func.count()).group_by(table.c.run)).all()
         strange = [
-            f"{name} of run {number}"
+            f"{table.name} of run {number}"
             for number, _ in groups
-            if number is not None and asked.get(number, {}).get("command") not in commands
+            if number is not None and asked.get(number, {}).get("command") != command
         ]
         yield listed("provenance", 0, strange)
     columns = orbit.c.run, orbit.c.solver, stadium.c.a
@@ -108,4 +105,4 @@ def _certificates(connection: sa.Connection) -> Iterator[Check]:
 
 def _word(connection: sa.Connection, number: int) -> str:
     """Return the least word of a class, as the label of a row."""
-    return shown(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")
+    return shortened(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")

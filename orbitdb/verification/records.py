@@ -19,7 +19,7 @@ import sqlalchemy as sa
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.spectrum import stored_levels
-from orbitdb.entropy.entropy_bounds import BALLS, EntropyBounds
+from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import Levels, rounding, windows
@@ -85,10 +85,8 @@ def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) ->
             yield each
 
 
-def _new_bounds(found: Sequence[EntropyBounds]) -> "Mapping[int, EntropyBounds]":
+def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
     """Return new bounds by length of windows, up to the longest stored or `RECOUNTED` windows."""
-    from orbitdb.entropy.bounds import levels  # SciPy's sparse matrices load slowly
-
     new = {}
     for bounds in levels(Stadium(found[0].a)):
         new[bounds.window] = bounds

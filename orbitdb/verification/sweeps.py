@@ -19,9 +19,8 @@ from orbitdb.store.file.schema import DONE
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import Sweep
-from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import all_least_words
+from orbitdb.symbols.enumeration import Span, all_least_words
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.verification.check import Check, measured, single

@@ -73,7 +73,7 @@ MEANS_OF_C2 = {
 @pytest.mark.parametrize(
     "a",
     [
-        pytest.param(a, marks=[pytest.mark.fuzz] if a < 0.005 else [pytest.mark.slow] if a < 0.1 else [])
+        pytest.param(a, marks=[pytest.mark.fuzz] if a < 0.005 else [pytest.mark.slow] if a < 1 else [])
         for a in MEANS_OF_C2
     ],
 )

@@ -15,8 +15,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import choose
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import least_words
+from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
 HIGHEST = 9

@@ -1,15 +1,20 @@
-"""What is asked of a large catalogue: processor time and memory of whole commands, one after the other.
+"""What is asked of a large catalogue: processor time and memory, of whole commands and of the terminal UI.
 
-Run it as ``python tests/benchmarks/bench_asking.py DATABASE [asking | exports | verify] [OPTIONS ...]`` with
-orbitdb installed, on Linux or macOS; options such as ``--p 13`` go to every command. Processor time counts
-all processes of a command, memory is that of the largest one.
+Run it as ``python tests/benchmarks/bench_asking.py DATABASE [asking | exports | verify | browse] [OPTIONS]``
+with orbitdb installed, on Linux or macOS; options such as ``--p 13`` go to every command. Processor time
+counts all processes of a command, memory is that of the largest one. The UI is driven without a terminal, and
+keys are pressed until a question is answered: the last columns are the time that passes and the slowest key.
 """
 
+import asyncio
 import os
+import resource
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
+from typing import Any
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 MEGABYTE = 1e6 if sys.platform == "darwin" else 1e6 / 1024
@@ -59,9 +64,62 @@ def measure(command: list[str], folder: str) -> tuple[float, float]:
     return used.ru_utime + used.ru_stime, used.ru_maxrss / MEGABYTE
 
 
+BROWSE: dict[str, tuple[dict[str, Any], str]] = {
+    "p falling": ({}, "-p"),
+    "length": ({}, "length"),
+    "length falling": ({}, "-length"),
+    "margin": ({}, "margin"),
+    "status": ({}, "status"),
+    "symmetry falling": ({}, "-symmetry"),
+    "code falling": ({}, "-code"),
+    "orbits by length": ({"status": "orbit"}, "length"),
+    "reversal self": ({"time_reversal": "self"}, "p"),
+    "where lambda_c < 0.4": ({"where": "lambda_c < 0.4"}, "p"),
+    "where code like": ({"where": "code like '%1313%'"}, "p"),
+    "contains 13, by length": ({"contains": "13"}, "length"),
+    "code like and lambda_c": ({"where": "code like '13%' and lambda_c < 0.4"}, "p"),
+}
+
+
+async def browse(path: Path) -> None:
+    """Ask the terminal UI one thing after another; print seconds as they pass, too."""
+    from textual import events
+
+    from orbitdb.cli.tui.app import BrowseApp
+    from orbitdb.cli.tui.table.paged_table import PagedTable
+    from orbitdb.cli.tui.table.pages import Ordering
+    from orbitdb.store.asking.criteria import choose
+    from orbitdb.store.asking.selection import Selection
+
+    app = BrowseApp(path, Selection())
+    async with app.run_test(size=(160, 48)) as pilot:
+        main: Any = app.screen
+        table = main.query_one(PagedTable)
+        while not len(table.source):
+            await asyncio.sleep(0.005)
+        await pilot.pause()  # the first picture of the screen keeps keys waiting, too
+        for name, (criteria, order) in BROWSE.items():
+            begun, worked, before, slowest = time.perf_counter(), time.process_time(), table.source, 0.0
+            main.selection, main.ordering = choose(**criteria), Ordering(order.strip("-"), "-" in order)
+            while table.source is before:
+                pressed, cursor, key = time.perf_counter(), table.cursor, "k" if table.cursor else "j"
+                app.post_message(events.Key(key, key))
+                while table.cursor == cursor and table.source is before:
+                    await asyncio.sleep(0.005)
+                slowest = max(slowest, 1000 * (time.perf_counter() - pressed))
+                await asyncio.sleep(0.05)
+            seconds, passed = time.process_time() - worked, time.perf_counter() - begun
+            memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / MEGABYTE
+            print(f"{name:32} {seconds:7.1f} s {memory:6.0f} MB {passed:7.1f} s {slowest:6.0f} ms")
+            await pilot.pause()
+
+
 def main() -> None:
     database, *rest = sys.argv[1:]
     part, *options = rest or ["asking"]
+    if part == "browse":
+        asyncio.run(browse(Path(database)))
+        return
     for name, command in PARTS[part].items():
         with tempfile.TemporaryDirectory() as folder:
             seconds, memory = measure([*command, *options, "--db", str(Path(database).resolve())], folder)

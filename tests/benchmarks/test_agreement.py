@@ -20,8 +20,8 @@ from orbitdb.orbits.balls.enclosure import true_errors
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
-from orbitdb.symbols.counting import count_admissible
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
+from orbitdb.symbols.pruning import count_admissible
 
 THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "111333"]
 

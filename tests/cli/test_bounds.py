@@ -75,6 +75,7 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
     ]
     assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
     assert ("balls prove" in found.err) == bool(jobs)
+    assert cli(*asked, "--width", str(max(each.upper - each.lower for each in curve))).code == 0
     assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
 
 

@@ -10,11 +10,10 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from offered import commands
-from processes import COMMAND
+from processes import COMMAND, commands
 
 from orbitdb.numerals import with_bound
-from orbitdb.symbols.counting import count_admissible, count_primitive
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
 KEYS = [
@@ -57,7 +56,7 @@ def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS
+    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.store.asking.conditions import COLUMNS
 
@@ -83,7 +82,8 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
 
 
 def test_codes_from_stdin(cli, monkeypatch):
-    monkeypatch.setattr("sys.stdin", io.StringIO("13\n1^20 (02)^5 3\n\n1001\n"))
+    """Of Windows, too."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
     assert len(outcome.err.splitlines()) == 3

@@ -3,12 +3,14 @@
 import re
 from collections.abc import Callable
 from inspect import signature
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
+from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.periods import fill_periods
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.traces import BOUNCES
@@ -20,48 +22,18 @@ def of(function: Callable[..., Any], name: str) -> str:
 
 
 A = repr(Stadium().a)
-ANY_STORED = f"the only one stored, else {A}"
-ALWAYS = {"--db": "ORBITDB_DB, or the user's data folder", "--format": "table"}
-"""Wherever there is such an option; the format of a file has no default."""
-CORES = {"--jobs": "all cores if there is enough work"}
-ORDER = {"--order": of(Catalogue.select, "order")}
-
-OWN = {
-    "fill": {**CORES, "--from": "2", "--a": A, "--method": of(fill_periods, "method"), "--executor": ""},
-    "sweep": {**CORES, "--from": "2", "--a": A, "--executor": ""},
-    "births": {**CORES, "--from": "2"},
-    "query": {**ORDER, "--a": ANY_STORED, "--limit": "40 in a table, else all", "--offset": "0"},
+ORDER = of(Catalogue.select, "order")
+DEFAULTS: dict[str, dict[str, str | None]] = {
+    "fill": {"--a": A, "--method": of(fill_periods, "method")},
+    "query": {"--a": f"the only one stored, else {A}", "--order": ORDER},
     "identify": {
-        "--a": ANY_STORED,
         "--limit": f"{SHOWN}; for a length 40 in a table, else all",
         "--bounces": str(BOUNCES),
         "--tolerance": f"{NEAR:g} for bounces, {SAME_LENGTH:g} for a length",
     },
-    "browse": {"--a": ANY_STORED, "--port": "8000"},
-    "tui": {"--a": ANY_STORED, "--port": "8000"},
-    "table": {"--a": ANY_STORED},
-    "entropy": {"--a": ANY_STORED},
-    "lyapunov": {"--a": ANY_STORED, "--weight": "exp"},
-    "bounds": {**CORES, "--a": A, "--window": "14, or as many as needed", "--store": "if there is one"},
-    "simulate": {"--a": A, "--bounces": "20000000", "--seed": of(simulate, "seed"), "--store": "True"},
-    "plot": {"--a": ANY_STORED, "--limit": "120"},
-    "export": {**ORDER, "--a": ANY_STORED},
-    "verify": {
-        **CORES,
-        "--a": "all stored",
-        "--restarts": of(verify, "restarts"),
-        "--seed": of(verify, "seed"),
-    },
-    "bench": {"--a": A, "--kind": "methods"},
-    "levels": {**CORES, "--a": A, "--parity": "all four", "--store": "True"},
-    "spectrum": {
-        "--a": ANY_STORED,
-        "--range": "1:12",
-        "--points": "500",
-        "--parity": "all",
-        "--k-max": "where the levels end, or 30",
-        "--levels": "those of the catalogue",
-    },
+    "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "True"},
+    "export": {"--order": ORDER, "--format": None},
+    "verify": {"--restarts": of(verify, "restarts"), "--seed": of(verify, "seed")},
 }
 
 
@@ -79,12 +51,9 @@ def test_the_help_tells_the_defaults_that_there_are():
     from orbitdb.cli.app import program
 
     commands: Any = typer.main.get_command(program())
-    for name, command in commands.commands.items():
-        options = [each for each in command.params if each.param_type_name == "option"]
-        found = {each.opts[0]: told(each) for each in options if told(each) is not None}
-        always = {each: ALWAYS[each] for each in ALWAYS if each in {option.opts[0] for option in options}}
-        files = {"--format"} if name in ("plot", "export") else set()
-        assert found == {each: always[each] for each in always if each not in files} | OWN.get(name, {}), name
+    for name, expected in DEFAULTS.items():
+        found = {each.opts[0]: told(each) for each in commands.commands[name].params}
+        assert {each: found[each] for each in expected} == expected, name
 
 
 @pytest.fixture(scope="module")
@@ -118,3 +87,11 @@ def test_shells_are_offered_values(varied, tmp_path, monkeypatch, command, typed
         context = called.make_context(typed[0], db, parent=top, resilient_parsing=True)
     option = next(each for each in called.params if typed[1] in each.opts)
     assert [item.value for item in option.shell_complete(context, typed[2])] == offered
+
+
+def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
+    path = tmp_path / "orbits.db"
+    path.write_bytes(b"no catalogue" * 99)
+    context: Any = SimpleNamespace(params={"db": path})
+    assert offered_half_lengths(context, "") == []
+    assert offered_several_half_lengths(context, "") == ["all"]

@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 
 import pytest
 from quick import slow_but
@@ -77,3 +78,15 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
 def test_points_that_are_none_are_told_in_one_line(cli, stdin, given, told):
     stdin(given)
     assert cli("identify", "--points", "-").says(2, "orbitdb: ", told)
+
+
+def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
+    points = tmp_path / "points"
+    points.write_bytes(b"\xff\xfe")
+    assert cli("identify", "--points", str(points)).says(2, str(points), "not text", "x,y")
+    points.write_text('{"x": 1, "y": 2}\n{x')
+    done = cli("identify", "--points", str(points))
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"orbitdb: {points}: line 2 is no json: write x,y of one bounce a line")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
+    assert cli("query", "--code", "-").says(2, "stdin is not text")

@@ -26,8 +26,9 @@ from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.store.writing.records import add_reference
-from orbitdb.store.writing.writer import Writer
+from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.relaxation import relax
+from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify
@@ -198,7 +199,7 @@ class Case:
 
 
 CASES = [
-    Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
+    Case("query --code 1232131 --code 01132", words_of("1232131", "01132"), slow=True),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", averages("table")),
@@ -297,3 +298,31 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
         for i, row in enumerate(rows):
             for name, shown in row.items():
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
+
+
+def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
+    """A relaxation that takes every word for a pruned one, and says that it has come to rest."""
+
+    def wrong(*given, **options):
+        found = relax(*given, **options)
+        found.status[:] = Status.DYNAMICAL
+        return found
+
+    monkeypatch.setattr("orbitdb.benchmarks.agreement.relax", wrong)
+    done = cli("bench", "--kind", "statuses", "--p", "3", "--format", "csv")
+    names, row = (line.split(",") for line in done.out.splitlines())
+    assert done.code == 1
+    assert int(dict(zip(names, row, strict=True))["unexplained"]) == 2
+    assert len(done.err.splitlines()) >= 2
+
+
+@pytest.mark.slow
+def test_methods_and_their_figure(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr(methods, "REPEATS", 1)
+    figure = tmp_path / "methods.svg"
+    drawn = cli("bench", "--p", "3", "--json", "--plot", str(figure))
+    rows = json.loads(drawn.out)
+    assert {row["method"] for row in rows} == {"newton", "relaxation", "root", "balls"}
+    assert {row["words"] for row in rows} == {2}
+    assert "run time against error, p = 3 at a = 1.6" in figure.read_text()
+    assert f"p = 3 at a = 1.6, in {figure}" in drawn.err

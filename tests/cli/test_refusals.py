@@ -38,6 +38,15 @@ query --code 13 --where 'p > 2' | 2 | --where | --code
 query --code 13 --p 3 --order p --limit 3 --offset 1 | 2 | --p, --order, --limit, --offset | --code | them
 query --code 13 -P x=1 | 2 | -P | --code
 query -P x=1 | 2 | -P | --where
+query --where '1; DELETE FROM orbit' | 2 | 1; DELETE FROM orbit
+query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
+query -c '(SELECT 1)' | 2 | (SELECT 1)
+query -c '*' | 2 | '*'
+entropy --where 'zeroblob(9)' | 2 | zeroblob
+lyapunov --where '(SELECT sql FROM sqlite_master AS catalogue)' | 2 | where
+verify --where '1; DELETE FROM orbit' | 2 | where
+export --format csv --where '1; DELETE FROM orbit' | 2 | where
+plot lengths -o lengths.svg --where '1; DELETE FROM orbit' | 2 | where
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
 query --json --format csv | 2 | --json | --format csv | contradict
 fill --p 3 --code 13 | 2 | --p | --code
@@ -137,28 +146,25 @@ sql 'SELECT colour FROM catalogue' | 2 | the columns are code, word
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
 sql SELECT | 2 | incomplete input
+sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """
 """A command, its exit code, and what its line says among other things."""
 
 
-def told(line: str) -> tuple[str, int, list[str]]:
-    command, code, *pieces = line.split(" | ")
-    return command, int(code), pieces
+LONG = f"'SELECT {'1 + ' * 5000}1'"
+"""A statement of 20008 characters."""
+
+BLOCKS = [block.splitlines() for block in REFUSED.strip().split("\n\n")]
 
 
-@pytest.mark.parametrize(
-    ("command", "code", "pieces"),
-    [*map(told, filter(None, REFUSED.splitlines())),
-     (f"sql 'SELECT {'1 + ' * 5000}1'", 2, ["it has 20008 characters with its values; 20000 are allowed"])],
-    ids=lambda value: value[:60] if isinstance(value, str) else "",
-)  # fmt: skip
-def test_what_is_refused_is_told_in_one_line_and_changes_nothing(
-    own, tmp_path, cli, monkeypatch, command, code, pieces
-):
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block[0].partition(" | ")[0])
+def test_what_is_refused_is_told_in_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = own.read_bytes()
-    done = cli(*shlex.split(command))
-    assert done.says(code, "" if code == 1 else "orbitdb: ", *pieces), done
-    assert own.read_bytes() == before
+    for line in block:
+        command, code, *pieces = line.split(" | ")
+        done = cli(*shlex.split(command.replace("LONG", LONG)))
+        assert done.says(int(code), "" if code == "1" else "orbitdb: ", *pieces), (command, done)
+        assert own.read_bytes() == before, command
     assert {path.name.partition("-")[0] for path in tmp_path.iterdir()} == {own.name}  # and its journal

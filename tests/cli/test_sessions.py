@@ -12,8 +12,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+from quick import slow_but
 
-SESSIONS = sorted((Path(__file__).parent / "sessions").glob("*.txt"))
+SESSIONS = {path.stem: path for path in sorted((Path(__file__).parent / "sessions").glob("*.txt"))}
 FROM_NOTHING = {"storing", "bounds"}
 """The others have the varied catalogue."""
 
@@ -26,16 +27,11 @@ CHANGES = [
 """What is never the same twice, or has its last digits from the machine."""
 
 
-@pytest.mark.parametrize(
-    "session",
-    [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem.startswith("more") else [])
-        for path in SESSIONS
-    ],
-)
-def test_a_session_reads_as_it_did(session, cli, tmp_path, monkeypatch, request):
+@pytest.mark.parametrize("name", slow_but(["words", "storing"], SESSIONS))
+def test_a_session_reads_as_it_did(name, cli, tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
-    if session.stem not in FROM_NOTHING:
+    session = SESSIONS[name]
+    if name not in FROM_NOTHING:
         shutil.copy(request.getfixturevalue("varied"), tmp_path / "orbits.db")
     before = session.read_text(encoding="utf-8")
     blocks = []

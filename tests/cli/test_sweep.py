@@ -1,15 +1,36 @@
 """``orbitdb births`` and ``orbitdb sweep``, and what other commands say where nothing was filled."""
 
 import json
+import shutil
 import sqlite3
 from contextlib import closing
 
 import pytest
+from contents import alter
 
+from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.filling import births
+from orbitdb.filling.births import fill_births
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.criteria import choose
 
 OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
+
+
+@pytest.fixture(scope="module")
+def born_once(tmp_path_factory):
+    """A catalogue of the births of p = 2..6 alone."""
+    path = tmp_path_factory.mktemp("born") / "orbits.db"
+    Catalogue.create(path)
+    for _ in fill_births(path, range(2, 7)):
+        pass
+    return path
+
+
+@pytest.fixture
+def born(born_once, tmp_path):
+    """It, the test's own, and the default of the command line."""
+    return shutil.copy(born_once, tmp_path / "orbits.db")
 
 
 def test_births_are_found_once_and_shown(cli):
@@ -26,24 +47,24 @@ def test_births_are_found_once_and_shown(cli):
     assert rows[0]["least"] is None
 
 
-def test_the_table_of_an_a_that_is_not_filled(cli):
-    cli("births", "--p", "6")
-    born = cli("table", "--a", "1", "--json")
-    assert born.code == 0
-    assert born.err == "periods 2-6 at a = 1: from births, with no fill\n"
+def test_the_table_of_an_a_that_is_not_filled(cli, born):
+    unfilled = cli("table", "--a", "1", "--json")
+    assert unfilled.code == 0
+    assert unfilled.err == "periods 2-6 at a = 1: from births, with no fill\n"
     cli("fill", "--p", "6", "--a", "1")
     filled = cli("table", "--a", "1", "--json")
     assert filled.err == ""
-    assert filled.out == born.out
-    assert json.loads(born.out)[4]["boundary"] == 32
+    assert filled.out == unfilled.out
+    assert json.loads(unfilled.out)[4]["boundary"] == 32
 
 
-def test_rows_are_chosen_by_life(cli):
-    cli("births", "--p", "5")
+def test_rows_are_chosen_by_life(cli, born):
+    alter(born, "DELETE FROM change WHERE cycle IN (SELECT id FROM cycle WHERE p = 6)",
+          "DELETE FROM birth_fill WHERE p = 6")  # fmt: skip
     cli("fill", "--p", "6")
-    born = cli("query", "--exists", "0.8", "--not-at", "0.7", "--p", "5", "-c", "code,born,dies", "--json")
-    assert {round(row["born"], 6) for row in json.loads(born.out)} == {0.770598}
-    assert {row["dies"] for row in json.loads(born.out)} == {None}
+    alive = cli("query", "--exists", "0.8", "--not-at", "0.7", "--p", "5", "-c", "code,born,dies", "--json")
+    assert {round(row["born"], 6) for row in json.loads(alive.out)} == {0.770598}
+    assert {row["dies"] for row in json.loads(alive.out)} == {None}
     ordered = cli("query", "--p", "5", "--order", "born desc", "-c", "born", "--format", "csv")
     values = ordered.out.splitlines()[1:]
     assert float(values[0]) == pytest.approx(1.674424, abs=1e-6)
@@ -57,9 +78,7 @@ def test_rows_are_chosen_by_life(cli):
 
 
 @pytest.mark.slow
-def test_query_names_who_is_born_with_a_word(cli):
-    assert "born at" not in cli("query", "--code", "01552").out
-    cli("births", "--p", "5")
+def test_query_names_who_is_born_with_a_word(cli, born):
     (line,) = (each for each in cli("query", "--code", "01552").out.splitlines() if "born at" in each)
     a, _, words = line.removeprefix("  born at ").partition("with ")
     assert words
@@ -67,10 +86,9 @@ def test_query_names_who_is_born_with_a_word(cli):
         assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
-def test_a_life_that_ends_is_a_line(cli, tmp_path):
+def test_a_life_that_ends_is_a_line(cli, born):
     """No class of few bounces ceases to be an orbit; here two do by hand, one of them to come back."""
-    cli("births", "--p", "4")
-    with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain, plain:
+    with closing(sqlite3.connect(born)) as plain, plain:
         (run,) = plain.execute("SELECT max(run) FROM change").fetchone()
         classes = dict(plain.execute("SELECT word, id FROM cycle WHERE p > 2"))
         changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]
@@ -80,7 +98,7 @@ def test_a_life_that_ends_is_a_line(cli, tmp_path):
                 "INSERT INTO change (cycle, number, a, error, kind, run) VALUES (?, ?, ?, ?, ?, ?)", row
             )
     ended = cli("births", "--deaths", "--json")
-    assert ended.err == "3 lives end, among 11 classes\n"
+    assert ended.err == "3 lives end, among 75 classes\n"
     assert [list(row.values()) for row in json.loads(ended.out)] == [
         [3, "013", 4, 0.0, 2.0, 2e-15, None],
         [4, "0132", 4, 0.0, 3.0, 3e-15, 5.0],
@@ -134,11 +152,11 @@ def test_other_commands_answer_from_sweeps(cli):
             assert row == close
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_sweeps")
-def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, tmp_path):
-    cli("births", "--p", "6")
+def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     chosen = ("--a", "0.8", "--reversal", "self")
-    going = sweep_periods(tmp_path / "orbits.db", 0.8, [6], selection=choose(a=0.8, time_reversal="self"))
+    going = sweep_periods(born, 0.8, [6], selection=choose(a=0.8, time_reversal="self"))
     next(going)
     going.close()
     assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err
@@ -146,6 +164,7 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, tmp_path):
     assert "births tell" not in cli("entropy", *chosen).err
 
 
+@pytest.mark.slow
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
     first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)
@@ -161,6 +180,10 @@ def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
     assert (rows["sweeps"], rows["sums"]) == (4, 4)
     cli("fill", "--p", "5-5")
     with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
+        for states in (["filling", "swept", "swept"], ["done"]):
+            plain.execute("UPDATE fill SET state = ?", states[:1])
+            plain.commit()
+            assert [row["state"] for row in json.loads(cli("info", "--json").out) if row["p"] == 5] == states
         plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")
         plain.commit()
         monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 1)
@@ -207,3 +230,31 @@ def test_what_cannot_be_swept(cli, tmp_path, wrong, said):
     assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
     assert outcome.err.startswith(f"orbitdb: {said}")
     assert not (tmp_path / "orbits.db").exists()
+
+
+@pytest.mark.slow
+def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypatch):
+    cli("migrate")
+    monkeypatch.setattr(births, "BLOCK", 50)
+    going = fill_births(tmp_path / "orbits.db", [6])
+    next(going)
+    going.close()
+    done = cli("births")
+    assert (done.code, done.out) == (1, "")
+    partial, nothing = done.err.splitlines()
+    assert partial == "births of period 6 are partial: 'orbitdb births --p 6' completes them"
+    assert nothing.startswith("no births in ")
+    assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
+    lacking = cli("entropy", "--a", "1", "--p", "3-4")
+    assert "the zeta function lacks p = 2 (not chosen)\n" in lacking.err
+
+
+@pytest.mark.slow
+def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
+    cli("sweep", "--p", "4")
+    for periods, what in ((["--p", "3"], "the sums of a swept period were"),
+                          ([], "the sums of 2 swept periods were")):  # fmt: skip
+        done = cli("verify", *periods)
+        assert done.code == 0
+        assert done.err.splitlines()[0] == f"{what} not computed again: only whole periods up to 2 are"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pexpect
 import pytest
-from offered import commands
-from processes import COMMAND, small_blocks
+from processes import COMMAND, commands, small_blocks
+from quick import slow_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 from there import there
 
@@ -131,50 +131,6 @@ def test_what_measures(tmp_path):
     on_screens_as_in_files(MEASURING, HELP, tmp_path, (80,))
 
 
-PLAIN = [  # where data, bars and notes meet
-    ("export", "--format", "csv", "--p", "2,3"),
-    ("verify", "--p", "2-3", "--json"),
-    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
-    ("entropy", "--format", "tsv"),
-    ("query", "--p", "3"),
-    ("fill", "--p", "4", *NEW),
-]
-
-
-@pytest.mark.parametrize(
-    ("commands", "colour"),
-    [
-        pytest.param(PLAIN, "", id="all"),
-        pytest.param([PLAIN[0], PLAIN[-2]], "1", id="no colour"),
-    ],
-)
-@pytest.mark.slow
-def test_each_stream_alone_on_the_terminal(varied, tmp_path, commands, colour):
-    runs = [runs_of(commands, tmp_path / (to or "s"), 250, to) for to in ("oe", "o", "e", "")]
-    everything = [*chain.from_iterable(runs)]
-    found = run_several_in_terminal(everything, ORBITDB_DB=str(varied), NO_COLOR=colour)
-    parts = [found[start : start + len(commands)] for start in range(0, len(found), len(commands))]
-    for (both, out, err, _), (_, to_err, to_out, to_both) in zip(
-        zip(*runs, strict=True), zip(*parts, strict=True), strict=True
-    ):
-        for session in (to_err, to_out, to_both):
-            well_behaved(session)
-        data, notes = out.out.read_text(), err.err.read_text()
-        assert not re.search(r"[\r\x1b]", data + notes)
-        assert to_err.had_bar == (both.arguments[0] != "query")
-        assert not to_out.had_bar
-        assert lines_of(data.splitlines()) == lines_of(to_out.lines)
-        together = [*data.splitlines(), *to_err.lines]
-        assert lines_of(together) == lines_of(both.out.read_text().replace("/oe/", "/o/").splitlines())
-    assert "writing" in parts[1][0].raw
-    assert "writing" not in parts[-1][0].raw  # they are seen as they come
-
-
-def lines_of(lines: list[str]) -> list[str]:
-    """Return lines in some order, without what differs between runs."""
-    return sorted(same(line) for line in lines)
-
-
 def ends_in_order(session: Session, code: int, lines: list[str]) -> None:
     assert session.code == code, session.text
     well_behaved(session)
@@ -242,14 +198,10 @@ run()
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "typer",
-        "numpy",
-        *(
-            pytest.param(name, marks=pytest.mark.slow)
-            for name in ("orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy")
-        ),
-    ],
+    slow_but(
+        ["numpy"],
+        ["typer", "numpy", "orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy"],
+    ),
 )
 def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
     command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]
@@ -259,7 +211,12 @@ def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
     ends_in_order(session, 130, [INTERRUPTED])
 
 
-ODD = [*PLAIN[:4], *QUIET]
+ODD = [
+    ("export", "--format", "csv", "--p", "2,3"),
+    ("verify", "--p", "2-3", "--json"),
+    ("entropy", "--format", "tsv"),
+    *QUIET,
+]
 
 
 @pytest.mark.parametrize(

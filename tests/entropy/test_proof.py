@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from edges import texts_of
 from flint import arb
+from quick import slow_but
 
 from orbitdb.billiard.legs import direction_limits
 from orbitdb.billiard.stadium import Stadium
@@ -26,10 +27,7 @@ def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("a", "edges", "least"),
-    [(0.5, 6, 150), *(pytest.param(a, 8, 400, marks=pytest.mark.slow) for a in (0.5, 1.6))],
-)
+@pytest.mark.parametrize(("a", "edges", "least"), slow_but(1, [(0.5, 6, 150), (0.5, 8, 400), (1.6, 8, 400)]))
 def test_balls_prove_all_verdicts_and_no_other(a, edges, least):
     """Neither the opposite of a verdict, nor any of a window whose ends leave it open."""
     decided = 0

@@ -1,12 +1,9 @@
 """Bad input, however odd: one line that says what is wrong, a documented exit code, nothing changed."""
 
-import contextlib
 import io
 import os
 import random
 import sqlite3
-import string
-import subprocess
 import sys
 from pathlib import Path
 
@@ -14,12 +11,11 @@ import bad_values as bad
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from processes import COMMAND
+from processes import run
 from quick import slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.symbols.words import WordError, parse, run_notation
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
@@ -147,12 +143,7 @@ def test_names_that_are_no_catalogue(cli, tmp_path, command):
 
 
 @pytest.mark.parametrize(
-    ("command", "ending"),
-    [
-        pytest.param("plot", ".svg", marks=pytest.mark.slow),
-        ("export", ".csv"),
-        pytest.param("export", ".parquet", marks=pytest.mark.slow),
-    ],
+    ("command", "ending"), slow_but(1, [("export", ".csv"), ("export", ".parquet"), ("plot", ".svg")])
 )
 def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, ending):
     folder = tmp_path / "files"
@@ -212,37 +203,16 @@ def test_expressions_choose_or_are_refused(fuzzed, count):
     assert fuzz_where(fuzzed[0], fuzzed[1], range(count)) > count / 5
 
 
-def fuzz_codes(numbers: range) -> None:
-    """Try codes in run notation, whole and with something wrong in them."""
-    for number in numbers:
-        rng = random.Random(f"code {number}")
-        text, word = bad.run_notation(rng)
-        assert parse(text) == word, (number, text)
-        assert parse(run_notation(word)) == word, (number, text)
-        place = rng.randrange(len(text) + 1)
-        wrong = text[:place] + rng.choice(string.printable + "½٣\udcff") + text[place + rng.randrange(2) :]
-        with contextlib.suppress(WordError):
-            assert set(parse(wrong)) <= set("012345"), (number, wrong)
-
-
-def test_codes_are_words_or_refused():
-    fuzz_codes(range(1000))
-
-
-def run(*arguments: str | bytes, **options):
-    done = subprocess.run([*COMMAND, *arguments], capture_output=True, timeout=120, check=False, **options)
-    return done.returncode, *(os.fsdecode(text) for text in (done.stdout, done.stderr))
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX names and devices")
 def test_names_that_are_not_utf_8(varied, tmp_path):
-    name = os.fsencode(tmp_path) + b"/\xff.db"
-    Path(os.fsdecode(name)).write_bytes(varied.read_bytes())
-    for arguments in (["query", "--p", "3"], ["fill", "--p", "3"]):
-        outcome = run(*arguments, "--db", name)
-        judge(outcome, arguments)
-        assert outcome[0] == 0
-    outcome = run("query", "--code", b"13\xff", "--where", b"\xff")
-    judge(outcome, ["query"])
-    assert outcome[0] == 2
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.db")
+    Path(name).write_bytes(varied.read_bytes())
+    for arguments, code in (
+        (("query", "--p", "3", "--db", name), 0),
+        (("fill", "--p", "3", "--db", name), 0),
+        (("query", "--code", "13\udcff", "--where", "\udcff"), 2),
+    ):
+        done = run(*arguments)
+        judge((done.returncode, done.stdout, done.stderr), arguments)
+        assert done.returncode == code

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from processes import run_several, seeded
-from quick import fuzz_but
+from quick import fuzz_but, slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -82,13 +82,7 @@ def flipped_bit(data: bytes, moments: random.Random) -> bytes:
     return data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
 
 
-@pytest.mark.parametrize(
-    "harm",
-    [
-        noisy_page,
-        *(pytest.param(harm, marks=pytest.mark.slow) for harm in (truncated, empty_page, flipped_bit)),
-    ],
-)
+@pytest.mark.parametrize("harm", slow_but(1, [noisy_page, truncated, empty_page, flipped_bit]))
 def test_damage_is_told_in_one_line(filled, cli, harm):
     broken = filled.with_name("broken.db")
     broken.write_bytes(harm(filled.read_bytes(), seeded(1)))

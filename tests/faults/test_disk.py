@@ -15,6 +15,8 @@ from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
+pytestmark = pytest.mark.slow
+
 resource = pytest.importorskip("resource")
 
 CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH, PR_CAPBSET_DROP = 1, 2, 24
@@ -68,7 +70,6 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
         subprocess.run(["umount", folder], check=True)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", fuzz_but([200], [200, 300]))
 def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
     path = disk(size) / "orbits.db"
@@ -80,7 +81,6 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
     assert content(path) == content(filled)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
 def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     """The sizes meet the creation, blocks of several periods, and the journal."""
@@ -91,7 +91,6 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
     assert content(path) == content(filled)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
 def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     older = filled.with_name("older.db")
@@ -109,7 +108,6 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     assert content(path) == content(filled)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", fuzz_but(["new.csv", "new.npz"], ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
 )
@@ -119,7 +117,6 @@ def test_an_export_has_no_room(filled, disk, name):
     assert list(folder.iterdir()) == []
 
 
-@pytest.mark.slow
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
         beside.execute("PRAGMA wal_autocheckpoint = 0")
@@ -133,7 +130,6 @@ def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     assert is_sound(filled)
 
 
-@pytest.mark.slow
 def test_a_figure_needs_no_home_that_can_be_written(tmp_path):
     homeless = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/dev/null")
     done = run("plot", "orbit", "--code", "13", "--a", "1", "-o", tmp_path / "x.svg", env=homeless)
@@ -163,7 +159,6 @@ def locked(filled: Path) -> Iterator[Path]:
     folder.chmod(0o755)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "folder"),
     [
@@ -188,7 +183,6 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
 
 
-@pytest.mark.slow
 def test_a_folder_that_cannot_be_made_is_named(locked):
     locked.parent.chmod(0o555)
     deeper = locked.parent / "deeper" / "new.db"

@@ -14,7 +14,6 @@ from processes import COMMAND
 from quick import slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tokens import tokens
@@ -104,36 +103,6 @@ def test_an_expression_does_nothing_but_choose(varied, name):
     assert varied.read_bytes() == before
 
 
-COMMANDS = ["query", "entropy", "lyapunov", "verify", "export", "plot"]
-SUPPLIED = {"export": ["--format", "csv"], "plot": ["lengths", "-o", "lengths.svg"]}
-
-
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize(
-    "name",
-    slow_but(
-        ["a second statement"], ["a table called catalogue", "a pragma", "a second statement", "zeroblob"]
-    ),
-)
-def test_every_command_refuses(own, cli, command, name):
-    outcome = cli(command, *SUPPLIED.get(command, []), "--where", ATTACKS[name])
-    assert outcome.code == 2
-    assert outcome.out == ""
-    assert len(outcome.err.splitlines()) == 1
-
-
-@pytest.mark.parametrize("option", ["--order", "-c"])
-@pytest.mark.parametrize(
-    "value",
-    slow_but(
-        ["(SELECT 1)", "p; DROP TABLE run", "*"],
-        ["(SELECT 1)", "p; DROP TABLE run", "length(code)", "rowid", "1", "p--", "*"],
-    ),
-)
-def test_orders_and_columns_are_names(own, cli, option, value):
-    assert cli("query", option, value).code == 2
-
-
 def test_values_are_values(own):
     """What is bound is never read as SQL, whatever it holds."""
     catalogue = Catalogue(own)
@@ -207,14 +176,6 @@ def slow_filter() -> Selection:
 
 
 @pytest.mark.slow
-def test_a_filter_that_nobody_waits_for_any_more_is_stopped(filled):
-    catalogue = Catalogue(filled)
-    asked = iter([False] * 50)
-    with pytest.raises(CancelledError):
-        catalogue.choose(slow_filter(), cancelled=lambda: next(asked, True))
-
-
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_is_no_refusal(filled):
     """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
@@ -231,6 +192,7 @@ def test_ctrl_c_is_no_refusal(filled):
     assert err.startswith("orbitdb: interrupted")
 
 
+@pytest.mark.slow
 def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
     """No limit on texts stands in the way of the longest words there are, in any column or order."""
     path = tmp_path / "orbits.db"

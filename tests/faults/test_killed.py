@@ -94,7 +94,7 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
 @pytest.mark.slow
 def test_workers_end_with_the_process_that_stores(tmp_path):
     process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
-    while len(workers_of(process)) < 2:
+    while len(workers_of(process.pid)) < 2:
         assert process.poll() is None
     process.kill()
     process.communicate()  # its stderr is closed when the last process that has it ends
@@ -104,9 +104,9 @@ def test_workers_end_with_the_process_that_stores(tmp_path):
 _DEAF = """
 import os, signal
 import numpy as np
-from orbitdb.filling import blocks
+from orbitdb.filling import periods
 from orbitdb.cli.main import run
-solve = blocks.METHODS["newton"].solve
+solve = periods.METHODS["newton"].solve
 class Looked:
     def __getattr__(self, name):
         if name.startswith("__array"):
@@ -115,7 +115,7 @@ class Looked:
 def lost(words, stadium):
     np.asarray(Looked())
     return solve(words, stadium)
-blocks.METHODS["newton"] = blocks.Method(lost, 64)
+periods.METHODS["newton"] = periods.Method(lost, 64)
 run()
 """
 

@@ -8,11 +8,11 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from processes import COMMAND, alive, kill_group, nobody_left, run, seeded, workers_of
+from processes import COMMAND, alive, kill_group, nobody_left, run, seeded
 from quick import fuzz_but
 from there import there
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")]
 
 AT_WORK = "at work"
 COMMANDS = {
@@ -89,7 +89,6 @@ def at_a_moment(folder, arguments, catalogue, moment):
         moment /= 2
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "turn"),
     fuzz_but(
@@ -113,7 +112,6 @@ def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 
 
-@pytest.mark.slow
 def test_no_half_of_a_file_stays(stored, tmp_path):
     started = Started(tmp_path, COMMANDS["export"], stored)
     while not list(started.folder.glob(".*.part")):
@@ -122,17 +120,6 @@ def test_no_half_of_a_file_stays(stored, tmp_path):
     assert started.process.returncode == 143
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
-def test_a_verification_ends_with_its_workers_and_their_folder(stored, tmp_path, name):
-    started = Started(tmp_path, COMMANDS["verify"], stored)
-    while len(workers_of(started.process)) < 2:
-        assert started.process.poll() is None
-    assert started.told(name, group=True) == ["orbitdb: terminated"]
-    assert started.process.returncode == 128 + signal.Signals[name]
-
-
-@pytest.mark.slow
 def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
     """As by nohup."""
     started = subprocess.Popen(

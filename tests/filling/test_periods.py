@@ -19,7 +19,7 @@ from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
@@ -121,7 +121,7 @@ def test_the_papers_method_fills_the_same_statuses(tmp_path):
     assert all(again == pytest.approx(exact, rel=1e-11) for exact, again in lengths)
 
 
-def store_births(path: Path, periods=range(2, 8)) -> None:
+def store_births(path: Path, periods=range(2, 7)) -> None:
     for _ in fill_births(path, periods):
         pass
 
@@ -139,35 +139,35 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def born(once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 2..7 and no store_births, the test's own."""
+    """A catalogue with the births of p = 2..6 and no fill, the test's own."""
     return Path(shutil.copy(once, tmp_path / "born.db"))
 
 
 def test_one_row_a_period(born):
     found = {each.p: each for each in Catalogue(born).birth_fills()}
-    assert [each.p for each in found.values()] == list(range(2, 8))
+    assert [each.p for each in found.values()] == list(range(2, 7))
     assert all(each.whole for each in found.values())
-    assert [each.words for each in found.values()] == [count_admissible(p) for p in range(2, 8)]
+    assert [each.words for each in found.values()] == [count_admissible(p) for p in range(2, 7)]
     assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
-        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14), (107, 101, 0, 6)
+        (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14)
     ]  # fmt: skip
     assert all(each.seconds > 0 for each in found.values())
     assert found[4].least is None
-    assert found[7].largest == pytest.approx(4.773733293664)
+    assert found[6].largest == pytest.approx(3.043599, abs=1e-6)
 
 
 def test_the_run_says_what_it_was_asked_to_do(born):
     with closing(sqlite3.connect(born)) as plain:
         ((parameters,),) = plain.execute("SELECT DISTINCT parameters FROM run").fetchall()
     asked = json.loads(parameters)
-    assert (asked["command"], asked["periods"]) == ("births", list(range(2, 8)))
+    assert (asked["command"], asked["periods"]) == ("births", list(range(2, 7)))
 
 
-@pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 7, 0)])
+@pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 5, 0)])
 def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     """Orbits through a joint among them."""
     before = Catalogue(born).counts(a=a)
-    assert before.from_births == tuple(range(2, 8))
+    assert before.from_births == tuple(range(2, 7))
     for _ in fill_periods(born, a, [p]):
         pass
     after = Catalogue(born).counts(a=a)
@@ -180,8 +180,8 @@ def test_partners_share_an_event(born):
     with closing(sqlite3.connect(born)) as plain:
         events = plain.execute(
             "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
-            " JOIN cycle ON id = cycle WHERE p = 7 AND event IS NOT NULL GROUP BY event"
+            " JOIN cycle ON id = cycle WHERE p = 6 AND event IS NOT NULL GROUP BY event"
         ).fetchall()
-    assert len(events) == 43
-    assert {count for count, *_ in events} == {2, 3}
+    assert len(events) == 11
+    assert {count for count, *_ in events} == {2, 3, 7}
     assert all(width <= 4 * error for _, width, error in events)

@@ -13,8 +13,9 @@ import sqlalchemy as sa
 from contents import is_sound, rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from quick import slow_but
 
-from orbitdb.filling import births, blocks, sweeps
+from orbitdb.filling import births, periods, sweeps
 from orbitdb.filling.periods import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Progress
 from orbitdb.orbits.newton import solve_admissible
@@ -53,7 +54,7 @@ class Killed(BaseException):
 def many_blocks() -> Iterator[None]:
     """Cut small periods into many blocks."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(blocks.METHODS, "newton", blocks.Method(solve_admissible, 4))
+        patch.setitem(periods.METHODS, "newton", periods.Method(solve_admissible, 4))
         patch.setattr(births, "BLOCK", 32)
         patch.setattr(sweeps, "CLASSES", 4)
         yield
@@ -134,7 +135,7 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
 WAYS = st.sampled_from(["closed", "raised", "killed"])
 
 
-@pytest.mark.parametrize("name", WORKS)
+@pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep of some"], WORKS))
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=settings().max_examples // 6)
 def test_what_is_cut_at_any_moment_goes_on(

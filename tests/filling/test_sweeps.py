@@ -24,7 +24,7 @@ from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.sweeps import Sweep
-from orbitdb.symbols.least_words import class_spans
+from orbitdb.symbols.enumeration import class_spans
 
 PERIODS = range(2, 7)
 
@@ -70,10 +70,8 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     assert (a != 1.0) or fills[4].boundary == 0 < there(fills[6].boundary)
 
 
-class Tired:
+class Tired(Workers):
     """Solves blocks here, each in an hour of a processor, as it says."""
-
-    jobs = 1
 
     def solved(self, blocks):
         return (replace(block(), processor=3600.0) for block in blocks)
@@ -155,7 +153,7 @@ def test_a_low_period_is_one_block():
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.symbols.least_words.least_words", lambda span: iter(()))
+    monkeypatch.setattr("orbitdb.symbols.enumeration.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
     with pytest.raises(StoreError, match="period 3 holds 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

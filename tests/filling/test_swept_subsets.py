@@ -26,8 +26,7 @@ from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import LeastWords, least_words
+from orbitdb.symbols.enumeration import LeastWords, Span, least_words
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
 from orbitdb.symbols.words import from_strings, pack, to_strings, unpack
@@ -53,12 +52,7 @@ MORE = [
 
 @pytest.mark.parametrize(
     ("a", "highest", "subsets"),
-    [
-        (1.6, 6, SUBSETS[1::2]),
-        pytest.param(1.6, 7, SUBSETS, marks=pytest.mark.slow),
-        pytest.param(1.6, 8, MORE, marks=pytest.mark.slow),
-        pytest.param(0.5, 8, SUBSETS + MORE, marks=pytest.mark.slow),
-    ],
+    slow_but(1, [(1.6, 6, SUBSETS[1::2]), (1.6, 7, SUBSETS), (1.6, 8, MORE), (0.5, 8, SUBSETS + MORE)]),
 )
 def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
     """To the word, and sums to the last digits."""

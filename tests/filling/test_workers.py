@@ -12,27 +12,22 @@ from typing import Any
 
 import pytest
 from contents import rows
+from processes import workers_of
 from workforce import Deadly, Failing, filled_by
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import search
+from orbitdb.entropy.bounds import enclose, search
+from orbitdb.entropy.proof import Proof
 from orbitdb.errors import WorkError
 from orbitdb.filling.births import solve_births
-from orbitdb.filling.blocks import METHODS, cut_into_blocks, solve_block
-from orbitdb.filling.enclosures import enclose
+from orbitdb.filling.periods import METHODS, cut_into_blocks, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import Span
+from orbitdb.symbols.pruning import count_admissible
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-
-
-def workers_of(process: int) -> list[int]:
-    command = ["ps", "-o", "pid=", "--ppid", str(process)]
-    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
-    return [int(line) for line in listed.split() if is_worker(int(line))]
 
 
 def blocked_signals(process: int) -> int:
@@ -134,6 +129,7 @@ def sent(process: int) -> int:
     return int(Path(f"/proc/{process}/io").read_text().partition("wchar: ")[2].split()[0])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_worker_that_dies_as_it_is_started_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
@@ -162,11 +158,6 @@ def next_worker() -> int:
     return there[0]
 
 
-def is_worker(process: int) -> bool:
-    command = Path(f"/proc/{process}/cmdline")
-    return command.exists() and "spawn_main" in command.read_text()
-
-
 def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {5, 7, 11}, raising=False)
     assert cores() == 3
@@ -184,6 +175,7 @@ def test_a_block_that_kills_every_worker_is_given_up():
     assert not workers_of(os.getpid())
 
 
+@pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(monkeypatch):
     monkeypatch.setattr("orbitdb.filling.workers.__version__", "9.9")
     blocks = cut_into_blocks(1.6, "newton", 5)
@@ -225,7 +217,10 @@ def test_what_is_solved_apart_says_what_has_computed_it(block):
 
 @pytest.mark.parametrize("prove", [False, True])
 def test_a_task_encloses_the_entropy_as_a_search_does(prove):
-    found = enclose(1.6, 4, prove=prove)
+    found = enclose(1.6, 4, proof=Proof() if prove else None)
     assert found.levels == tuple(search(Stadium(1.6), 4))
-    assert (found.proved > 0, found.seconds > 0, found.left_open) == (prove, prove, 0)
-    assert len(enclose(1.6, width=0.5, prove=prove).levels) < len(found.levels)
+    if found.proof is not None:
+        assert found.proof.proved > 0 < found.proof.seconds
+        assert found.proof.left_open == 0
+    assert (found.proof is not None) == prove
+    assert len(enclose(1.6, width=0.5, proof=found.proof).levels) < len(found.levels)

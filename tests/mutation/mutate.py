@@ -57,10 +57,10 @@ class Copy:
         self._record(folder / "recorded", marked)
 
     def _record(self, folder: Path, marked: str) -> None:
-        """Run all tests, and note what they execute."""
+        """Run all tests, and note what they execute; those that fail as they are count for nothing."""
         folder.mkdir()
-        choice = ["-m", marked] if marked else []
-        self.run(["-p", "recording", "-n", "2", *choice, "tests"], AN_HOUR, **{FOLDER: str(folder)})
+        asked = ["-p", "recording", "-n", "2", "--tb=no", "-rfE", *(["-m", marked] if marked else [])]
+        _, log = self.run([*asked, "tests"], AN_HOUR, **{FOLDER: str(folder)})
         for part in folder.glob("*.json"):
             told = json.loads(part.read_text())
             self.tests |= told["tests"]
@@ -68,6 +68,9 @@ class Copy:
                 known = self.lines[Path(file).relative_to(self.root.resolve()).as_posix()]
                 for number, labels in lines.items():
                     known.setdefault(int(number), set()).update(labels)
+        for name in re.findall(r"(?m)^(?:FAILED|ERROR) (.+?)(?: - .*)?$", log):
+            print(f"fails without a mistake: {name}", flush=True)
+            self.tests.pop(name, None)
 
     def run(self, arguments: Sequence[str], limit: float, **variables: str) -> tuple[int | None, str]:
         """Run pytest; return its exit code, None if it takes longer, and what it wrote."""
@@ -98,7 +101,7 @@ class Copy:
                     os.kill(int(folder.name), signal.SIGKILL)
 
     def tests_of(self, mutant: Mutant, most: float) -> list[str]:
-        """Return the tests that execute a mutant and take no longer than so many seconds; at least one."""
+        """Return the tests that execute a mutant, or else its wing's: of so many seconds at most, or one."""
         labels = self._labels(mutant.path, lambda number, _: mutant.first <= number <= mutant.last)
         if mutant.names:
             named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in self._made_of(mutant.names)))
@@ -109,6 +112,7 @@ class Copy:
             labels |= {name for name in self.tests if name.partition("::")[0] in naming}
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
+        known = known or [name for name in self.tests if name.startswith(own)]  # only at import
         cost = {name: self.tests[name]["seconds"] for name in sorted(known)}
         first = {name.partition("[")[0]: name for name in sorted(cost, key=cost.__getitem__, reverse=True)}
         others = cost.keys() - first.values()  # further cases of a test that has a quicker one

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from births50 import birth_error
 from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from quick import slow_but
+from reference import birth_error
 from solutions import representatives
 
 from orbitdb import existence, solve_word
@@ -69,16 +69,6 @@ def test_what_happens_between_two_stations_is_found():
     assert np.exp(np.sort(zeros.x)) == pytest.approx([0.473270308236, 0.605684335145], rel=1e-11)
 
 
-def test_the_first_birth_is_an_exact_number():
-    """(sqrt 3 - 1)/2, where a path through four joints begins."""
-    words = representatives(5)
-    changes = find_changes(words)
-    exact = (math.sqrt(3) - 1) / 2
-    least = changes.a.min()
-    assert abs(least - exact) <= changes.error[changes.a.argmin()] + 1e-16
-    assert least == pytest.approx(exact, rel=1e-14)
-
-
 def test_a_word_dies_and_is_reborn():
     one, other = existence("010203113"), existence("010233113")
     ends: list[Any] = [pytest.approx(at, abs=1e-12) for at in (0.473270308236, 0.605684335145)]
@@ -116,6 +106,16 @@ def test_lives_say_what_solving_says(found, a):
                 assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
 
 
+def test_the_bounce_of_a_change_is_at_its_joint(found):
+    for words, changes in found.values():
+        for i, a in enumerate(changes.a.tolist()):
+            word, at = words[changes.word[i]][None], Stadium(a * (1 + 1e-9))
+            x, y = at.points(word, solve(word, at).coordinates)[0, changes.bounce[i] - 1]
+            assert (abs(x), abs(y)) == pytest.approx((a, 1), abs=1e-6)
+            side = f"{'top' if y > 0 else 'bottom'} {'right' if x > 0 else 'left'}"
+            assert JOINTS[changes.joint[i]] == side
+
+
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
 def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
     """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
@@ -123,7 +123,8 @@ def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
     for i in np.random.default_rng(p).choice(len(changes.a), 2, replace=False):
         word, a = words[changes.word[i]], float(changes.a[i])
         joint = JOINTS[changes.joint[i]]
-        off = float(birth_error(to_strings(word[None])[0], int(changes.bounce[i]), joint, a))
+        start = solve(word[None], Stadium(a * (1 + 1e-9))).coordinates[0].tolist()
+        off = float(birth_error(to_strings(word[None])[0], int(changes.bounce[i]), joint, a, start))
         assert off <= changes.error[i]
         assert off / a < 1e-13
 

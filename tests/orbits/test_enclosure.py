@@ -17,7 +17,6 @@ from orbitdb.orbits.balls.joints import joins
 from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.orbit import Status
-from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 JOINT = {
@@ -90,10 +89,7 @@ def enclosed_path(word: str, a: float) -> BallPath:
     return path
 
 
-@pytest.mark.parametrize(
-    ("a", "word"),
-    [case if case in CASES[::4] else pytest.param(*case, marks=pytest.mark.slow) for case in CASES],
-)
+@pytest.mark.parametrize(("a", "word"), slow_but(CASES[::4], CASES))
 def test_only_slacks_that_are_zero_are_proved_to_be(a, word):
     """Each for itself, told that it lies within 1/2 of zero: algebra knows slacks up to multiples of pi."""
     with ctx.workprec(128):
@@ -147,12 +143,6 @@ def test_a_distance_is_rounded_up_even_where_doubles_end():
     assert distance(arb(0, arb(2) ** -1500), 0.0) > 0
     third = arb(1) / 3
     assert arb(distance(third, 1.0)) > 1 - third
-
-
-@pytest.mark.parametrize(("a", "word"), [(a, words[0]) for a, words in JOINT.items()])
-def test_a_whole_class_runs_through_the_joint(a, word):
-    for image in members(word):
-        assert enclosed(image, a).status == Status.BOUNDARY
 
 
 @pytest.mark.parametrize("a", slow_but([1.0, 2.5], JOINT))

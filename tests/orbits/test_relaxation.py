@@ -2,24 +2,18 @@
 
 import numpy as np
 import pytest
+from quick import slow_but
 
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.symbols.least_words import representatives
+from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.parametrize(
-    ("a", "p"),
-    [
-        (0.5, 5),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in ((0.2, 6), (0.5, 6), (1.0, 6), (1.6, 5), (2.5, 4))
-        ),
-    ],
+    ("a", "p"), slow_but(1, [(0.5, 5), (0.2, 6), (0.5, 6), (1.0, 6), (1.6, 5), (2.5, 4)])
 )
 def test_the_statuses_are_those_of_the_concave_problem(a, p):
     stadium = Stadium(a)

@@ -11,8 +11,7 @@ from orbitdb.cli.figures import orbits, over_a
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.plots import style
-from orbitdb.store.writing.records import add_reference, keep_bounds
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds
 from orbitdb.trajectories.ensemble import Reference
 
 TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)

@@ -13,14 +13,17 @@ from figures import by_period, legend, named, says, texts
 from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LogNorm
+from quick import slow_but
 from solutions import entropy, lyapunov
 from there import there
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
+from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.figures import averages, subsets
+from orbitdb.cli.figures.work_precision import draw_work_precision
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
@@ -127,7 +130,10 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
 
 
-@pytest.mark.parametrize(("limit", "told"), [(8, ""), (3, "3 of 8 classes are drawn; --limit 8 draws all\n")])
+LIMITS = [(3, "3 of 8 classes are drawn; --limit 8 draws all\n"), pytest.param(8, "", marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("limit", "told"), LIMITS)
 def test_a_sheet_has_every_class(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = draw("sheet", known, chosen, limit)
@@ -207,7 +213,7 @@ def test_the_lengths(known):
     assert (len(gap.axes[0].get_lines()), gap.legends) == (1, [])
 
 
-@pytest.mark.parametrize("kind", ["lengths", "phase-space", "sheet"])
+@pytest.mark.parametrize("kind", slow_but(["lengths"], ["lengths", "phase-space", "sheet"]))
 def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(
@@ -215,6 +221,7 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
     )
 
 
+@pytest.mark.slow
 def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
@@ -272,3 +279,24 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 def test_the_length_spectrum_of_orbits_alone(known):
     made: Any = subsets.draw_length_spectrum(known, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
+
+
+def test_run_time_against_error(rng):
+    methods = ("balls", "newton", "relaxation", "root")
+    rows = [
+        WorkPrecision(method, 0.0, 1, 0.0, seconds, 0, error, *[0.0] * 5)
+        for method in methods
+        for error, seconds in rng.uniform(1e-16, 1e-3, (3, 2)).tolist()
+    ]
+    made = draw_work_precision(rows, "p = 4")
+    (ax,) = made.axes
+    assert ax.get_title() == "run time against error, p = 4"
+    assert len(made.legends[0].get_texts()) == 4
+    assert len(legend(ax)) == 4
+    for method, label in zip(methods, ("ball arithmetic", "Newton", "relaxation", "scipy"), strict=True):
+        mine = [(row.coordinates_max, row.seconds_per_sequence) for row in rows if row.method == method]
+        assert named(ax, label).T.tolist() == [[*each] for each in mine]
+    assert ax.lines[-1].get_xdata() == [np.finfo(float).eps / 2] * 2
+    assert texts(ax) == {"double": (np.finfo(float).eps / 2, 0)}
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    says(ax, "largest error of a coordinate (units of $R$, rad)", "run time per word (s)")

@@ -1,6 +1,7 @@
-"""Paths in the stadium: one orbit, its reverse, and sheets of many."""
+"""Paths in the stadium: one orbit, its reverse, sheets of many, and bounces in phase space."""
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,19 @@ def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
 
 
 @pytest.mark.slow
+def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
+    counts = set()
+    for a in np.geomspace(0.02, 50, 60).tolist():
+        ax.clear()
+        paths.draw_orbit(ax, Stadium(a), Stadium(a).outline()[:3])
+        ax.figure.draw_without_rendering()
+        labels = [label.get_window_extent() for label in ax.get_xticklabels()]
+        assert all(right.x0 - left.x1 > 3 for left, right in pairwise(labels)), a
+        counts.add(len(labels))
+    assert counts == {3, 5}
+
+
+@pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests
 
@@ -118,3 +132,25 @@ def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     FigureCanvasAgg(steps.figure).draw()
     assert steps.title.get_window_extent().width <= steps.get_window_extent().width
     pyplot.close("all")
+
+
+@pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (210_000, 0.3)])
+def test_phase_space(ax, rng, count, size):
+    stadium, (x, colour) = Stadium(0.7), rng.uniform(-1, 1, (2, count // 2, 2))
+    words = rng.integers(0, 4, x.shape).astype(np.uint8)
+    dots = paths.draw_phase_space(ax, stadium, [(words, x, colour[:, 0])])
+    places = np.reshape(birkhoff(stadium, words, x), (2, count))
+    np.testing.assert_array_equal(dots.get_offsets().T, places)
+    colours = np.repeat(colour[:, 0], 2)
+    np.testing.assert_array_equal(dots.get_array(), colours)
+    assert dots.get_clim() == pytest.approx(np.quantile(colours, [0.02, 0.98]))
+    assert (dots.get_sizes(), dots.get_linewidth(), dots.get_cmap().name) == ([size], [0], "viridis")
+    assert dots.get_rasterized()
+    ends = [0, 1.4, 1.4 + math.pi, 2.8 + math.pi, 2.8 + 2 * math.pi]
+    assert [each.get_xdata()[0] for each in ax.lines] == pytest.approx(ends[1:4])
+    middles = [(x + y) / 2 for x, y in pairwise(ends)]
+    assert [where[0] for where in texts(ax).values()] == pytest.approx(middles)
+    assert [*texts(ax)] == ["0: bottom", "3, 5: right", "2: top", "1, 4: left"]
+    assert all(where[1] > 1 for where in texts(ax).values())
+    assert (ax.get_xlim(), ax.get_ylim()) == ((0, pytest.approx(ends[-1])), (-1, 1))
+    says(ax, "$s/R$", r"$\sin\,\varphi$")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import processes
 import pytest
+from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
@@ -30,12 +31,7 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
 
 
 @pytest.mark.parametrize(
-    ("ending", "head"),
-    [
-        pytest.param("png", b"\x89PNG", marks=pytest.mark.slow),
-        ("svg", b"<?xml"),
-        pytest.param("pdf", b"%PDF", marks=pytest.mark.slow),
-    ],
+    ("ending", "head"), slow_but(1, [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
 )
 def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, head):
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))

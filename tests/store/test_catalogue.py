@@ -26,12 +26,11 @@ from orbitdb.filling.periods import fill_periods
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.engines import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
-from orbitdb.store.file.tables import metadata
+from orbitdb.store.file.tables import metadata, writing_engine
 from orbitdb.store.reading.records import room
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 
 def plainly(statement: str | None) -> str:
@@ -139,22 +138,9 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
 
 
-@pytest.mark.parametrize(
-    ("seconds", "said"),
-    [
-        (0.034, "0.034 s"),
-        (1.4, "1 s"),
-        (119, "119 s"),
-        (120, "2 minutes"),
-        (21_000, "5.8 hours"),
-        (1e6, "12 days"),
-    ],
-)
-def test_times_are_told_in_their_units(seconds, said):
-    assert duration(seconds) == said
-
-
 def test_estimates_are_told_in_few_words():
+    times = [duration(seconds) for seconds in (0.034, 1.4, 119, 120, 21_000, 1e6)]
+    assert times == ["0.034 s", "1 s", "119 s", "2 minutes", "5.8 hours", "12 days"]
     assert [about(0.0046), about(17.3)] == ["under a second", "about 17 s"]
     sizes = [gigabytes(count) for count in (20, 44_100, 1e6, 12_340_000, 527e6, 1.66e9, 99.6e9, 2e11)]
     assert sizes == ["1 kB", "44 kB", "1 MB", "12 MB", "527 MB", "1.7 GB", "100 GB", "200 GB"]

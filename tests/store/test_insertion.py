@@ -10,12 +10,11 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.periods import fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.writing.classes import NULL, Same, insert
+from orbitdb.store.writing.classes import NULL, insert
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
 
 ROWS = 150
-"""More than two statements, and a rest."""
 
 
 @pytest.fixture
@@ -27,12 +26,13 @@ def connection(tmp_path):
     writer.close()
 
 
-def test_null_is_null_and_what_rows_share_is_in_each(connection):
+def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     numbers = list(range(ROWS))
     length = [NULL if number % 3 else number / 7 for number in numbers]
     blobs = [NULL if number % 3 else bytearray([number] * 8) for number in numbers]
-    half = [Same(0.5)] * 6
-    one: list[Any] = [Same(1), numbers, Same("orbit"), blobs, length, *half, numbers, Same("newton"), Same(1)]
+    half, ones = [[0.5] * ROWS] * 6, [1] * ROWS
+    texts = (["orbit"] * ROWS, ["newton"] * ROWS)
+    one: list[Any] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
     insert(connection, "orbit", one)
     insert(connection, "orbit", one)  # they are there: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
@@ -55,13 +55,13 @@ def test_null_is_null_and_what_rows_share_is_in_each(connection):
 @pytest.mark.parametrize("short", [1, 2])
 def test_columns_must_be_of_one_length(connection, short):
     columns = [[1] * (ROWS - (place == short)) for place in range(3)]
-    with pytest.raises(ValueError, match="size"):
+    with pytest.raises(ValueError, match="zip"):
         insert(connection, "pruned (id, p, word)", columns)
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
 def test_no_rows_at_all(connection):
-    insert(connection, "pruned", ([], Same(3), [], []))
+    insert(connection, "pruned", ([], [], [], []))
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 

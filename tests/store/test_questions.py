@@ -49,8 +49,8 @@ def asked(tmp_path_factory):
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))
-@example({"p": "3", "status": "orbit,geometric"}, "element,-length", None, 0, ("code", "element"))
-@example({"p": "3", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
+@example({"p": "3-5", "status": "orbit,geometric"}, "element,-length", None, 0, ("code", "element"))
+@example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
 def test_rows_and_their_number_are_those_of_a_list(asked, criteria, order, limit, offset, names):
     catalogue, rows = asked
     found = list(catalogue.rows(choose(**criteria), names, order, limit, offset))
@@ -215,16 +215,16 @@ def test_a_query_shows_the_rows_of_a_list(asked, criteria, order, limit, offset,
         assert found == [{name: row[name] for name in names} for row in wanted]
 
 
-@pytest.mark.parametrize(
-    ("criteria", "order"),
-    [
-        ({"where": "length > 9"}, "p"),
-        ({"where": "code like '%13%'"}, "p"),
-        ({"contains": "13"}, "code"),
-        ({"where": "code like '%13%' or p = 4"}, "p"),
-        ({"where": "element = 3"}, "-element,length"),
-    ],
-)
+CANCELLED = [
+    ({"where": "length > 9"}, "p"),
+    ({"where": "code like '%13%'"}, "p"),
+    ({"contains": "13"}, "code"),
+    ({"where": "code like '%13%' or p = 4"}, "p"),
+    ({"where": "element = 3"}, "-element,length"),
+]
+
+
+@pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
     with closing(Catalogue(filled_once)) as catalogue:

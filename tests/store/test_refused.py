@@ -22,7 +22,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings
-from orbitdb.verification.rigorous import certify
+from orbitdb.verification.recomputation import certify
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +79,8 @@ def test_a_subset_is_named_by_criteria_or_a_selection(catalogue):
     for ask in (catalogue.select, catalogue.classes, catalogue.count, catalogue.partial):
         with pytest.raises(TypeError, match="name a subset by criteria such as p=3"):
             ask("p = 3")
+    with pytest.raises(SelectionError, match="not both"):
+        catalogue.select(Selection(), p=3)
 
 
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])

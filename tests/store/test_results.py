@@ -103,14 +103,13 @@ def test_bins_have_round_edges(filled_once):
     assert histogram(catalogue, Selection(), "born", 10) is None
 
 
-@pytest.mark.parametrize(("times", "logarithmic"), [(1000.0, False), (1001.0, True)])
-def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, times, logarithmic):
+@pytest.mark.parametrize(("least", "most", "logarithmic"), [(1, 1000, False), (1, 1001, True), (0, 1, False)])
+def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least, most, logarithmic):
     with closing(sqlite3.connect(filled)) as plain, plain:
-        plain.execute("UPDATE orbit SET margin = 1.0 WHERE margin > 0")
-        plain.execute(
-            "UPDATE orbit SET margin = ? WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)", (times,)
-        )
-    margins = there(histogram(Catalogue(filled), Selection(where="margin > 0"), "margin", 10))
+        plain.execute("UPDATE orbit SET margin = ? WHERE margin > 0", (least,))
+        two = "UPDATE orbit SET margin = ? WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)"
+        plain.execute(two, (most,))
+    margins = there(histogram(Catalogue(filled), Selection(where="margin >= 0"), "margin", 10))
     assert margins.logarithmic is logarithmic
     spaces = np.diff(np.log(margins.edges) if logarithmic else margins.edges)
     assert np.ptp(spaces) < 1e-9 * spaces[0]

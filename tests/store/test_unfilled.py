@@ -15,7 +15,7 @@ from orbitdb.filling.periods import fill_periods, fill_word
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 
 
 def fill(p, state="done"):

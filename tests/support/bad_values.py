@@ -132,16 +132,3 @@ def damaged(rng: random.Random) -> str:
             return f"{text[:place]} {rng.choice(_BROKEN)} {text[place:]}"
         return text[:place] + text[place + rng.randrange(1, 6) :]
     return text
-
-
-def run_notation(rng: random.Random, depth: int = 3) -> tuple[str, str]:
-    """Return a code in run notation, and the word that it stands for."""
-    if depth == 0 or rng.random() < 0.3:
-        symbols = "".join(rng.choices("012345", k=rng.randrange(1, 6)))
-        return rng.choice(["", " "]).join(symbols), symbols
-    first, second = run_notation(rng, depth - 1), run_notation(rng, depth - 1)
-    if rng.random() < 0.5:
-        return f"{first[0]} {second[0]}", first[1] + second[1]
-    power = rng.randrange(1, 9)
-    blank = rng.choice(["", " "])
-    return f"({first[0]}){blank}^{blank}{power} {second[0]}", first[1] * power + second[1]

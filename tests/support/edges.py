@@ -15,7 +15,7 @@ from orbitdb.entropy.windows import (
     Windows,
     letters_of,
 )
-from orbitdb.symbols.words import from_strings, to_strings
+from orbitdb.symbols.words import to_strings
 
 _EDGES = np.full((6, 6), 255, dtype=np.uint8)
 for _start, _end, _letter in (
@@ -40,11 +40,6 @@ def edge_words(words: np.ndarray) -> Letters:
         Symbols, cyclic.
     """
     return _EDGES[words, np.roll(words, -1, axis=1)]
-
-
-def edges_of(code: str) -> str:
-    """Return the cyclic edge word of an admissible code, beginning with the edge behind its first bounce."""
-    return text_of(edge_words(from_strings([code]))[0])
 
 
 def code_of(edges: str) -> str:

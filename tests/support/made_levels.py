@@ -7,8 +7,7 @@ import numpy as np
 from orbitdb import Stadium
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.levels import Levels
-from orbitdb.store.writing.records import keep_levels
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.writing.writer import Writer, keep_levels
 
 WINDOWS = ((0.0, 5.0), (5.0, 9.0), (10.0, 11.0))
 """Of k; between 9 and 10 there is a gap."""

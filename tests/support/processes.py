@@ -19,12 +19,12 @@ COMMAND = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"
 
 _SMALL = """
 import sys
-from orbitdb.filling import blocks
+from orbitdb.filling import periods
 from orbitdb.cli.main import run
 from orbitdb.store.file import database
 database.BUSY_TIMEOUT = 60.0  # seconds: where three fill and the machine is busy, some wait longer than 5
-for name in blocks.METHODS:
-    blocks.METHODS[name] = blocks.Method(blocks.METHODS[name].solve, {words})
+for name in periods.METHODS:
+    periods.METHODS[name] = periods.Method(periods.METHODS[name].solve, {words})
 print("ready", flush=True)
 run()
 """
@@ -75,16 +75,15 @@ def nobody_left(process: Going) -> bool:
     return not alive(process.pid)
 
 
-def workers_of(process: Going) -> list[int]:
-    """Return the processes that solve for a command."""
+def workers_of(process: int) -> list[int]:
+    """Return the processes that solve for another one."""
+    command = ["ps", "-o", "pid=", "--ppid", str(process)]
+    listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     found = []
-    for pid in alive(process.pid):
-        try:
-            command = Path(f"/proc/{pid}/cmdline").read_text()
-        except OSError:
-            continue
-        if "spawn_main" in command:
-            found.append(pid)
+    for pid in map(int, listed.split()):
+        with contextlib.suppress(OSError):  # it may have ended
+            if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text():
+                found.append(pid)
     return found
 
 
@@ -129,3 +128,11 @@ def run_several(
     done = run(asked, path, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
     assert done.returncode == 0, done.stderr
     return [tuple(json.loads(line)) for line in done.stdout.splitlines()]
+
+
+def commands() -> list[str]:
+    """Return the names of its commands."""
+    from orbitdb.cli.app import program
+
+    known = [command for command in program().registered_commands if not command.hidden]
+    return [command.name or str(getattr(command.callback, "__name__", "")) for command in known]

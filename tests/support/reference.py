@@ -92,6 +92,18 @@ def monodromy_trace(word: str, a: mpf, coordinates: list[mpf]) -> mpf:
     return product[0, 0] + product[1, 1]
 
 
+def stationary(word: str, a: mpf, coordinates: list[float]) -> list[mpf]:
+    """Return the coordinates where the length is stationary, near some, by Newton's method."""
+    x = [mpf(value) for value in coordinates]
+    for _ in range(12):
+        _, gradient, matrix = length_derivatives(word, a, x)
+        step = mp.lu_solve(matrix, gradient)
+        x = [value - change for value, change in zip(x, step, strict=True)]
+        if max(abs(change) for change in step) < mpf(10) ** -(DIGITS // 2 + 5):
+            return x
+    raise ArithmeticError(f"Newton's method does not converge for {word} at a = {a}")
+
+
 def refine(word: str, a: float, coordinates: list[float]) -> Reference:
     """Find the orbit near a solution in doubles to `DIGITS` digits.
 
@@ -110,15 +122,7 @@ def refine(word: str, a: float, coordinates: list[float]) -> Reference:
     """
     with mp.workdps(DIGITS + 15):
         half_length = mpf(a)
-        x = [mpf(value) for value in coordinates]
-        for _ in range(12):
-            _, gradient, matrix = length_derivatives(word, half_length, x)
-            step = mp.lu_solve(matrix, gradient)
-            x = [value - change for value, change in zip(x, step, strict=True)]
-            if max(abs(change) for change in step) < mpf(10) ** -(DIGITS // 2 + 5):
-                break
-        else:
-            raise ArithmeticError(f"Newton's method does not converge for {word} at a = {a}")
+        x = stationary(word, half_length, coordinates)
         total, _, _ = length_derivatives(word, half_length, x)
         trace = monodromy_trace(word, half_length, x)
         half = abs(trace) / 2
@@ -128,3 +132,25 @@ def refine(word: str, a: float, coordinates: list[float]) -> Reference:
 def relative(value: float, exact: mpf) -> float:
     """Return the relative error of a double."""
     return float(abs((mpf(value) - exact) / exact))
+
+
+def joint_coordinate(joint: str, symbol: str) -> tuple[mpf, mpf]:
+    """Return the coordinate of a joint on the wall of a symbol, as c0 + c1 a."""
+    if symbol in "02":
+        return mpf(0), mpf(1 if "right" in joint else -1)
+    return (mp.pi / 2 if "top" in joint else -mp.pi / 2), mpf(0)
+
+
+def birth_error(word: str, bounce: int, joint: str, a: float, start: list[float]) -> mpf:
+    """Return how far a birth is from the one to 50 digits, bounces counted from 1.
+
+    The orbit is followed from a solution in doubles, the birth found by the secant method.
+    """
+    with mp.workdps(DIGITS + 15):
+        c0, c1 = joint_coordinate(joint, word[bounce - 1])
+
+        def distance(at: mpf) -> mpf:
+            return stationary(word, at, start)[bounce - 1] - c0 - c1 * at
+
+        exact = mp.findroot(distance, (mpf(a), mpf(a) * (1 + mpf(10) ** -9)), tol=mpf(10) ** -90)
+        return abs(mpf(a) - exact)

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
@@ -94,17 +94,3 @@ def screen_lines(app: BrowseApp) -> list[str]:
 def shown(app: BrowseApp) -> str:
     """Return the screen as text."""
     return "\n".join(screen_lines(app))
-
-
-def screenshot(
-    path: Path, size: tuple[int, int], keys: Sequence[str] = (), selection: Selection | None = None
-) -> str:
-    """Return the screen as SVG, as it is when some keys have been pressed."""
-    svgs: list[str] = []
-
-    async def steps(app: BrowseApp, pilot: Pilot[Any]) -> None:
-        await press(pilot, *keys)
-        svgs.append(app.export_screenshot())
-
-    drive(path, steps, size, selection)
-    return svgs[0]

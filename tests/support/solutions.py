@@ -9,9 +9,8 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums, Weight
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.symbols import least_words as classes
-from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.least_words import all_least_words
+from orbitdb.symbols import enumeration as classes
+from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.symmetry import all_images
 from orbitdb.symbols.words import unpack
 

@@ -1,7 +1,7 @@
 """Words: reading and writing them, rotations, and packed integers."""
 
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 
 import numpy as np
 import pytest
@@ -110,6 +110,24 @@ def test_messages_stay_short():
 @given(st.one_of(words, powered))
 def test_run_notation_is_read_back(word):
     assert parse(run_notation(word)) == word
+
+
+units = st.recursive(
+    st.text(SYMBOLS, min_size=1, max_size=5).map(lambda word: (word, word)),
+    lambda inner: st.tuples(inner, inner, st.integers(1, 8)).map(
+        lambda drawn: (f"({drawn[0][0]}) ^{drawn[2]} {drawn[1][0]}", drawn[0][1] * drawn[2] + drawn[1][1])
+    ),
+    max_leaves=5,
+)
+
+
+@given(units, st.integers(0, 99), st.text(f"{SYMBOLS}()^ 6½٣\udcff", max_size=2))
+def test_codes_are_words_or_refused(unit, place, wrong):
+    text, word = unit
+    assert parse(text) == word
+    place %= len(text)
+    with suppress(WordError):
+        assert set(parse(text[:place] + wrong + text[place + 1 :])) <= set(SYMBOLS)
 
 
 def test_run_notation_is_short():

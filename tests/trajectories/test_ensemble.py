@@ -127,19 +127,7 @@ def test_growth_is_that_of_the_product_of_bounce_matrices():
     assert np.median(np.abs(across / along)[few]) < 1e-10
 
 
-@pytest.mark.parametrize(
-    ("a", "lambda_d", "lambda_c"),
-    [(1.6, 0.887, 0.3753), pytest.param(1.0, 0.937, 0.4295, marks=pytest.mark.slow)],
-)
-def test_known_exponents(a, lambda_d, lambda_c):
-    """Known to three and four digits; the last digit of the known value is uncertain, too."""
-    found = simulate(Stadium(a), 4_000_000, seed=1)
-    assert found.lambda_d_error < 1e-3
-    assert abs(found.lambda_d - lambda_d) < 4 * found.lambda_d_error + 5e-4
-    assert abs(found.lambda_c - lambda_c) < 4 * found.lambda_c_error + 2e-4
-
-
-@pytest.mark.parametrize("a", slow_but([1e-3, 1.6, 1e3], [1e-3, 0.2, 1.0, 1.6, 30.0, 1e3]))
+@pytest.mark.parametrize("a", slow_but([1e-3], [1e-3, 0.2, 1.0, 1.6, 30.0, 1e3]))
 def test_mean_free_path_is_that_of_the_invariant_measure(a):
     found = simulate(Stadium(a), 1_000_000, seed=7)
     assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 5 * found.mean_free_path_error
@@ -172,7 +160,7 @@ def test_senseless_numbers_are_refused(wrong):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
 
 
-SEEDS = 60
+SEEDS = 40
 
 
 @cache
@@ -204,31 +192,14 @@ def test_exponents_scatter_by_as_much_as_their_errors_say(a):
         assert np.abs(off).max() < 4.5
 
 
-@pytest.mark.parametrize(
-    ("a", "bounces", "seed", "trajectories"),
-    [
-        (30.0, 400_000, 55, 1024),
-        (1.6, 60_000, 158, 1024),
-        pytest.param(1.6, 20_000_000, 20, TRAJECTORIES, marks=pytest.mark.slow),
-    ],
-)
-def test_seeds_that_lack_long_legs(a, bounces, seed, trajectories):
-    """The plain ratio of their sums is 4.1, 4.1 and 5.8 of its own errors too high."""
-    found = simulate(Stadium(a), bounces, seed, trajectories)
-    assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 3 * found.mean_free_path_error
-
-
-@pytest.mark.parametrize("a", [0.1, 1.6])
-@pytest.mark.parametrize("bounces", [1000, 9000, 50_000])
+@pytest.mark.parametrize(("a", "bounces"), [(0.1, 1000), (1.6, 9000), (0.1, 50_000)])
 def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
     made = [simulate(Stadium(a), bounces, seed).bounces for seed in range(5)]
     assert np.median(made) == pytest.approx(bounces, rel=0.2)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
-@pytest.mark.parametrize(
-    ("a", "bounces"), [pytest.param(0.05, 3000, marks=pytest.mark.slow), (0.3, 1), (1.6, 20_000)]
-)
+@pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
 def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
     """From the spread of 16 or 32 groups an error is known to a sixth or an eighth of itself, no better."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate

@@ -134,15 +134,20 @@ def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
     assert not told(swept("state = 'filling'"))
 
 
-@pytest.fixture
-def begun(tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 5, and with those of p = 4 as if they were being found."""
-    path = tmp_path / "orbits.db"
+@pytest.fixture(scope="module")
+def begun_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("begun") / "orbits.db"
     Catalogue.create(path)
     for _ in fill_births(path, [4, 5]):
         pass
     alter(path, "UPDATE birth_fill SET state = 'filling' WHERE p = 4")
     return path
+
+
+@pytest.fixture
+def begun(begun_once: Path, tmp_path: Path) -> Path:
+    """A catalogue with the births of p = 5, and with those of p = 4 as if they were being found."""
+    return Path(shutil.copy(begun_once, tmp_path / "orbits.db"))
 
 
 def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):

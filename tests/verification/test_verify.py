@@ -16,7 +16,7 @@ from orbitdb.filling.workers import Processes
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.verification.check import Check, measured
+from orbitdb.verification.check import Check, blocks, measured
 from orbitdb.verification.verify import PROMISES, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
@@ -129,6 +129,7 @@ def test_what_cannot_be_compared_is_left(small):
     assert (found["fills"].rows, found["bits"].rows) == (1, 0)
 
 
+@pytest.mark.slow
 def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
     """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
     path = tmp_path / "orbits.db"
@@ -204,6 +205,8 @@ def test_every_stage_comes_to_its_end(filled):
         of_stage = [step for step in steps if step.stage.startswith(stage)]
         assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)
         assert 0 < of_stage[0].done <= of_stage[-1].done == of_stage[-1].total == CLASSES
+    parts = [block.part("x", lambda *_: []) for block in blocks({4: np.arange(5), 3: np.arange(2)}, 3)]
+    assert [(part.done, part.total) for part in parts] == [(3, 7), (5, 7), (7, 7)]
 
 
 @pytest.mark.slow

@@ -130,13 +130,12 @@ def _show_words(
 
 
 def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: MarkedOutput) -> int:
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.bounce_rows import BOUNCE_COLUMNS, bounce_rows
+    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
         for orbit in found
-        for bounce in bounce_rows(Stadium(orbit.a), [orbit.code], [orbit.coordinates])[0]
+        for bounce in bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])[0]
     )
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
     for orbit in found:

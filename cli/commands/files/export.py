@@ -11,6 +11,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.arguments import several
 from orbitdb.cli.choice import Choice
+from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import (
@@ -25,7 +26,6 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
-from orbitdb.columns import OF_BOUNCES
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
-BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
 COORDINATES = "coordinates"
 
 
@@ -158,16 +157,11 @@ def _form_of_stdout(form: str | None) -> str:
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
     """Yield one row a bounce, behind what is known of its orbit; others have no row."""
-    import numpy as np
-
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.bounce_rows import bounce_rows
-
     while block := list(islice(rows, _BLOCK)):
         groups = groupby(block, key=lambda row: row[-3])
         for a, found in groups:
             known = list(found)
             words = [row[-2] for row in known]
-            places = [None if row[-1] is None else np.array(row[-1]) for row in known]
-            for row, bounces in zip(known, bounce_rows(Stadium(a), words, places), strict=True):
+            places = [row[-1] for row in known]
+            for row, bounces in zip(known, bounce_rows(a, words, places), strict=True):
                 yield from ((*row[: -len(_PLACED)], *bounce) for bounce in bounces)

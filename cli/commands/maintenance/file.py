@@ -101,7 +101,7 @@ def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
 
 def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
-    from orbitdb.entropy.entropy_bounds import BALLS
+    from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
 
     curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]

@@ -95,7 +95,7 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.births import BLOCK, fill_births
-    from orbitdb.symbols.counting import count_admissible
+    from orbitdb.symbols.pruning import count_admissible
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
     totals = {p: count_admissible(p) for p in periods}

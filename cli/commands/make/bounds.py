@@ -19,9 +19,8 @@ from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.entropy_bounds import EntropyBounds
+    from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
-    from orbitdb.filling.enclosures import Enclosed
 
     Keep = Callable[[EntropyBounds, str | None], object]
     Limits = tuple[int | None, float, float]
@@ -91,11 +90,8 @@ def bounds(
     limits = most, width or 0.0, seconds or math.inf
     asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
-    proofs: list[Proof | Enclosed] = []
-    if len(values) == 1:
-        solving = _at_one(values[0], limits, prove, proofs)
-    else:
-        solving = _at_many(values, limits, prove, Solvers(jobs), proofs)
+    proofs: list[Proof] = []
+    solving = _solve(values, limits, prove, Solvers(jobs), proofs)
     try:
         with _keeping(db, store, prove, asked) as keep, closing(solving) as levels:
             for level, computed in levels:
@@ -113,7 +109,7 @@ def bounds(
         raise typer.Exit(1)
 
 
-def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
+def balls_of(proofs: "Sequence[Proof]") -> str:
     """Say in one line what balls made of the windows that doubles have decided."""
     proved, left_open = (sum(getattr(each, name) for each in proofs) for name in ("proved", "left_open"))
     return (
@@ -122,38 +118,30 @@ def balls_of(proofs: "Sequence[Proof | Enclosed]") -> str:
     )
 
 
-def _at_one(a: float, limits: "Limits", prove: bool, proofs: "list[Proof | Enclosed]") -> "Solving":
-    """Enclose the entropy at one a, with longer and longer windows."""
+def _solve(
+    values: Sequence[float], limits: "Limits", prove: bool, solvers: Solvers, proofs: "list[Proof]"
+) -> "Solving":
+    """Enclose the entropy with longer and longer windows, at many a in processes; note what balls did."""
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.entropy.bounds import search
+    from orbitdb.entropy.bounds import enclose, search
     from orbitdb.entropy.verdicts import decide
 
-    judge = decide
+    judges: list[Any] = [None] * len(values)
     if prove:
         from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
 
-        proofs.append(proof := Proof())
-        judge = proof.decide
-    with progress("windows") as shown:
-        for level in search(Stadium(a), *limits, shown.tell, judge):
-            yield level, None
-
-
-def _at_many(
-    values: Sequence[float],
-    limits: "Limits",
-    prove: bool,
-    solvers: Solvers,
-    proofs: "list[Proof | Enclosed]",
-) -> "Solving":
-    """Enclose the entropy at many a, in processes."""
-    from orbitdb.filling.enclosures import enclose
-
-    each = _WORK * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
-    tasks = [partial(enclose, a, *limits, prove) for a in values]
-    with progress("windows") as shown, solvers.at_work(round(len(tasks) * each), 1) as workers:
+        judges = [Proof() for _ in values]
+    if len(values) == 1:
+        proofs += filter(None, judges)
+        judge = proofs[0].decide if prove else decide
+        with progress("windows") as shown:
+            yield from ((each, None) for each in search(Stadium(values[0]), *limits, shown.tell, judge))
+        return
+    work = _WORK * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
+    tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
+    with progress("windows") as shown, solvers.at_work(round(len(tasks) * work), 1) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
-            proofs.append(solved)
+            proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
             shown.tell(f"a = {solved.levels[-1].a:g}", done, len(tasks))
 
@@ -161,7 +149,7 @@ def _at_many(
 @contextmanager
 def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
     """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
-    from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES
+    from orbitdb.entropy.bounds import BALLS, DOUBLES
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
 
@@ -177,8 +165,7 @@ def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -
             )
         return
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.writing.records import keep_bounds
-    from orbitdb.store.writing.writer import Writer
+    from orbitdb.store.writing.writer import Writer, keep_bounds
 
     bring(db)
     Catalogue(db).close()  # what is wrong with it is to be known before

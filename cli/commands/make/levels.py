@@ -120,8 +120,7 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str) -> "Iterator[Levels]":
     """Solve tasks, and keep what they give if there is a catalogue."""
-    from orbitdb.store.writing.records import keep_levels
-    from orbitdb.store.writing.writer import Writer
+    from orbitdb.store.writing.writer import Writer, keep_levels
 
     if not tasks:
         return

@@ -47,8 +47,7 @@ def simulate(
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.store.writing.records import add_reference
-    from orbitdb.store.writing.writer import Writer
+    from orbitdb.store.writing.writer import Writer, add_reference
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
     from orbitdb.trajectories.legwise import simulate_legs
 

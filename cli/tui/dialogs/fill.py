@@ -18,8 +18,8 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.store.asking.parsing import parse_periods
-from orbitdb.symbols.counting import count_admissible
 from orbitdb.symbols.enumeration import MAX_PERIOD
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
 
 _FIELDS = (

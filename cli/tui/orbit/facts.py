@@ -13,11 +13,9 @@ from textual.geometry import Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.orbit_facts import facts
+from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
 from orbitdb.numerals import upwards
-from orbitdb.orbits.bounce_rows import bounce_rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.symbols.words import run_notation
@@ -75,7 +73,7 @@ class Bounces(NamedTuple):
     orbit: Orbit
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        rows = bounce_rows(Stadium(self.orbit.a), [self.orbit.code], [self.orbit.coordinates])[0]
+        rows = bounce_rows(self.orbit.a, [self.orbit.code], [self.orbit.coordinates])[0]
         shown = range(len(_HEADS)) if options.max_width >= _ALL_OF_A_BOUNCE else (0, 3, 4)
         yield Text(f"{'n':>4} {'symbol':>6}" + "".join(f"{_HEADS[place]:>11}" for place in shown), "bold")
         lines = (

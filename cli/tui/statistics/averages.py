@@ -25,7 +25,7 @@ from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.errors import InputError
 from orbitdb.numerals import with_error
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000

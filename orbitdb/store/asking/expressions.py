@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import sqlalchemy as sa
 
-from orbitdb.plaintext import line
+from orbitdb.plaintext import line, shortened
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
@@ -42,7 +42,6 @@ LONGEST = 20_000
 """Characters of an expression and its values at most; with a subquery `_LONGEST_WITH_SUBQUERY`."""
 
 _LONGEST_WITH_SUBQUERY = 4_000
-_SHOWN = 200
 _WORDS = {
     "and", "between", "case", "cast", "collate", "distinct", "else", "end", "escape", "exists", "from",
     "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
@@ -219,5 +218,4 @@ def refusal(where: str, message: str, what: str = "where") -> SelectionError:
         message = f"{message.rstrip('.')}: give each name a value with -P name=value"
     elif "user-defined function" in message:
         message = "replace() takes texts, and may not make them longer"
-    shown = where if len(where) <= _SHOWN else f"{where[: _SHOWN - 3]}..."
-    return SelectionError(line(f"{what} {shown!r}: {message}"))
+    return SelectionError(line(f"{what} {shortened(where, 200)!r}: {message}"))

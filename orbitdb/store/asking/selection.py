@@ -7,7 +7,7 @@ from typing import TypeAlias
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import STORED, Status
-from orbitdb.plaintext import printable, several
+from orbitdb.plaintext import printable, several, shortened
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""
@@ -19,7 +19,6 @@ Bounds: TypeAlias = tuple[float | None, float | None]
 USUAL_A = 1.6
 """The paper's stadium."""
 
-_SHOWN = 60
 _MOST_VALUES = 6
 
 
@@ -89,8 +88,7 @@ class Selection(ByValue):
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:
-            shown = self.contains if len(self.contains) <= _SHOWN else f"{self.contains[:_SHOWN]}..."
-            parts.append(f"containing {shown}")
+            parts.append(f"containing {shortened(self.contains, 60)}")
         if self.exists or self.not_at:
             known = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(f'{a:g}' for a in values)}" for no, values in known if values]

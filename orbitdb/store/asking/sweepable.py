@@ -16,8 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.least_words import LeastWords
+from orbitdb.symbols.enumeration import MAX_PERIOD, LeastWords
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import parse, unpack

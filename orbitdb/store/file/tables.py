@@ -1,58 +1,39 @@
-"""SQLAlchemy's tables and views, made from the text of the schema."""
+"""What SQLAlchemy knows of a database file: its tables and views, and engines for reading or writing."""
 
-import re
-from collections.abc import Iterable
+import sqlite3
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
+from orbitdb.store.file.database import to_read, to_write, waiting
 from orbitdb.store.file.schema import OF_CLASS, SHARED, TABLES
 
-_TYPES: dict[str, type[sa.types.TypeEngine[Any]]] = {
-    "INTEGER": sa.Integer,
-    "TEXT": sa.Text,
-    "REAL": sa.REAL,
-    "BLOB": sa.LargeBinary,
-}
-_KINDS = {"text": "TEXT", "integers": "TEXT", "integer": "INTEGER", "number": "REAL", "numbers": "BLOB"}
-_COLUMN = re.compile(r"^    (\w+) (INTEGER|TEXT|REAL|BLOB)( DEFAULT \d+)?( NOT NULL)?,?$", re.MULTILINE)
-_KEY = re.compile(r"PRIMARY KEY \((.*?)\)")
-_REFERENCE = re.compile(r"FOREIGN KEY\s*\((.*?)\)\s*REFERENCES (\w+) \((.*?)\)")
+_KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
+    "text": sa.Text, "integers": sa.Text, "integer": sa.Integer, "number": sa.REAL, "numbers": sa.LargeBinary,
+}  # fmt: skip
 
 metadata = sa.MetaData()
 
 
-def _table(name: str) -> sa.Table:
-    """Return a table as its statement has it: columns, key and references."""
-    text = TABLES[name]
-    key = _listed(_KEY.search(text))
-    columns = [
-        sa.Column(column, _TYPES[kind], primary_key=column in key, nullable=not required)
-        for column, kind, _, required in _COLUMN.findall(text)
-    ]
-    references = [
-        sa.ForeignKeyConstraint(
-            found[1].split(", "), [f"{found[2]}.{column}" for column in found[3].split(", ")]
-        )
-        for found in _REFERENCE.finditer(text)
-    ]
-    return sa.Table(name, metadata, *columns, *references)
-
-
-def _listed(found: re.Match[str] | None) -> list[str]:
-    return found[1].split(", ") if found else []
+with sa.create_engine("sqlite://").begin() as _empty:  # SQLite, which has made them, says what they are
+    for _statement in TABLES.values():
+        _empty.exec_driver_sql(_statement)
+    metadata.reflect(_empty)
 
 
 def view(name: str, columns: Iterable[str]) -> sa.TableClause:
     """Return a view with some columns."""
-    return sa.table(name, *(sa.column(each, _TYPES[_KINDS[kind_of(each)]]) for each in columns))
+    return sa.table(name, *(sa.column(each, _KINDS[kind_of(each)]) for each in columns))
 
 
-stadium, run, cycle, element, pruned = map(_table, ("stadium", "run", "cycle", "element", "pruned"))
-orbit, fill, certificate, trajectory = map(_table, ("orbit", "fill", "certificate", "trajectory"))
-change, birth_fill, entropy_bound = map(_table, ("change", "birth_fill", "entropy_bound"))
-sweep, sweep_block, level_fill, level = map(_table, ("sweep", "sweep_block", "level_fill", "level"))
+(
+    stadium, run, cycle, element, pruned, orbit, fill, certificate, change, birth_fill, trajectory,
+    entropy_bound, level_fill, level, sweep, sweep_block,
+) = map(metadata.tables.__getitem__, TABLES)  # fmt: skip
 
 classes = view("class", SHARED | OF_CLASS)
 """The view of the classes: one row a class and a."""
@@ -67,3 +48,34 @@ No `born` for a word that is an orbit from a = 0 on, as for one of which no birt
 
 life = view("life", ("cycle", "p", "class_size", "word", "born", "born_error", "dies", "dies_error"))
 """The view of the lives of classes."""
+
+
+def reading_engine(path: Path) -> sa.Engine:
+    """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
+    return _engine(to_read(path), "BEGIN")
+
+
+def writing_engine(path: Path, references: bool = True) -> sa.Engine:
+    """Return an engine whose every transaction takes the write lock at once (`to_write`).
+
+    A fill knows that its references are right, they being keys of words, and to look them up, in random
+    places, would take a third of its time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def driver(connection: sa.Connection) -> sqlite3.Connection:
+    """Return what SQLAlchemy asks, for questions that are put to it directly."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def take_lock(connection: sa.Connection) -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine

@@ -10,7 +10,7 @@ from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import change, cycle, orbit
 from orbitdb.store.reading.soundness import unsound
-from orbitdb.symbols.counting import RULE_NUMBERS, count_admissible, count_primitive
+from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
 

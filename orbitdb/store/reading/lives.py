@@ -24,7 +24,7 @@ from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
 from orbitdb.store.reading.chosen import Integers
 from orbitdb.store.reading.soundness import is_written, unsound
-from orbitdb.symbols.counting import count_admissible
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:

@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.conditions import answering, conditions_of, parse_order
+from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
 from orbitdb.store.asking.confinement import never
-from orbitdb.store.asking.dividing import Divided, divide
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned

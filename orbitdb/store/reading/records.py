@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.entropy.entropy_bounds import BALLS, DOUBLES, EntropyBounds
+from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.store.file.tables import cycle, entropy_bound, orbit, pruned, stadium, trajectory
 from orbitdb.store.reading.soundness import unsound

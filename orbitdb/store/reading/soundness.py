@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
-from orbitdb.plaintext import printable
+from orbitdb.plaintext import printable, shortened
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings
 
@@ -20,7 +20,6 @@ Marks = NDArray[np.bool_]
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
-_SHOWN = 40
 _FAR = 1e7
 """Above all coordinates in any stadium."""
 
@@ -28,8 +27,7 @@ _FAR = 1e7
 def unsound(what: str, value: object) -> AlteredError:
     """Return the error that tells of a value that no catalogue of this program has."""
     text = printable(str(value))
-    shown = text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-    return AlteredError(f"{what} {shown!r}")
+    return AlteredError(f"{what} {shortened(text)!r}")
 
 
 def is_whole(row: Row, p: int) -> bool:

@@ -5,11 +5,8 @@ the word, and the table holds classes in the order of their words. Classes of lo
 `LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
 """
 
-import sqlite3
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
-from itertools import count
+from collections.abc import Iterable, Sequence
+from itertools import repeat
 from typing import Any
 
 import numpy as np
@@ -19,13 +16,11 @@ from numpy.typing import NDArray
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
 from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
-from orbitdb.store.file.tables import birth_fill, change, cycle, fill, pruned
+from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
-
-_ROWS_A_STATEMENT = 64
 
 NULL = float("nan")
 """What SQLite takes for NULL. Python's driver looks for an adapter of every None, and of bytes (not of a
@@ -51,7 +46,9 @@ def add_classes(
     )
     walls = ((least == 0) | (least == 2)).sum(axis=1).tolist()
     texts = [joined[:p] for joined in words]
-    insert(connection, "cycle", (numbers, Same(p), texts, sizes, walls, reversals, labels, words))
+    insert(
+        connection, "cycle", (numbers, repeat(p, len(texts)), texts, sizes, walls, reversals, labels, words)
+    )
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
@@ -84,7 +81,7 @@ def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: S
         last = connection.scalar(sa.select(sa.func.min(pruned.c.id))) or 0
         first = min(-LONG, last - 1)
         numbers = list(range(first, first - len(words), -1))
-    insert(connection, "pruned", (numbers, Same(p), words, rules))
+    insert(connection, "pruned", (numbers, repeat(p, len(words)), words, rules))
 
 
 def add_orbits(
@@ -100,11 +97,12 @@ def add_orbits(
 
     ``orbits`` holds their least words.
     """
+    count = len(orbits)
     kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])  # isin sorts many texts
     numbers = (_or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS)
     columns = (
-        Same(stadium_id), cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
-        orbits.iterations.tolist(), Same(solver), Same(writer.run_id(connection, computed)),
+        repeat(stadium_id, count), cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
+        orbits.iterations.tolist(), repeat(solver, count), repeat(writer.run_id(connection, computed), count),
     )  # fmt: skip
     insert(connection, "orbit", columns)
 
@@ -164,38 +162,8 @@ def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[by
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
-@dataclass(frozen=True)
-class Same:
-    """A column with one value in all rows."""
-
-    value: Any
-
-
-def insert(connection: sa.Connection, table: str, columns: Sequence[Sequence[Any] | Same]) -> None:
-    """Insert rows that are not there yet, through SQLite's own driver.
-
-    Many rows a statement take half the time of one row a statement, most of which is not storing but
-    going into SQLite and out of it. So what all rows share goes there once a statement, and the other
-    values from one list, row by row.
-    """
-    driver = connection.connection.driver_connection
-    assert isinstance(driver, sqlite3.Connection)
-    same = [column.value for column in columns if isinstance(column, Same)]
-    each = [column for column in columns if not isinstance(column, Same)]
-    width = len(each)
-    values: list[Any] = [None] * (width * len(each[0]))
-    for place, column in enumerate(each):
-        values[place::width] = column  # an extended slice: another length is refused
-    marks = tuple(isinstance(column, Same) for column in columns)
-    for start in range(0, len(values), _ROWS_A_STATEMENT * width):
-        several = values[start : start + _ROWS_A_STATEMENT * width]
-        driver.execute(_statement(table, marks, len(several) // width), same + several)
-
-
-@cache
-def _statement(table: str, same: tuple[bool, ...], rows: int) -> str:
-    """Return what inserts so many rows; the values that all of them share come first."""
-    shared, following = count(1), count(1 + sum(same))
-    fixed = [next(shared) if one else None for one in same]
-    several = (", ".join(f"?{number or next(following)}" for number in fixed) for _ in range(rows))
-    return f"INSERT OR IGNORE INTO {table} VALUES ({'), ('.join(several)})"
+def insert(connection: sa.Connection, table: str, columns: Sequence[Iterable[Any]]) -> None:
+    """Insert rows that are not there yet, column by column, through SQLite's own driver."""
+    marks = ", ".join("?" * len(columns))
+    statement = f"INSERT OR IGNORE INTO {table} VALUES ({marks})"
+    driver(connection).executemany(statement, list(zip(*columns, strict=True)))

@@ -1,14 +1,15 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, drive, press, screen_lines, settle, until
-from textual.command import CommandList
+from screens import SMALL, TINY, drive, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.store.asking.selection import Selection
+
+pytestmark = pytest.mark.slow
 
 LONG_PATH = "/a" * 120
 
@@ -97,7 +98,6 @@ DIALOGS = [
 ]  # fmt: skip
 
 
-@pytest.mark.slow
 def test_dialogs_are_wholly_visible(filled):
     filled.with_name("there.csv").touch()
 
@@ -114,7 +114,6 @@ def test_dialogs_are_wholly_visible(filled):
     drive(filled, steps, TINY)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("key", ["question_mark", "S"])
 def test_keys_are_wholly_readable(filled, key):
     async def steps(app, pilot):
@@ -131,7 +130,6 @@ def test_keys_are_wholly_readable(filled, key):
     drive(filled, steps, TINY, Selection(periods=((2, 3),)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("size", [SMALL, TINY])
 def test_notifications_are_wholly_visible(filled, size):
     async def steps(app, pilot):
@@ -142,19 +140,3 @@ def test_notifications_are_wholly_visible(filled, size):
         assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
 
     drive(filled, steps, size, notifications=True)
-
-
-def test_keys_move_in_the_list_of_actions(filled):
-    async def steps(app, pilot):
-        await press(pilot, "ctrl+p")
-        actions = app.screen.query_one(CommandList)
-        await until(lambda: actions.option_count > 2)
-        places = []
-        for key in ("down", "down", "up"):
-            await press(pilot, key)
-            places.append(actions.highlighted)
-        assert places == [1, 2, 1]
-        await press(pilot, "escape")
-        assert len(app.screen_stack) == 1
-
-    drive(filled, steps)

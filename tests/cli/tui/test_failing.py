@@ -149,7 +149,7 @@ def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_mouse_beside_the_rows_and_windows_too_small_for_a_picture(filled):
+def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(filled):
     async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
@@ -169,14 +169,6 @@ def test_the_mouse_beside_the_rows_and_windows_too_small_for_a_picture(filled):
         await settle(pilot)
         assert any(drawing.render_line(y).text.strip() for y in range(drawing.size.height))
         assert drawing.render_line(drawing.size.height).text.strip() == ""
-
-    drive(filled, steps)
-
-
-@pytest.mark.slow
-def test_dialogs_and_counts_by_keys_and_mouse(filled):
-    async def steps(app, pilot):
-        # the counts scroll in a window of few lines
         await press(pilot, "d")
         assert isinstance(app.screen, CountsScreen)
         tallies = app.screen.query_one("#tallies")

@@ -5,14 +5,13 @@ from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
-from screens import ask, drive, press, row_of, send, settle, shown, table_of, until
+from screens import ask, drive, press, row_of, settle, shown, table_of, until
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import fill
 from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.filling.estimate import need
 
 
@@ -48,27 +47,6 @@ def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
-
-
-@pytest.mark.slow
-def test_a_long_fill_is_begun_only_if_it_is_meant(tmp_path):
-    async def steps(app, pilot):
-        await press(pilot, "f", *"2-14", "enter")
-        assert isinstance(app.screen, QuestionDialog)
-        assert "2,697,273 words to come" in shown(app)
-        assert "Leave it (n)" in shown(app)
-        assert "Fill (y)" in shown(app)
-        await press(pilot, "n")
-        assert isinstance(app.screen, FillDialog)
-        assert app.fill_state is None
-        await press(pilot, "enter")
-        await send(app, "y", FillDialog)
-        await until(lambda: app.fill_state is not None)
-        await pilot.press("escape")
-        await send(app, "q", QuestionDialog)
-        await pilot.press("y")
-
-    drive(tmp_path / "new.db", steps)
 
 
 @pytest.mark.slow
@@ -128,31 +106,30 @@ def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch
 
 
 @pytest.mark.slow
-def test_the_orbit_on_show_stays_and_gets_its_row_when_it_is_filled(tmp_path):
+def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
     async def steps(app, pilot):
-        await ask(pilot, "c", "1232131")
-        assert [note.message for note in app._notifications] == ["not stored: solved on the spot"]
-        app.clear_notifications()
-        await press(pilot, "f", *"2-7", "enter")
-        await until(lambda: app.fill_state is not None and not app.fill_state.runs)
-        await press(pilot, "escape")
-        main = app.screen
-        assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
-        assert row_of(app)[0] == "1123213"
-        assert "not stored" not in "".join(note.message for note in app._notifications)
-        await press(pilot, "j", "k")
-        assert main.orbit.code == "1123213"
-
-    drive(tmp_path / "new.db", steps)
-
-
-@pytest.mark.slow
-def test_what_needs_a_catalogue_says_that_there_is_none(tmp_path):
-    async def steps(app, pilot):
+        assert "Press f" in shown(app)
         for key in ("d", "S"):
             app.clear_notifications()
             await press(pilot, key)
             [note] = app._notifications
             assert "nothing is stored yet: the key f fills" in note.message
+        await press(pilot, "y")  # there is no word to copy yet
+        assert app.clipboard == ""
+        app.clear_notifications()
+        await ask(pilot, "c", "1232131")
+        assert [note.message for note in app._notifications] == ["not stored: solved on the spot"]
+        app.clear_notifications()
+        await press(pilot, "f", *"2-7", "enter")
+        await until(lambda: app.fill_state is not None and not app.fill_state.runs)
+        assert app.fill_state.sentence() == "done: 1,101 words"
+        await press(pilot, "escape")
+        main = app.screen
+        assert len(table_of(app).source) == 1101
+        assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
+        assert row_of(app)[0] == "1123213"
+        assert "not stored" not in "".join(note.message for note in app._notifications)
+        await press(pilot, "j", "k")
+        assert main.orbit.code == "1123213"
 
     drive(tmp_path / "new.db", steps)

@@ -65,7 +65,7 @@ def test_rows_and_count_follow_what_is_typed(filled_once):
 
 
 @pytest.mark.slow
-def test_escape_restores_filter_and_row(filled_once):
+def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
     async def steps(app, pilot):
         await ask(pilot, "slash", "p > 3")
         await press(pilot, "j", "j")
@@ -82,6 +82,11 @@ def test_escape_restores_filter_and_row(filled_once):
         assert app.screen.orbit.code == row[0]
         await press(pilot, "slash", "escape", "j")  # nothing was tried: the cursor still moves the orbit
         assert app.screen.orbit.code == row_of(app)[0] != row[0]
+        await ask(pilot, "slash", "length < 11")
+        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
+        assert app.screen.selection.where is None
+        await press(pilot, "slash", "up", "enter")
+        assert app.screen.selection == Selection(where="length < 11")
 
     drive(filled_once, steps)
 
@@ -103,18 +108,6 @@ def test_what_is_wrong_is_told_and_not_taken(filled_once):
         assert app.screen.query(".complaint.-note")
         await press(pilot, "enter")  # now it is meant
         assert "no such column: leng" in told(app)
-
-    drive(filled_once, steps)
-
-
-@pytest.mark.slow
-def test_filters_are_forgotten_and_remembered(filled_once):
-    async def steps(app, pilot):
-        await ask(pilot, "slash", "length < 11")
-        await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
-        assert app.screen.selection.where is None
-        await press(pilot, "slash", "up", "enter")
-        assert app.screen.selection == Selection(where="length < 11")
 
     drive(filled_once, steps)
 

@@ -208,7 +208,7 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
 
 
 @pytest.mark.slow
-def test_another_stadium_takes_everything_with_it(varied):
+def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
     async def steps(app, pilot):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")
@@ -217,13 +217,6 @@ def test_another_stadium_takes_everything_with_it(varied):
         app.screen.take_found(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
-
-    drive(varied, steps)
-
-
-@pytest.mark.slow
-def test_any_stadium_can_be_typed(varied):
-    async def steps(app, pilot):
         await press(pilot, "a", "2", "full_stop", "5")
         assert "nothing is filled there: f fills it" in " ".join(shown(app).split())
         await press(pilot, "enter")

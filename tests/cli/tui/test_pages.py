@@ -6,7 +6,6 @@ from collections import Counter
 
 import model
 import pytest
-import sqlalchemy as sa
 from contents import alter
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -25,10 +24,6 @@ from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.engines import driver
-from orbitdb.store.file.tables import certificate, cycle
-from orbitdb.store.reading.lookup import certificate_of
-from orbitdb.store.writing.writer import Writer
 
 NATURAL = Ordering()
 SHOWN = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
@@ -132,20 +127,6 @@ def test_a_row_that_has_gone_is_told(catalogue, tmp_path):
     alter(path, "DELETE FROM orbit")
     with pytest.raises(StoreError, match="altered"):
         pages.row(0)
-
-
-def test_a_certificate_is_read_by_its_class(catalogue):
-    with catalogue.reading() as connection:
-        assert certificate_of(driver(connection), "013", 1.6) is None
-    writer = Writer(catalogue.path, {"command": "test"})
-    with writer.writing() as connection:
-        number = connection.scalar(sa.select(cycle.c.id).where(cycle.c.word == "013"))
-        row = {"stadium": writer.stadium_id(connection, 1.6), "cycle": number, "radius": 1e-30, "bits": 128}
-        connection.execute(sa.insert(certificate).values(**row, version="1", run=writer.run_id(connection)))
-    writer.close()
-    with catalogue.reading() as connection:
-        assert certificate_of(driver(connection), "013", 1.6) == (1e-30, 128)
-        assert certificate_of(driver(connection), "013", 1.0) is None
 
 
 MOVES = {"j": 1, "down": 1, "k": -1, "up": -1, "g": -(10**6), "home": -(10**6), "G": 10**6, "end": 10**6}

@@ -4,8 +4,9 @@ import os
 import shutil
 
 import pytest
-from screens import drive, press, row_of, screen_lines, settle, table_of
+from screens import drive, press, row_of, screen_lines, settle, table_of, until
 from textual import events
+from textual.command import CommandList
 from textual.widgets import Input, Static
 from there import there
 
@@ -82,7 +83,7 @@ def path(varied, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_statuses_reversals_and_periods_are_chosen_by_keys(path):
+def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
     async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         await hurry(pilot, "o", "r", "left_square_bracket")
@@ -93,13 +94,6 @@ def test_statuses_reversals_and_periods_are_chosen_by_keys(path):
         await settle(pilot)
         assert main.sub_title == Selection().describe()
         assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} words"
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_rows_are_sorted_by_key_and_by_heading(path):
-    async def steps(app, pilot):
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
         await press(pilot, "j", "j", "k", "enter")  # from p on to length
@@ -161,7 +155,7 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
 
 
 @pytest.mark.slow
-def test_lines_that_were_typed_come_back(path):
+def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
     async def steps(app, pilot):
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
@@ -174,13 +168,15 @@ def test_lines_that_were_typed_come_back(path):
         lines = ["later", "old", "old", "later", "new", "new"]
         assert seen == [(text, len(text)) for text in lines]
         await press(pilot, "escape")
-
-    drive(path, steps)
-
-
-@pytest.mark.slow
-def test_what_the_screen_does_not_do_is_told(path, monkeypatch):
-    async def steps(app, pilot):
+        await press(pilot, "ctrl+p")
+        listed, places = app.screen.query_one(CommandList), []
+        await until(lambda: listed.option_count > 2)
+        for key in ("down", "down", "up"):
+            await press(pilot, key)
+            places.append(listed.highlighted)
+        assert places == [1, 2, 1]
+        await press(pilot, "escape")
+        assert len(app.screen_stack) == 1
         titles = [command.title for command in app.get_system_commands(app.screen)]
         actions = {binding.description for binding in app.screen.BINDINGS if binding.description}
         assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
@@ -215,6 +211,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     assert small[0].startswith("1 word to come at a = 1.6: under a second, ")
 
 
+@pytest.mark.slow
 def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
     """The first code is that of all rows; keys and a code that come before these lead to them."""
     began = []

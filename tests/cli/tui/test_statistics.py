@@ -12,8 +12,7 @@ from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, lines_of
 from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.writing.records import add_reference
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
 
 LARGE = (160, 48)

@@ -7,9 +7,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from screens import LARGE, SMALL, ask, drive, press, screenshot, send, shown, table_of, until
+from screens import LARGE, SMALL, drive, press, send, shown, table_of, until
 from solutions import entropy, lyapunov
-from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -111,36 +110,18 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 @pytest.mark.slow
-def test_an_empty_place_greets_and_is_filled(tmp_path):
+def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp_path):
     path = tmp_path / "new.db"
 
     async def steps(app, pilot):
-        assert "Press f" in shown(app)
-        await press(pilot, "y")  # there is no word to copy yet
-        assert app.clipboard == ""
-        await ask(pilot, "c", "13")
-        assert "10.4 ±" in shown(app)
-        await press(pilot, "f")
-        assert isinstance(app.screen, FillDialog)
-        app.screen.query_one("#periods", Input).value = "2-5"
-        await press(pilot, "enter")
-        assert app.fill_state.sentence() == "done: 137 words"
-        await press(pilot, "escape")
-        assert len(table_of(app).source) == 137
-        assert app.screen_stack[-1].orbit.stored
-
-    drive(path, steps)
-    assert [fill.n_c for fill in Catalogue(path).fills(1.6)] == [1, 8, 32, 80]
-
-
-@pytest.mark.slow
-def test_a_fill_that_is_stopped_leaves_a_catalogue_that_goes_on(tmp_path):
-    path = tmp_path / "new.db"
-
-    async def steps(app, pilot):
-        await pilot.press("f")
-        app.screen.query_one("#periods", Input).value = "2-14"
+        await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
+        await until(lambda: "2,697,273 words to come" in shown(app))
+        assert "Leave it (n)" in shown(app)
+        assert "Fill (y)" in shown(app)
+        await send(app, "n", FillDialog)
+        assert app.fill_state is None
+        await press(pilot, "enter")
         await send(app, "y", FillDialog)
         await until(lambda: app.fill_state is not None and app.fill_state.done)
         await send(app, "escape", MainScreen)
@@ -230,8 +211,14 @@ def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
     monkeypatch.chdir(tmp_path)
     if name != "empty":
         Path("orbits.db").write_bytes(filled.read_bytes())
-    svg = normalised(screenshot(Path("orbits.db"), size, keys))
-    file = SNAPSHOTS / f"{name}.svg"
+    taken = []
+
+    async def steps(app, pilot):
+        await press(pilot, *keys)
+        taken.append(normalised(app.export_screenshot()))
+
+    drive(Path("orbits.db"), steps, size)
+    [svg], file = taken, SNAPSHOTS / f"{name}.svg"
     if os.environ.get(WRITE):
         file.write_text(svg, encoding="utf-8")
     assert file.exists(), f"no snapshot: look at the screen, then run the test with {WRITE}=1"
