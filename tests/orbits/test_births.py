@@ -167,7 +167,8 @@ def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
 def test_what_doubles_leave_open_balls_decide(found, monkeypatch):
     undecided = "orbitdb.orbits.births.brackets.statuses"
     monkeypatch.setattr(undecided, lambda legs, a, alpha: np.zeros(len(a), np.int8))
-    (words, plain), changes = found[5], find_changes(found[5][0])
+    words, plain = found[5]
+    changes = find_changes(words)
     assert changes.born.tolist() == plain.born.tolist()
     assert (np.abs(changes.a - plain.a) <= changes.error).all()
 
