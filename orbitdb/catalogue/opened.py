@@ -16,8 +16,8 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.engines import driver, reading_engine
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.tables import driver, reading_engine
 from orbitdb.store.reading import lives, records, sweeps
 from orbitdb.store.reading.fills import Fill, as_fill
 from orbitdb.store.reading.lives import BirthFill, Life

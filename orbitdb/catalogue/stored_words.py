@@ -13,7 +13,7 @@ from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
 from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.engines import driver
+from orbitdb.store.file.tables import driver
 from orbitdb.store.reading import question, row_blocks
 from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.fills import Fill

@@ -19,7 +19,7 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Result, Task, answered, begun_ahead
+from orbitdb.filling.workers import Result, Task, Workers, answered, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -34,7 +34,7 @@ PATIENCE = 8.0
 _one_at_a_time = threading.Lock()
 
 
-class Cluster:
+class Cluster(Workers):
     """Solves blocks on the workers of a dask cluster; to be used as a context.
 
     Workers may come and go. dask begins again with the blocks of one that is lost.

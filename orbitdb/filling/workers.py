@@ -17,7 +17,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from traceback import format_exc
 from types import TracebackType
-from typing import Any, Protocol, Self, TypeAlias, TypeVar
+from typing import Any, Self, TypeAlias, TypeVar
 
 from orbitdb import __version__
 from orbitdb.errors import WorkError
@@ -38,23 +38,14 @@ Task: TypeAlias = Callable[[], Result]
 """What solves a block of any kind; it goes to other processes, and what it returns comes from there."""
 
 
-class Workers(Protocol):
-    """Something that solves blocks.
+class Workers:
+    """What solves blocks; by itself, one after the other in this process.
 
     Attributes
     ----------
     jobs : int
         How many it solves at once.
     """
-
-    jobs: int
-
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
-        """Yield what became of blocks, in their order."""
-
-
-class Here:
-    """Solves blocks one after the other in this process."""
 
     jobs = 1
 
@@ -63,7 +54,7 @@ class Here:
         return (block() for block in blocks)
 
 
-HERE = Here()
+HERE = Workers()
 
 
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
@@ -98,7 +89,7 @@ def answered(version: str, result: Result) -> Result:
     return result
 
 
-class Processes:
+class Processes(Workers):
     """Solves blocks in processes of their own; to be used as a context.
 
     A process that dies costs no more than its block, which is solved again by a new one.

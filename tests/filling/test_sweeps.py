@@ -70,10 +70,8 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     assert (a != 1.0) or fills[4].boundary == 0 < there(fills[6].boundary)
 
 
-class Tired:
+class Tired(Workers):
     """Solves blocks here, each in an hour of a processor, as it says."""
-
-    jobs = 1
 
     def solved(self, blocks):
         return (replace(block(), processor=3600.0) for block in blocks)

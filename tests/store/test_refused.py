@@ -22,7 +22,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings
-from orbitdb.verification.rigorous import certify
+from orbitdb.verification.recomputation import certify
 
 
 @pytest.fixture(scope="module")

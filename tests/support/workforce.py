@@ -54,7 +54,7 @@ class Waiting:
 
 
 @dataclass
-class WaitingProcesses:
+class WaitingProcesses(Workers):
     """Processes whose blocks wait."""
 
     workers: Processes

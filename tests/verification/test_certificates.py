@@ -9,7 +9,7 @@ from quick import slow_but
 from reference import refine
 
 from orbitdb.store.asking.selection import Selection
-from orbitdb.verification.rigorous import certify
+from orbitdb.verification.recomputation import certify
 from orbitdb.verification.verify import report
 
 CLASSES = 498

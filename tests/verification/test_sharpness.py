@@ -17,8 +17,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.invariants import check_consistency
-from orbitdb.verification.recomputation import BOUNDED, check_against, check_bits, restart
-from orbitdb.verification.rigorous import prove
+from orbitdb.verification.recomputation import BOUNDED, check_against, check_bits, prove, restart
 
 STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
 

@@ -118,7 +118,7 @@ def verify(
                 here = workers if workers.jobs > 1 else None
                 yield from steps(still, chosen, sample, restarts, seed, births, here)
         if rigorous:
-            from orbitdb.verification.rigorous import certify
+            from orbitdb.verification.recomputation import certify
 
             for selection in chosen:
                 yield from certify(catalogue.path, selection, sample, seed, again)

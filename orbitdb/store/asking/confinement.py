@@ -9,8 +9,8 @@ import sqlalchemy as sa
 
 from orbitdb.store.asking import expressions as free
 from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.engines import driver
 from orbitdb.store.file.schema import VIEWS
+from orbitdb.store.file.tables import driver
 
 LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000

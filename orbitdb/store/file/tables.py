@@ -1,11 +1,15 @@
-"""SQLAlchemy's tables and views, made from the text of the schema."""
+"""What SQLAlchemy knows of a database file: its tables and views, and engines for reading or writing."""
 
-from collections.abc import Iterable
+import sqlite3
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
+from orbitdb.store.file.database import to_read, to_write, waiting
 from orbitdb.store.file.schema import OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
@@ -44,3 +48,34 @@ No `born` for a word that is an orbit from a = 0 on, as for one of which no birt
 
 life = view("life", ("cycle", "p", "class_size", "word", "born", "born_error", "dies", "dies_error"))
 """The view of the lives of classes."""
+
+
+def reading_engine(path: Path) -> sa.Engine:
+    """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
+    return _engine(to_read(path), "BEGIN")
+
+
+def writing_engine(path: Path, references: bool = True) -> sa.Engine:
+    """Return an engine whose every transaction takes the write lock at once (`to_write`).
+
+    A fill knows that its references are right, they being keys of words, and to look them up, in random
+    places, would take a third of its time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def driver(connection: sa.Connection) -> sqlite3.Connection:
+    """Return what SQLAlchemy asks, for questions that are put to it directly."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @event.listens_for(engine, "begin")
+    def take_lock(connection: sa.Connection) -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine

@@ -14,8 +14,16 @@ import sqlalchemy as sa
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.store.file.database import plain_errors
-from orbitdb.store.file.engines import reading_engine, writing_engine
-from orbitdb.store.file.tables import entropy_bound, level, level_fill, run, stadium, trajectory
+from orbitdb.store.file.tables import (
+    entropy_bound,
+    level,
+    level_fill,
+    reading_engine,
+    run,
+    stadium,
+    trajectory,
+    writing_engine,
+)
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
