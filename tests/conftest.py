@@ -36,7 +36,7 @@ def pytest_collection() -> None:
 
 def pytest_collection_finish() -> None:
     gc.freeze()
-    gc.set_threshold(50_000)
+    gc.set_threshold(50_000)  # looked for after every 700 objects it takes a thirtieth of the time
     gc.enable()
 
 
