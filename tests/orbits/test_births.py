@@ -164,6 +164,15 @@ def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
     assert changes.a == pytest.approx([0.386252501738, 0.473270308236, 0.605684335145])
 
 
+def test_what_doubles_leave_open_balls_decide(found, monkeypatch):
+    undecided = "orbitdb.orbits.births.brackets.statuses"
+    monkeypatch.setattr(undecided, lambda legs, a, alpha: np.zeros(len(a), np.int8))
+    words, plain = found[5]
+    changes = find_changes(words)
+    assert changes.born.tolist() == plain.born.tolist()
+    assert (np.abs(changes.a - plain.a) <= changes.error).all()
+
+
 def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
     """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
     monkeypatch.setattr(births, "FINER", (1,))

@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import reference
-from flint import arb, ctx
+from flint import arb, ctx, fmpq, fmpq_poly
 from quick import slow_but
 from solutions import representatives, words_of
 
@@ -13,7 +13,7 @@ from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls import enclosure
 from orbitdb.orbits.balls.enclosure import as_orbits, distance, enclose
-from orbitdb.orbits.balls.joints import joins
+from orbitdb.orbits.balls.joints import ExactPath, Field, joins
 from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.orbit import Status
@@ -117,6 +117,16 @@ def test_runs_that_turn_by_another_angle_prove_nothing():
         for other in (turned[1], turned[1] - tilt, turned[1] + tilt):
             path.half = [turned[0] - (arb.pi() if other is turned[1] else tilt), other]
             assert not joins(path, [])
+
+
+def test_what_is_no_cosine_and_sine_proves_nothing():
+    """Twice the ones and half the others of 13 fulfil all equations but that of the circle."""
+    with ctx.workprec(128):
+        path, rational = enclosed_path("13", 1.0), Field(fmpq_poly([0, 1]), arb(0, 1e-30))
+        for size in (1, 2):
+            numbers = (size, 0), (0, fmpq(1, size))
+            alpha, half = ((fmpq_poly([cos]), fmpq_poly([sin])) for cos, sin in numbers)
+            assert ExactPath(path, rational, [alpha] * 2, [half] * 2).is_maximum() == (size == 1)
 
 
 def test_a_slack_that_balls_do_not_tell_from_zero_is_not_taken_for_it():

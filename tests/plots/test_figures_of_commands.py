@@ -22,8 +22,8 @@ from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
+from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, subsets
-from orbitdb.cli.figures.work_precision import draw_work_precision
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status

@@ -1,6 +1,6 @@
 """``orbitdb bench``: run time against error, run time by stage, and stress."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,6 +15,8 @@ from orbitdb.errors import InputError
 from orbitdb.extras import load
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from orbitdb.benchmarks.agreement import Agreement
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
@@ -27,6 +29,7 @@ EXAMPLES = (
     "bench --kind statuses --a 1 --p 2-6",
 )
 _MOST = 13
+_DOUBLE = 2.0**-53
 
 
 def bench(
@@ -95,12 +98,35 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
         return
     ending = form_of(picture, known=FIGURES)
     style = load("orbitdb.plots.style", "a figure", "plot")  # not before: matplotlib takes its time
-    from orbitdb.cli.figures.work_precision import draw_work_precision
-
     with complete(picture) as draft:
         rows = _write(output, WorkPrecision, _compared(periods[0], stadium))
         style.save(draw_work_precision(rows, said), draft, ending, said)
     note(f"{said}, in {picture}")
+
+
+def draw_work_precision(rows: "Sequence[WorkPrecision]", said: str) -> "Figure":
+    """Draw the run time per word against the largest error of a coordinate, of all methods of one run."""
+    from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
+
+    of_methods = {
+        "newton": ("o-", BLUE, "Newton on leg directions"),
+        "balls": ("D-", GREEN, "ball arithmetic (proved radius)"),
+        "root": ("^--", PURPLE, "scipy.optimize.root"),
+        "relaxation": ("s:", ORANGE, "relaxation (Biham and Kvale)"),
+    }
+    with figure(6, 5) as made:
+        ax = made.subplots()
+        for method, (line, colour, label) in of_methods.items():
+            mine = [row for row in rows if row.method == method]
+            errors = [row.coordinates_max for row in mine]
+            times = [row.seconds_per_sequence for row in mine]
+            ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
+        ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
+        ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
+                    textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
+        ax.set(xlabel="largest error of a coordinate (units of $R$, rad)", ylabel="run time per word (s)")
+        ax.set_title(f"run time against error, {said}")
+    return made
 
 
 def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":

@@ -3,6 +3,8 @@
 import json
 import shutil
 import sys
+import threading
+from contextlib import nullcontext
 
 import pytest
 from contents import alter
@@ -10,6 +12,7 @@ from screens import ask, drive, press, row_of, settle, shown, table_of, until
 from textual.widgets import OptionList
 
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.keeping import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
@@ -213,3 +216,23 @@ def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_not_hid
 
     with pytest.raises(ZeroDivisionError):
         drive(path, steps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("failure", [None, KeyboardInterrupt()])
+def test_the_end_waits_for_what_is_in_hand_but_not_for_long_after_a_signal(failure):
+    app, begun, done = OrderlyApp(), threading.Event(), threading.Event()
+
+    def put_away() -> None:
+        app.take_in_hand()
+        begun.set()
+        done.wait(1.3 if failure is None else 2.5)
+        done.set()
+
+    threading.Thread(target=put_away, daemon=True).start()
+    begun.wait()
+    app.failure = failure
+    with pytest.raises(KeyboardInterrupt) if failure else nullcontext():
+        app.close()
+    assert done.is_set() == (failure is None)
+    done.set()
