@@ -23,7 +23,7 @@ from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.orbit.pictures import Curve
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.errors import InputError
-from orbitdb.numerals import with_error
+from orbitdb.numerals import concise, with_error
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
@@ -34,9 +34,8 @@ FIRST = 11
 _TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 COLUMNS = (
-    "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d", "lambda_d_pair", "lambda_d_zeta",
-    "lambda_c", "lambda_c_pair", "lambda_c_zeta", "lambda_d_sum_rule", "lambda_d_sum_rule_error",
-    "lambda_c_sum_rule", "lambda_c_sum_rule_error",
+    "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d_sum_rule", "lambda_c_sum_rule",
+    "lambda_d", "lambda_d_pair", "lambda_d_zeta", "lambda_c", "lambda_c_pair", "lambda_c_zeta",
 )  # fmt: skip
 
 
@@ -217,8 +216,13 @@ def _described(one: Reference) -> str:
 def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
-        heading = "±" if name.endswith("_error") else name.replace("lambda", "λ")
-        table.add_column(heading, justify="right", no_wrap=True)
-    for row in found.rows(COLUMNS):
-        table.add_row(*map(number, COLUMNS, row))
+        table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+    for place, row in enumerate(found.rows(COLUMNS)):
+        errors = (found.columns.get(f"{name}_error", {}) for name in COLUMNS)
+        table.add_row(
+            *(
+                concise(value, error[place]) if error else number(name, value)
+                for name, value, error in zip(COLUMNS, row, errors, strict=True)
+            )
+        )
     return table
