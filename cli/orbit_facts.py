@@ -14,14 +14,14 @@ def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return what is known of a word, and with which others it is born, name by name, in words."""
-    from orbitdb.numerals import closed_form
+    from orbitdb.numerals import closed_form, exact
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
     facts = [
         ("code", code),
-        ("a", f"{orbit.a:g}"),
+        ("a", exact(orbit.a)),
         ("period", str(orbit.p)),
         ("status", orbit.status.sentence),
     ]

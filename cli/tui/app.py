@@ -179,7 +179,7 @@ class BrowseApp(OrderlyApp):
         if not self.fills:
             self.exit()
             return
-        question = "A fill is running. What is stored stays; it can go on later."
+        question = "A fill is running. What is stored is kept, and you can resume it later."
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 

@@ -42,13 +42,16 @@ def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) 
     return replace(selection, **{name: ring[(place + step) % len(ring)]})
 
 
-def chips(selection: Selection, a_values: int) -> str:
+def chips(selection: Selection, a_values: Sequence[float]) -> str:
     """Return the choices as one line with links to the actions that change them."""
     spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     status = ", ".join(selection.statuses) or "every status"
     reversal = {"self": "self-retracing", "pair": "with a reverse", None: "any reversal"}
+    stored = f", one of {len(a_values)}" if len(a_values) > 1 else ""
+    if a_values and selection.a not in a_values:
+        stored = ", not filled"
     parts = [
-        ("choose_a", f"a = {selection.a:g}" + (f", one of {a_values}" if a_values > 1 else "")),
+        ("choose_a", f"a = {selection.a:g}{stored}"),
         ("period(1)", f"p {spans or 'all'}"),
         ("status", status),
         ("reversal", reversal[selection.time_reversal]),

@@ -127,7 +127,7 @@ class Panels(OwnScreen[None]):
     def say_choices(self) -> None:
         """Show what is chosen, in the subtitle and as links, and before it how far a fill is."""
         fill, catalogue = self.browser.fill_state, self.browser.catalogue
-        told = choices.chips(self.selection, len(catalogue.a_values()) if catalogue is not None else 0)
+        told = choices.chips(self.selection, catalogue.a_values() if catalogue is not None else [])
         if fill is not None and fill.runs:
             told = f"[b]{fill.sentence()}[/b] │ {told}"
         self.query_one("#chips", Static).update(told)
@@ -234,9 +234,9 @@ class Panels(OwnScreen[None]):
 
     def _say_no_row(self) -> None:
         """Say why the orbit on show has no row."""
-        stored = self.orbit is not None and self.orbit.stored
-        told = "it is not in the chosen subset" if stored else "not stored: solved on the spot"
-        self.notify(told, timeout=4)
+        if (orbit := self.orbit) is not None:
+            outside = f"{code_text(orbit.code)} is not among the rows"
+            self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
     def leave_the_row(self) -> None:
         """Let the row under the cursor not take the place of what is shown, until the cursor moves."""

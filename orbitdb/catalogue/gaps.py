@@ -127,7 +127,7 @@ def describe_unfilled(
     command = f"'orbitdb fill --p {gaps[-1]} --a {exact(a)}'" if gaps else ""
     remedy = f"{command} fills {_written(spans) if not periods else 'them' if _many(spans) else 'it'}"
     if beyond:
-        remedy = f"fills end at period {MAX_PERIOD}{f' ({command})' if gaps else ''}, {_SINGLE}"
+        remedy = f"fills go up to period {MAX_PERIOD}{f' ({command})' if gaps else ''}, {_SINGLE}"
     return f"{what} at a = {exact(a)}{_filled(known, a, filled_at)}: {remedy}"
 
 

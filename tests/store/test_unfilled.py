@@ -39,7 +39,7 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
         (KNOWN, [(3, 9), (8, 12)], 1.6, [1.6], "periods 9, 11-12 are|--p 12 "),
         ([], [], 0.1234567, [], "nothing is filled|--p 11 --a 0.1234567"),
         ([], [(19, 99)], 1.0, range(1, 9), "periods 19-99 |a = 2, 3, 4, 5, 6, 7 and 1 more|--p 20 |--code"),
-        (KNOWN, [(21, 10**9)], 1.6, [1.6], "periods 21-1000000000 |end at period 20|--code"),
+        (KNOWN, [(21, 10**9)], 1.6, [1.6], "periods 21-1000000000 |go up to period 20|--code"),
     ],
 )
 def test_what_is_not_filled_what_is_and_what_fills_it(known, periods, a, filled_at, named):

@@ -207,8 +207,8 @@ class FillDialog(Dialog[None]):
         if words < LARGE:
             self.browser.begin_fill(wish)
             return
-        question = f"{told}. It can be stopped at any time, and goes on later where it was."
-        dialog = QuestionDialog(question, "Fill", "Leave it")
+        question = f"{told}. You can stop it at any time and resume it later."
+        dialog = QuestionDialog(question, "Fill", "Cancel")
         self.app.push_screen(dialog, lambda sure: self.browser.begin_fill(wish) if sure else None)
 
     def _say(self, text: str, wrong: bool = False) -> None:

@@ -5,6 +5,7 @@ What cannot be read raises a `SelectionError`, which says how to write it.
 
 import re
 from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import real
@@ -145,4 +146,6 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
     """Return the error for a column that does not exist."""
-    return SelectionError(f"column {name!r}: the columns are {', '.join(known)}")
+    meant = next(iter(get_close_matches(name, known, 1)), "")
+    guess = f"did you mean {meant}? " if meant else ""
+    return SelectionError(f"column {name!r}: {guess}the columns are {', '.join(dict.fromkeys(known))}")

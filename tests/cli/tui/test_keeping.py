@@ -183,13 +183,14 @@ def test_choices_go_round():
 
 
 def test_choices_are_links_to_what_changes_them():
-    plain = choices.chips(Selection(), 1)
+    plain = choices.chips(Selection(), [1.6])
     assert re.sub(r"\[@click=screen\.([^\]]*)\]|\[/\]", "", plain) == (
         "a = 1.6 │ p all │ every status │ any reversal │ no filter"
     )
+    assert "a = 3, not filled[/]" in choices.chips(Selection(3.0), [1.0, 1.6])
     statuses = (Status.ORBIT, Status.BOUNDARY)
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
-    links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, 2))
+    links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
         ("choose_a", "a = 1, one of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
         ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
@@ -207,5 +208,5 @@ def test_choices_are_links_to_what_changes_them():
     ],
 )  # fmt: skip
 def test_choices_without_a_field_of_their_own_stand_at_the_end(chosen, told):
-    shown = choices.chips(choose(**chosen), 1)
+    shown = choices.chips(choose(**chosen), [])
     assert shown.endswith(f"[@click=screen.filter]{told}[/]")

@@ -44,8 +44,8 @@ def filled(tmp_path_factory):
 @pytest.mark.parametrize(
     ("code", "chosen", "rows", "told"),
     [
-        ("1232131", Selection(periods=((2, 4),)), True, "it is not in the chosen subset"),
-        ("1232131", Selection(where="p > 50"), False, "it is not in the chosen subset"),
+        ("1232131", Selection(periods=((2, 4),)), True, "1232131 is not among the rows"),
+        ("1232131", Selection(where="p > 50"), False, "1232131 is not among the rows"),
         ("1^20 3", Selection(periods=((2, 4),)), True, "not stored: solved on the spot"),
     ],
 )
@@ -117,7 +117,7 @@ def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp
         await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
         await until(lambda: "2,697,273 words to come" in shown(app))
-        assert "Leave it (n)" in shown(app)
+        assert "Cancel (n)" in shown(app)
         assert "Fill (y)" in shown(app)
         await send(app, "n", FillDialog)
         assert app.fill_state is None
