@@ -68,6 +68,7 @@ def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
     ("given", "told"),
     [
         ("2.6,0\n-2.6\n2.6,0", "line 2 has not two numbers"),
+        ("x,y\n2.6,0\n-2.6", "line 3 has not two numbers"),
         ("x,y\n2.6,0\n-2.6,zero", "line 3: 'zero' is not a number"),
         ("[[2.6, 0], [", "line 1 is no json"),
         ('{"x": 1, "y": 2}\n{"x": 1}', "an object has no x and y"),
