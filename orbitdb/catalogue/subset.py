@@ -320,13 +320,14 @@ class Subset(ByValue):
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        title, axes = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
+        title, paths = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
         if kind == "lengths":
-            return axes.lengths_axes(title, orbits.length, ax)
+            return paths.draw_titled(paths.draw_staircase, (orbits.length, np.ones(len(orbits))), title, ax)
         periods = [
             (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
         ]
-        return axes.phase_space_axes(title, Stadium(self.selection.a), periods, ax)
+        what = Stadium(self.selection.a), periods
+        return paths.draw_titled(paths.draw_phase_space, what, title, ax)
 
     def _repr_html_(self) -> str:
         """Show the first rows with small pictures; orbits without coordinates are solved now."""

@@ -14,6 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
+from orbitdb.plaintext import shortened
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
@@ -366,8 +367,8 @@ class Orbit:
         points = self.points
         if points is None:
             raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
-        axes = load("orbitdb.plots.paths", "plot()", "plot")
-        return axes.orbit_axes(self.code, Stadium(self.a), points, ax)
+        paths = load("orbitdb.plots.paths", "plot()", "plot")
+        return paths.draw_titled(paths.draw_orbit, (Stadium(self.a), points), shortened(self.code), ax)
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:

@@ -1,8 +1,7 @@
 """Figures of orbits, in their stadium and in phase space, for axes of matplotlib that may be the caller's."""
 
 import math
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.svg import number_labels
-from orbitdb.plaintext import shortened
 from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
 
 Floats = NDArray[np.float64]
@@ -184,42 +182,16 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
     ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits not longer than $L$")
 
 
-def orbit_axes(code: str, stadium: Stadium, points: Floats, ax: Axes | None) -> Axes:
-    """Draw an orbit in its stadium, given its bounces, shape (p, 2), with its code above it."""
-    with _axes(ax) as axes:
-        draw_orbit(axes, stadium, points)
-        axes.set_title(shortened(code))
-    return axes
-
-
-def phase_space_axes(title: str, stadium: Stadium, periods: Iterable[Period], ax: Axes | None) -> Axes:
-    """Draw the bounces of orbits in phase space; lambda per bounce gives their colours."""
-    with _axes(ax) as axes:
-        draw_phase_space(axes, stadium, periods)
-        axes.set_title(_fitted(title, axes), pad=20)
-    return axes
-
-
-def lengths_axes(title: str, length: Floats, ax: Axes | None) -> Axes:
-    """Draw how many orbits are no longer than L, given their lengths, shape (N,)."""
-    with _axes(ax) as axes:
-        draw_staircase(axes, length, np.ones(len(length), np.int64))
-        axes.set_title(_fitted(title, axes))
-    return axes
-
-
-@contextmanager
-def _axes(ax: Axes | None) -> Iterator[Axes]:
-    """Give axes, by default of a new figure, to draw in the house's look."""
+def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax: Axes | None) -> Axes:
+    """Draw on axes, by default of a new figure, with a title above them, in the house's look; return them."""
     from matplotlib import pyplot  # not before: it looks for a display
 
     # The figure comes before the look, whose end undoes all settings: the first one loads the backend, and
     # that of a notebook then sets that figures are shown.
     figure = ax.figure if ax else pyplot.figure(layout="constrained")
     with look():
-        yield ax or figure.subplots()
-
-
-def _fitted(title: str, ax: Axes) -> str:
-    """Return a title in lines that the axes have room for."""
-    return wrapped(title, ax.get_window_extent().width / ax.figure.dpi)
+        axes = ax or figure.subplots()
+        draw(axes, *what)
+        room = axes.get_window_extent().width / axes.figure.dpi
+        axes.set_title(wrapped(title, room), pad=20 if draw is draw_phase_space else None)
+    return axes

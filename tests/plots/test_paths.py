@@ -109,23 +109,24 @@ def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests
 
-    given = paths.orbit_axes("1" * 41, Stadium(1.6), Stadium(1.6).outline()[:3], ax)
-    assert (given, given.get_title()) == (ax, "1" * 37 + "...")
+    given = paths.draw_titled(paths.draw_orbit, (Stadium(1.6), Stadium(1.6).outline()[:3]), "title", ax)
+    assert (given, given.get_title()) == (ax, "title")
     words, x, colour = (
         rng.integers(0, 4, (5, 3)).astype(np.uint8),
         rng.uniform(-1, 1, (5, 3)),
         rng.uniform(size=5),
     )
-    cloud = paths.phase_space_axes(
-        "orbits", Stadium(1.6), [(words, x, colour), (words[:, :2], x[:, :2], colour)], None
-    )
+    what = Stadium(1.6), [(words, x, colour), (words[:, :2], x[:, :2], colour)]
+    cloud = paths.draw_titled(paths.draw_phase_space, what, "orbits", None)
     (dots,) = cloud.collections
     both = [birkhoff(Stadium(1.6), words[:, :p], x[:, :p]) for p in (3, 2)]
     np.testing.assert_array_equal(
         dots.get_offsets(), np.concatenate([np.reshape(each, (2, -1)).T for each in both])
     )
     assert there(dots.get_array()).tolist() == [c for p in (3, 2) for c in colour for _ in range(p)]
-    steps: Any = paths.lengths_axes("all the orbits " * 12, np.array([4.0, 2.0, 3.0]), None)
+    steps: Any = paths.draw_titled(
+        paths.draw_staircase, (np.array([4.0, 2.0, 3.0]), np.ones(3)), "all the orbits " * 12, None
+    )
     assert steps.lines[0].get_xydata().tolist() == [[2, 1], [3, 2], [4, 3]]
     assert len({ax.figure, cloud.figure, steps.figure}) == 3
     assert len(steps.get_title().splitlines()) == 3

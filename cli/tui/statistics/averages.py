@@ -217,12 +217,8 @@ def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
         table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+    errors = [found.columns.get(f"{name}_error") for name in COLUMNS]
     for place, row in enumerate(found.rows(COLUMNS)):
-        errors = (found.columns.get(f"{name}_error", {}) for name in COLUMNS)
-        table.add_row(
-            *(
-                concise(value, error[place]) if error else number(name, value)
-                for name, value, error in zip(COLUMNS, row, errors, strict=True)
-            )
-        )
+        cells = zip(COLUMNS, row, errors, strict=True)
+        table.add_row(*(concise(x, error[place]) if error else number(name, x) for name, x, error in cells))
     return table
