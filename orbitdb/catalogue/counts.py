@@ -17,6 +17,7 @@ from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import birth_fills, counts_at
+from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import sweeps
 
 if TYPE_CHECKING:
@@ -85,9 +86,7 @@ class Counted:
 
 def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
     """Return the counts at one a, given what is filled there (`Catalogue.counts`)."""
-    from orbitdb.orbits.sums import Tally
-
-    known = {fill.p: Tally(*(getattr(fill, name) or 0 for name in _COUNTS)) for fill in fills if fill.whole}
+    known = {fill.p: _tally(fill) for fill in fills if fill.whole}
     swept = {
         each.p: each.tally for each in sweeps(connection, selection.a) if each.whole and each.p not in known
     }
@@ -99,6 +98,16 @@ def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection
     known.update((p, counts_at(connection, selection.a, p)) for p in needed)
     return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
                    tuple(p for p in swept if selection.includes(p)))  # fmt: skip
+
+
+def _tally(fill: Fill) -> "Tally":
+    """Return the counts of a filled period; what is not known is no zero."""
+    from orbitdb.orbits.sums import Tally
+
+    counts = [getattr(fill, name) for name in _COUNTS]
+    if None in counts:
+        raise unsound("a filled period without its counts,", fill.p)
+    return Tally(*counts)
 
 
 @dataclass(frozen=True, eq=False)
