@@ -47,9 +47,8 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     status = ", ".join(selection.statuses) or "every status"
     reversal = {"self": "self-retracing", "pair": "with a reverse", None: "any reversal"}
-    stored = f", one of {len(a_values)}" if len(a_values) > 1 else ""
-    if a_values and selection.a not in a_values:
-        stored = ", not filled"
+    several = f", one of {len(a_values)}" if len(a_values) > 1 else ""
+    stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("choose_a", f"a = {selection.a:g}{stored}"),
         ("period(1)", f"p {spans or 'all'}"),

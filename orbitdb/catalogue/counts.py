@@ -106,7 +106,7 @@ def _tally(fill: Fill) -> "Tally":
 
     counts = [getattr(fill, name) for name in _COUNTS]
     if None in counts:
-        raise unsound("a filled period without its counts,", fill.p)
+        raise unsound("a filled period without counts,", fill.p)
     return Tally(*counts)
 
 

@@ -124,9 +124,6 @@ class Subset(ByValue):
             return f"<{known}>"
         return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
 
-    def __bool__(self) -> bool:
-        return len(self) > 0
-
     def __iter__(self) -> Iterator[Orbit]:
         """Yield the words one by one, as orbits."""
         return map(self._orbit, range(len(self)))

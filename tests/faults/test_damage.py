@@ -122,11 +122,7 @@ def altered(source, path, statement):
     ("statement", "question", "message"),
     [
         ("UPDATE fill SET p = 1 WHERE p = 6", Catalogue.fills, "a filled period of '1'"),
-        (
-            "UPDATE fill SET n_c = NULL WHERE p = 5",
-            Catalogue.table,
-            "a filled period without its counts, '5'",
-        ),
+        ("UPDATE fill SET n_c = NULL WHERE p = 5", Catalogue.table, "a filled period without counts, '5'"),
         (
             "INSERT INTO birth_fill (p, state, seconds, words) VALUES (1, 'done', 0, 0)",
             Catalogue.birth_fills,

@@ -68,9 +68,8 @@ def identify(
     """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
     A trajectory is written in symbols, followed by the periodic orbits that it shadows, stored or not: from
-    bounce first to bounce last, it stays within the tolerance of the orbit. The orbits that it follows for
-    the most turns come first. From a starting point it is followed ahead (bounce 1, 2, ...) and back (0, -1,
-    ...).
+    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it follows for the
+    most turns come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
     ways = {"start": start, "points": points, "length": length}
