@@ -77,7 +77,7 @@ def _note_rotations(chosen: "Selection") -> None:
     if chosen.where is None:
         return
     from orbitdb.store.asking.codes import hint
-    from orbitdb.store.asking.expressions import check
+    from orbitdb.store.asking.where import check
 
     check(chosen.where, dict(chosen.parameters))
     if (told := hint(chosen.where)) is not None:

@@ -168,8 +168,8 @@ def keys() -> str:
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
     from orbitdb.cli.tui.screens import SCROLLING
-    from orbitdb.cli.tui.statistics.averages import StatisticsScreen
     from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+    from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
     from orbitdb.cli.tui.table.paged_table import PagedTable
 
     lines = ["| | key | does |", "|---|---|---|"]

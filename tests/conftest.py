@@ -49,7 +49,7 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""
-    from orbitdb.filling.periods import METHODS, Method
+    from orbitdb.filling.fill import METHODS, Method
     from orbitdb.orbits.newton import solve
 
     monkeypatch.setitem(METHODS, "newton", Method(solve, 32))
@@ -76,7 +76,7 @@ class Outcome(NamedTuple):
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.periods import fill_periods
+    from orbitdb.filling.fill import fill_periods
 
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
     Catalogue.create(path)
@@ -94,7 +94,7 @@ def filled(filled_once: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def begin_fill(small_blocks: None) -> Callable[..., Generator["Progress"]]:
     """Begin to fill a period in small blocks, and give the rest of the fill, which close() stops."""
-    from orbitdb.filling.periods import fill_periods
+    from orbitdb.filling.fill import fill_periods
 
     def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Progress"]:
         going = fill_periods(path, a, [p])
@@ -129,7 +129,7 @@ def cli(
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.periods import fill_geometric, fill_periods, fill_word
+    from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
     Catalogue.create(path)

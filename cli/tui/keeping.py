@@ -23,8 +23,8 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.where import check
 from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.words import least_rotation, parse_primitive
 

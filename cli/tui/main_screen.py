@@ -254,7 +254,7 @@ class MainScreen(Keeping):
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        from orbitdb.cli.tui.statistics.averages import StatisticsScreen
+        from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
 
         self._open(StatisticsScreen)
 

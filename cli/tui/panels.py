@@ -22,8 +22,8 @@ from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.codes import hint
-from orbitdb.store.asking.expressions import check, names_in
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.where import check, names_in
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 

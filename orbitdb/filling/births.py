@@ -12,7 +12,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.filling.periods import cut
+from orbitdb.filling.fill import cut
 from orbitdb.filling.resuming import Progress, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.births.changes import Changes, find_changes
@@ -60,7 +60,7 @@ class SolvedBirths:
     Attributes
     ----------
     span, stabiliser, words, arithmetic
-        As of an `orbitdb.filling.periods.SolvedBlock`.
+        As of an `orbitdb.filling.fill.SolvedBlock`.
     codes : ndarray of int64, shape (N,)
         Their packed least words, in order.
     changes : Changes

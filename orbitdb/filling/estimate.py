@@ -66,7 +66,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     jobs : int
         Number of processes that solve, on as many cores.
     method : str, optional
-        One of `orbitdb.filling.periods.METHODS`.
+        One of `orbitdb.filling.fill.METHODS`.
     """
     catalogue = _catalogue(path)
     known = {b: catalogue.fills(b) for b in catalogue.a_values()} if catalogue else {}

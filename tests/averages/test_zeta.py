@@ -17,7 +17,7 @@ from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
 from orbitdb.catalogue.whole_periods import why_missing
-from orbitdb.cli.tui.statistics.averages import statistics
+from orbitdb.cli.tui.statistics.statistics_screen import statistics
 
 NOTHING = np.zeros((0, 8))
 

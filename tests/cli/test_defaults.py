@@ -11,7 +11,7 @@ import pytest
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.traces import BOUNCES
 from orbitdb.verification.verify import verify

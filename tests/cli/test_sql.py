@@ -92,9 +92,9 @@ def test_a_select_groups_and_joins(varied, cli):
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
-    from orbitdb.store.asking import expressions
+    from orbitdb.store.asking import where
 
-    monkeypatch.setattr(expressions, "SECONDS", 0.1)
+    monkeypatch.setattr(where, "SECONDS", 0.1)
     endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2

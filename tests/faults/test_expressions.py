@@ -139,9 +139,9 @@ def test_what_users_want_is_allowed(own, text):
 
 @pytest.mark.parametrize("use", ["count", "rows", "sorted", "classes", "select"])
 def test_every_use_is_stopped_in_time(own, monkeypatch, use):
-    from orbitdb.store.asking import expressions
+    from orbitdb.store.asking import where
 
-    monkeypatch.setattr(expressions, "SECONDS", 0.02)
+    monkeypatch.setattr(where, "SECONDS", 0.02)
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(40))
     catalogue = Catalogue(own)
     chosen = Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
@@ -158,10 +158,10 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
 
 
 def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypatch):
-    from orbitdb.store.asking import expressions
+    from orbitdb.store.asking import where
     from orbitdb.store.reading.statements import run_statement
 
-    monkeypatch.setattr(expressions, "SECONDS", 0.5)
+    monkeypatch.setattr(where, "SECONDS", 0.5)
     with contextlib.closing(Catalogue(filled_once)) as catalogue, catalogue.reading() as connection:
         _, rows = run_statement(connection, "SELECT code FROM catalogue", {})
         first = next(rows)

@@ -104,9 +104,9 @@ def test_workers_end_with_the_process_that_stores(tmp_path):
 _DEAF = """
 import os, signal
 import numpy as np
-from orbitdb.filling import periods
+from orbitdb.filling import fill
 from orbitdb.cli.main import run
-solve = periods.METHODS["newton"].solve
+solve = fill.METHODS["newton"].solve
 class Looked:
     def __getattr__(self, name):
         if name.startswith("__array"):
@@ -115,7 +115,7 @@ class Looked:
 def lost(words, stadium):
     np.asarray(Looked())
     return solve(words, stadium)
-periods.METHODS["newton"] = periods.Method(lost, 64)
+fill.METHODS["newton"] = fill.Method(lost, 64)
 run()
 """
 

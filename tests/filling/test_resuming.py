@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
 
-from orbitdb.filling import births, periods, sweeps
-from orbitdb.filling.periods import fill_geometric, fill_periods
+from orbitdb.filling import births, fill, sweeps
+from orbitdb.filling.fill import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Progress
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.store.asking.criteria import choose
@@ -54,7 +54,7 @@ class Killed(BaseException):
 def many_blocks() -> Iterator[None]:
     """Cut small periods into many blocks."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(periods.METHODS, "newton", periods.Method(solve_admissible, 4))
+        patch.setitem(fill.METHODS, "newton", fill.Method(solve_admissible, 4))
         patch.setattr(births, "BLOCK", 32)
         patch.setattr(sweeps, "CLASSES", 4)
         yield

@@ -18,7 +18,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.errors import StoreError
 from orbitdb.filling import sweeps
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection

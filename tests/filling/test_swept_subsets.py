@@ -15,9 +15,9 @@ from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.results import PROVED
-from orbitdb.cli.tui.statistics.averages import statistics
+from orbitdb.cli.tui.statistics.statistics_screen import statistics
 from orbitdb.errors import InputError
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Status

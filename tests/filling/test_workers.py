@@ -21,7 +21,7 @@ from orbitdb.entropy.bounds import enclose, search
 from orbitdb.entropy.proof import Proof
 from orbitdb.errors import WorkError
 from orbitdb.filling.births import solve_births
-from orbitdb.filling.periods import METHODS, cut_into_blocks, solve_block
+from orbitdb.filling.fill import METHODS, cut_into_blocks, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
 from orbitdb.symbols.enumeration import Span

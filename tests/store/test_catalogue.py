@@ -22,10 +22,10 @@ from orbitdb.filling.estimate import (
     gigabytes,
     need,
 )
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.expressions import names_in
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.where import names_in
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata, writing_engine

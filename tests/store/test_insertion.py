@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.filling.periods import fill_word
+from orbitdb.filling.fill import fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.writing.classes import NULL, insert

@@ -16,7 +16,7 @@ from there import there
 
 from orbitdb import Catalogue, Selection, Status, solve_word
 from orbitdb.errors import StoreError
-from orbitdb.filling.periods import fill_word
+from orbitdb.filling.fill import fill_word
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.symbols.words import least_rotation

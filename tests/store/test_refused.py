@@ -16,9 +16,9 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
-from orbitdb.store.asking.expressions import check
 from orbitdb.store.asking.parsing import parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.where import check
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings

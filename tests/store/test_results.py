@@ -18,7 +18,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counts import histogram
 from orbitdb.cli.app import call
 from orbitdb.entropy.bounds import search
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import SYMBOLS
 

@@ -11,7 +11,7 @@ from orbitdb import Catalogue
 from orbitdb.catalogue.gaps import describe_unfilled
 from orbitdb.catalogue.whole_periods import read_whole
 from orbitdb.errors import InputError
-from orbitdb.filling.periods import fill_periods, fill_word
+from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill

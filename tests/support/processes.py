@@ -19,12 +19,12 @@ COMMAND = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"
 
 _SMALL = """
 import sys
-from orbitdb.filling import periods
+from orbitdb.filling import fill
 from orbitdb.cli.main import run
 from orbitdb.store.file import database
 database.BUSY_TIMEOUT = 60.0  # seconds: where three fill and the machine is busy, some wait longer than 5
-for name in periods.METHODS:
-    periods.METHODS[name] = periods.Method(periods.METHODS[name].solve, {words})
+for name in fill.METHODS:
+    fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, {words})
 print("ready", flush=True)
 run()
 """

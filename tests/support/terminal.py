@@ -131,12 +131,12 @@ def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
 
 _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
-from orbitdb.filling import periods
+from orbitdb.filling import fill
 from orbitdb.cli import progress
 from orbitdb.cli.main import execute
 progress.PATIENCE = 0.0
-for name in periods.METHODS:
-    periods.METHODS[name] = periods.Method(periods.METHODS[name].solve, 64)
+for name in fill.METHODS:
+    fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, 64)
 for columns, to, arguments in json.loads(sys.argv[1]):
     fcntl.ioctl(0, termios.TIOCSWINSZ, struct.pack("4H", 24, columns, 0, 0))
     kept = [(os.dup(number), number) for number in (1, 2)]

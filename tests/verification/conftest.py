@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from orbitdb.filling.periods import fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import parse
 

@@ -16,7 +16,7 @@ from there import there
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.births.changes import events
 from orbitdb.orbits.newton import solve

@@ -11,7 +11,7 @@ from contents import alter, ask, checks
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection

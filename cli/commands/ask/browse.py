@@ -33,7 +33,7 @@ def browse(
     db: options.Database,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
-    from orbitdb.store.asking.expressions import check
+    from orbitdb.store.asking.where import check
     from orbitdb.symbols.words import parse
 
     chosen = choice.at(options.USUAL_A if a is None else a)

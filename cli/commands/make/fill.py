@@ -66,7 +66,7 @@ def fill(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
-    from orbitdb.filling.periods import METHODS, fill_geometric, fill_periods
+    from orbitdb.filling.fill import METHODS, fill_geometric, fill_periods
     from orbitdb.orbits.orbit import Status
     from orbitdb.symbols.pruning import count_admissible, count_primitive
 
@@ -105,7 +105,7 @@ def fill(
 
 
 def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
-    from orbitdb.filling.periods import fill_word
+    from orbitdb.filling.fill import fill_word
 
     if dry_run:
         note(f"{len(words)} words to solve at a = {a:g}, in {db}")

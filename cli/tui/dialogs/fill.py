@@ -102,7 +102,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
 
 def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]:
     """Fill, and tell how far it is behind every batch that is safely stored."""
-    from orbitdb.filling.periods import fill_periods, fill_word
+    from orbitdb.filling.fill import fill_periods, fill_word
 
     Catalogue.create(path)
     wish = state.wish

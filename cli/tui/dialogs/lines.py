@@ -14,7 +14,7 @@ from textual.widgets import Input, Label, OptionList
 from orbitdb.cli.tui.dialogs.lists import NameList
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.expressions import unfinished
+from orbitdb.store.asking.where import unfinished
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.panels import Panels

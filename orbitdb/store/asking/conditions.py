@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking import where as free
 from orbitdb.store.asking.confinement import LONGEST_PATTERN, Patience, confined, heeding
 from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError

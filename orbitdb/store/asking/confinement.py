@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 import sqlalchemy as sa
 
-from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking import where as free
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tables import driver

@@ -9,7 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.store.asking import expressions as free
+from orbitdb.store.asking import where as free
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
 from orbitdb.store.asking.selection import SelectionError
@@ -27,7 +27,7 @@ def run_statement(
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
-    It may call the functions that an expression may call (`orbitdb.store.asking.expressions`), and
+    It may call the functions that an expression may call (`orbitdb.store.asking.where`), and
     ``code('1232131')`` finds a word in any rotation. The connection is in one transaction until all rows
     are fetched. A `SelectionError` tells if it is not one SELECT, reads something else, names two columns
     alike, or takes too long.

@@ -20,9 +20,9 @@ from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.pictures import phase_points
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import QuestionDialog
-from orbitdb.cli.tui.statistics import averages as statistics
-from orbitdb.cli.tui.statistics.averages import StatisticsScreen
+from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.pages import NONE, Ordering
 from orbitdb.errors import InputError

@@ -7,7 +7,7 @@ from orbitdb.averages.fixed_points import Weight
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.statistics import averages as statistics
+from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, lines_of
 from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status

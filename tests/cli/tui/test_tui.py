@@ -19,7 +19,7 @@ from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
-from orbitdb.filling.periods import fill_periods
+from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import parse
@@ -87,7 +87,7 @@ def test_a_particle_runs_and_phase_space_compares(filled):
 
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
     from orbitdb.averages.fixed_points import ClassRows
-    from orbitdb.cli.tui.statistics.averages import curves_of, statistics
+    from orbitdb.cli.tui.statistics.statistics_screen import curves_of, statistics
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))

@@ -15,7 +15,7 @@ from contents import alter, content
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
-from orbitdb.filling.periods import fill_periods, fill_word
+from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
