@@ -99,7 +99,7 @@ plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
 plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
 plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
-plot orbit --code 13 -o nowhere/x.pdf | 3 | nowhere/x.pdf cannot be written
+plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere
 plot orbit --code 13 -o /proc/x.svg | 3 | /proc/x.svg cannot be written
 plot lyapunov -o x.svg --status orbit,unresolved | 2 | status unresolved has none
 
@@ -111,7 +111,8 @@ export - | 2 | name a file
 export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
 export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
 export orbits.csv -c colour | 2 | colour
-export nowhere/orbits.npz | 3 | No such file or directory
+fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
+export nowhere/orbits.npz | 3 | no folder nowhere
 export x.csv -o y.csv | 2 | x.csv and -o y.csv: name one file
 export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
 export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do

@@ -86,6 +86,7 @@ def verify(
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
+    from orbitdb.verification.records import is_known
     from orbitdb.verification.verify import report
     from orbitdb.verification.verify import verify as steps
 
@@ -109,6 +110,9 @@ def verify(
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             subset = choice.at(options.USUAL_A)
             chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
+            if a is not None and not is_known(still, stadiums[0]):
+                note(f"nothing to check: {still.unfilled(a=stadiums[0])}")
+                raise typer.Exit(1)
             known = 0
             with suppress(AlteredError):  # it is among what is checked
                 fills = {each.a: still.fills(each.a) for each in chosen}
