@@ -143,7 +143,9 @@ sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2
 sql "SELECT load_extension('x')" | 2 | load_extension() may not be called
 sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
 sql 'SELECT p, p FROM catalogue' | 2 | column 'p' comes twice
-sql 'SELECT colour FROM catalogue' | 2 | the columns are code, word
+sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
+sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
+sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
 sql SELECT | 2 | incomplete input

@@ -17,6 +17,7 @@ import sqlalchemy as sa
 
 from orbitdb.plaintext import line, shortened
 from orbitdb.store.asking.codes import spelled_out
+from orbitdb.store.asking.parsing import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
@@ -211,7 +212,8 @@ def refusal(where: str, message: str, what: str = "where") -> SelectionError:
     elif any(part in message for part in ("not authorized", "prohibited", "no such table", "vtable")):
         message = "it may read the columns of the catalogue and nothing else"
     elif "no such column" in message:
-        message += f"; the columns are {', '.join(catalogue.c.keys())}"
+        meant = guess(message.split()[-1], catalogue.c.keys())
+        message = f"{message}; {meant}'orbitdb columns' lists all columns"
     elif "interrupted" in message:
         message = f"it took more than {SECONDS:g} s"
     elif "binding" in message:

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
+from orbitdb.store.asking.parsing import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
@@ -79,7 +80,9 @@ def _refusal(statement: str, message: str) -> SelectionError:
     """Return the error that tells the user what is wrong with a statement."""
     foreign = any(part in message for part in ("not authorized", "prohibited", "no such table"))
     if foreign and "function" not in message:
-        message = f"it may read {', '.join(READABLE)}, and nothing else"
+        _, unknown, name = message.partition("no such table: ")
+        told = f"there is no {name}: {guess(name, READABLE)}" if unknown else ""
+        message = f"{told}it may read {', '.join(READABLE)}, and nothing else"
     return free.refusal(statement, message, "sql")
 
 
