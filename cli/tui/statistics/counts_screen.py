@@ -55,11 +55,12 @@ def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
 
 
 def counts_in(histogram: Histogram) -> Counts:
-    """Return the counts of the bins, each labelled with where it begins."""
+    """Return the counts of the bins, each labelled with its edges."""
     edges = histogram.edges.tolist()
     near = min(end - start for start, end in pairwise(edges)) / _FINER
     digits = next((n for n in range(3, 17) if all(abs(float(f"{x:.{n}g}") - x) <= near for x in edges)), 17)
-    return [(f"{edge:.{digits}g}", n) for edge, n in zip(edges, histogram.counts.tolist(), strict=False)]
+    labels = (f"{low:.{digits}g}–{high:.{digits}g}" for low, high in pairwise(edges))
+    return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
 def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
