@@ -93,6 +93,8 @@ class Command(TyperCommand):
         panels: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
         panels |= {panel: [] for panel in _OPTIONS}
         for each in self.get_params(ctx):
+            if getattr(each.type, "name", "") == "str":  # which says nothing of what is wanted
+                each.metavar = each.metavar or each.opts[-1].strip("-").upper()
             if (record := each.get_help_record(ctx)) is not None:
                 option = each.param_type_name == "option"
                 panels[panel_of.get(each.name or "", "Options") if option else "Arguments"].append(record)
