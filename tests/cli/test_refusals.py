@@ -128,7 +128,7 @@ identify --points nowhere | 2 | nowhere cannot be read
 identify --points - | 2 | no points
 identify --points /dev/zero | 2 | more than 1000000 characters
 
-sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned, and nothing else
+sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned and nothing else
 sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
 sql 'SELECT count(*) FROM run' | 2 | nothing else
 sql 'SELECT name FROM sqlite_master' | 2 | nothing else

@@ -138,9 +138,8 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in known:
             raise unknown_column(name, known)
-    if len(set(names)) < len(names):
-        twice = next(name for place, name in enumerate(names) if name in names[:place])
-        raise SelectionError(f"column {twice!r} is named twice")
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
     return names
 
 
