@@ -147,6 +147,19 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
         assert (change <= bound[walled]).all()
 
 
+def test_the_rounding_of_a_gradient_is_the_same_seen_backwards():
+    """Every leg has the two runs that it is between; backwards the first leg is the last but one."""
+    rng, one = np.random.default_rng(2), np.ones((6, 1))
+    k, n, alpha = one * [[1], [80], [3], [1], [20], [7]], rng.integers(0, 4, (6, 1)), rng.normal(size=(6, 1))
+
+    def back(of_legs: np.ndarray) -> np.ndarray:
+        return np.roll(of_legs[::-1], -1, axis=0)
+
+    there = gradient_rounding(Chain(k, one, n, one), 0.8, alpha)
+    again = gradient_rounding(Chain(k[::-1], one, back(n), one), 0.8, back(alpha))
+    np.testing.assert_allclose(again, back(there), rtol=1e-14)
+
+
 def test_sums_over_many_legs_keep_their_bound():
     """A batch of long words, where a plain loop over the legs would lose five digits."""
     word = "13" * 20_000 + "3"
