@@ -133,10 +133,10 @@ def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
 def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
     """By differences of the gradient of the length: what drives alpha'', what errors change, and |A u|."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
-    for _, legs in cut(representatives(7)):
-        alpha, (low, high) = newton(legs, a).alpha, direction_limits(legs, a)
+    for _, words in cut(representatives(7)):
+        alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
         free = np.flatnonzero(((alpha > low) & (alpha < high)).all(axis=0))
-        legs, alpha = legs.chain(free), alpha[:, free]
+        legs, alpha = words.chain(free), alpha[:, free]
         _, drift = motion(legs, a, alpha, direction_limits(legs, a))
 
         def gradient(moved, x=0.0, legs=legs):
@@ -146,7 +146,8 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
             return (gradient(here + drift * step, step) - gradient(here - drift * step, -step)) / (2 * step)
 
         def reach(room, legs=legs, alpha=alpha):
-            return reach_of(legs, np.full(alpha.shape[1], a), 0.0, alpha, room)
+            here = np.full(alpha.shape[1], a)
+            return reach_of(legs, here, 0 * here, alpha, room)
 
         ends = gradient(alpha + drift * step, step) + gradient(alpha - drift * step, -step)
         second = np.abs(ends - 2 * gradient(alpha)) / step**2
