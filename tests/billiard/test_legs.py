@@ -149,12 +149,9 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
 
 def test_the_rounding_of_a_gradient_is_the_same_seen_backwards():
     """Every leg has the two runs that it is between; backwards the first leg is the last but one."""
-    rng, one = np.random.default_rng(2), np.ones((6, 1))
-    k, n, alpha = (
-        one * [[1], [80], [3], [1], [20], [7]],
-        rng.integers(0, 4, (6, 1)) * 1.0,
-        rng.normal(size=(6, 1)),
-    )
+    rng = np.random.default_rng(2)
+    k, n, alpha = (rng.uniform(*ends, (6, 1)) for ends in ((1, 50), (0, 4), (-1, 1)))
+    one = np.ones_like(k)
 
     def back(of_legs: np.ndarray) -> np.ndarray:
         return np.roll(of_legs[::-1], -1, axis=0)
