@@ -163,6 +163,20 @@ def test_no_orbit_gives_no_number(weight):
     assert math.isnan(lyapunov_by_stability(rows, 9, weight=weight).lambda_c)
 
 
+def test_repeated_orbits_count_by_their_own_matrices():
+    """Up to six times, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
+    lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
+    rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
+    sums = PeriodSums.of(rows, 3).sums
+    assert len(sums) >= 6
+    for r, of_weights in enumerate(sums, 1):
+        multipliers = (np.where(negative, -1, 1) * np.exp(exponents)) ** r
+        apart = np.abs((1 - multipliers) * (1 - 1 / multipliers))
+        for found, w in zip(of_weights, (rows.size / np.abs(multipliers), rows.size / apart), strict=True):
+            values = w, w * r * exponents, w * r * lengths, w * exponents / lengths
+            assert found == pytest.approx([each.sum() for each in values], rel=1e-13)
+
+
 def test_rows_that_are_no_orbits_are_refused():
     good = class_rows(1.6, 3)
     columns: list[Any] = [good.period, good.size, good.length, good.lyapunov, good.inverse]

@@ -63,6 +63,20 @@ def test_means_are_the_known_ones():
         assert abs(found.value - exact) <= found.error < 1e-11
 
 
+@pytest.mark.parametrize("a", [300.0, 3000.0])
+def test_the_legs_that_are_not_summed_are_those_of_a_longer_sum(a):
+    """All copies of the circle up to 400 000, each over its rise u, where a/n is still small at the end."""
+    x, weight = np.polynomial.legendre.leggauss(20)
+    total = 1 + np.log(a)
+    for n in np.array_split(np.arange(400_001.0), 50):
+        for u, w in zip(np.concatenate([x - 1, x + 1]), np.tile(weight, 2) / 2, strict=True):
+            h, both = 2 * n + u, np.where(n, 1.0, 0.5)  # copy 0 has the rises of either sign once
+            square = 4 * a * a + h * h
+            total += w * both @ ((2 - abs(u)) * 4 * a * a / square**1.5 * np.log1p(-h * u / square))
+    found = log_drift(a)
+    assert abs(found.value - total) < 1e-14 < found.error < 1e-12
+
+
 MEANS_OF_C2 = {
     1e-4: 8.333998299, 1e-3: 6.033147408, 0.00636: 4.192291004, 0.02: 3.066897346, 0.0362: 2.495462128,
     0.1: 1.559301490, 1.6: 0.152769820, 6.0: 0.043553803,

@@ -1,6 +1,7 @@
 """Methods against each other: where statuses differ and why, and run time against true errors."""
 
 import re
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -89,6 +90,21 @@ def test_newton_is_charged_once_for_a_class(cases):
     assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5))
 
 
+def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
+    """At a = 1, where seven words of p = 6 do."""
+    every = sample(6, Stadium(1.0))
+    (row,) = newton_rows(every, (1e-16,))
+    assert Counter(each.status for each in every.truth)[Status.BOUNDARY] == len(THROUGH_A_JOINT)
+    assert row.failures == 0
+    (row,) = ball_rows(every, (64,))
+    found = [each for each in certificates(every.words, every.stadium, 64) if each.status is Status.ORBIT]
+    radii = [max(float(x.rad()) for x in each.coordinates) for each in found]
+    assert (row.coordinates_max, row.coordinates_median) == (max(radii), np.median(radii))
+    assert row.length_max == max(float(each.length.rad() / each.length.mid()) for each in found)
+    strict = replace(every, truth=[*every.truth[1:], every.truth[0]])
+    assert next(newton_rows(strict, (1e-16,))).failures > 0
+
+
 def test_balls_report_radii_that_shrink_with_the_bits(cases):
     rows = list(ball_rows(cases, (64, 128)))
     assert rows[0].coordinates_max < 1e-15
@@ -118,3 +134,4 @@ def test_stages_count_what_they_time():
     assert times.sequences == count_admissible(8)
     assert times.classes == len(representatives(8)[0])
     assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))
+    assert times.balls < times.assessment  # no word is left for them, and that takes no time

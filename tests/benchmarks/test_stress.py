@@ -30,6 +30,10 @@ def test_stadia_from_a_circle_to_a_channel():
     assert len(outcomes) == 13
     assert all(outcome.passed for outcome in outcomes)
     assert all(outcome.length < 1e-15 for outcome in outcomes)
+    words, _ = representatives(6)
+    for exponent, outcome in zip(range(-6, 7), outcomes, strict=True):
+        assert outcome.asked.startswith(f"a = 1e{exponent},")
+        assert outcome.orbits == (solve(words, Stadium(10.0**exponent)).status == Status.ORBIT).sum()
     assert outcomes[-1].orbits == outcomes[-1].words
 
 
@@ -50,6 +54,7 @@ def test_every_case_passes_and_takes_no_longer_than_it_says(name):
     outcomes = list(SMALL[name]())
     assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
     assert all(each.passed and each.case == name and each.words for each in outcomes)
+    assert max(each.share for each in outcomes) > 1e-3  # bounds that are of use
 
 
 def test_margins_are_the_smallest_of_their_order():

@@ -147,6 +147,20 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
         assert (change <= bound[walled]).all()
 
 
+def test_the_rounding_of_a_gradient_is_the_same_seen_backwards():
+    """Every leg has the two runs that it is between; backwards the first leg is the last but one."""
+    rng = np.random.default_rng(2)
+    k, n, alpha = (rng.uniform(*ends, (6, 1)) for ends in ((1, 50), (0, 4), (-1, 1)))
+    one = np.ones_like(k)
+
+    def back(of_legs: np.ndarray) -> np.ndarray:
+        return np.roll(of_legs[::-1], -1, axis=0)
+
+    there = gradient_rounding(Chain(k, one, n, one), 0.8, alpha)
+    again = gradient_rounding(Chain(k[::-1], one, back(n), one), 0.8, back(alpha))
+    np.testing.assert_allclose(again, back(there), rtol=1e-14)
+
+
 def test_sums_over_many_legs_keep_their_bound():
     """A batch of long words, where a plain loop over the legs would lose five digits."""
     word = "13" * 20_000 + "3"

@@ -22,9 +22,11 @@ from orbitdb.trajectories.ensemble import simulate
 LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
 
 
-@pytest.mark.parametrize("value", ["NULL", "1e308"])
-def test_a_lambda_that_no_orbit_has_is_told(filled, cli, value):
-    alter(filled, f"UPDATE orbit SET lyapunov = {value} WHERE length = (SELECT max(length) FROM orbit)")
+@pytest.mark.parametrize(
+    "change", ["lyapunov = NULL", "lyapunov = 1e308", "lyapunov = 0", "length = 1e308", "length = 0"]
+)
+def test_a_number_that_no_orbit_has_is_told(filled, cli, change):
+    alter(filled, f"UPDATE orbit SET {change} WHERE length = (SELECT max(length) FROM orbit)")
     found = cli("lyapunov", "--db", str(filled))
     assert (found.code, found.out) == (3, "")
     assert "impossible numbers" in found.err

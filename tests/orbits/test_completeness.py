@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.legs import cut
-from orbitdb.orbits.births.cells import Kind, judge, reach_of
+from orbitdb.billiard.legs import cut, derivatives, direction_limits
+from orbitdb.orbits.births.cells import Kind, displaced, firmness, forcing, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.births.continuation import motion
+from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.words import from_strings
 
 DYING = "010203113"
@@ -126,3 +127,39 @@ def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
     reach = reach_of(legs, np.array([1.6]), np.array([0.01]), np.zeros((2, 1)), np.full((2, 1), 0.3))
     assert (reach.stiff >= 0.5).all()
     assert (reach.soft <= np.sin(np.pi / 2 - 0.3) / 2).all()
+
+
+@pytest.mark.parametrize("a", [0.4, 1.2])
+def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
+    """By differences of the gradient of the length: what drives alpha'', what errors change, and |A u|."""
+    step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
+    for _, words in cut(representatives(7)):
+        alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
+        free = np.flatnonzero(((alpha > low) & (alpha < high)).all(axis=0))
+        legs, alpha = words.chain(free), alpha[:, free]
+        _, drift = motion(legs, a, alpha, direction_limits(legs, a))
+
+        def gradient(moved, x=0.0, legs=legs):
+            return derivatives(legs, a * np.exp(x), moved).gradient
+
+        def slope(here, drift=drift, gradient=gradient):
+            return (gradient(here + drift * step, step) - gradient(here - drift * step, -step)) / (2 * step)
+
+        def reach(room, legs=legs, alpha=alpha):
+            here = np.full(alpha.shape[1], a)
+            return reach_of(legs, here, 0 * here, alpha, room)
+
+        ends = gradient(alpha + drift * step, step) + gradient(alpha - drift * step, -step)
+        second = np.abs(ends - 2 * gradient(alpha)) / step**2
+        off = rng.choice([-1e-5, 1e-5], alpha.shape)
+        changed = np.abs(slope(alpha + off) - slope(alpha))
+        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # of differences
+        loose = displaced(reach(np.abs(off)), np.abs(drift), np.abs(off)) + 1e-11
+        v = rng.uniform(1, 1.3, alpha.shape)
+        q, u = firmness(reach(np.zeros_like(alpha)), v), v * rng.choice([-1, 1], alpha.shape)
+        sides = np.abs(gradient(alpha + u * step) - gradient(alpha - u * step)) / (2 * step)
+        assert (q > 0).all()
+        shares = np.stack([(second / driven).max(0), (changed / loose).max(0), 1 / (sides / q).max(0)])
+        nearest = np.maximum(nearest, shares.max(axis=1))
+        assert (shares < 1 + 1e-6).all()
+    assert (nearest > 0.97).all()

@@ -21,8 +21,10 @@ from orbitdb.filling.estimate import (
     duration,
     gigabytes,
     need,
+    sweep_need,
 )
 from orbitdb.filling.fill import fill_periods
+from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import names_in
@@ -115,6 +117,23 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     assert need(filled, 1.6, range(2, 11), 1).words == rest
     assert need(filled, 1.0, range(2, 11), 1).words == everything
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
+
+
+def test_the_sweeps_that_are_stored_are_not_needed_again(filled):
+    whole = sweep_need(filled, 1.6, range(2, 10), 1)
+    assert whole.words == sum(map(count_admissible, range(2, 10)))
+    for _ in sweep_periods(filled, 1.6, range(2, 9)):
+        pass
+    rest = sweep_need(filled, 1.6, range(2, 10), 1)
+    assert rest.words == count_admissible(9)
+    assert rest.seconds / whole.seconds == pytest.approx(rest.words / whole.words)
+
+
+def test_many_processes_wait_for_the_one_that_writes(tmp_path):
+    """By how much depends on the method: the relaxation hardly writes for all its solving."""
+    for method, gain in (("newton", 3.5), ("relaxation", 600)):
+        alone, many = (need(tmp_path / "none.db", 1.6, [9], jobs, method).seconds for jobs in (1, 10**6))
+        assert gain < alone / many < 1.3 * gain
 
 
 @pytest.mark.slow

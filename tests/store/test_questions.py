@@ -49,6 +49,7 @@ def asked(tmp_path_factory):
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))
+@example({"status": "all"}, "length", 10**30, 1, ("code",))
 @example({"p": "3-5", "status": "orbit,geometric"}, "element,-length", None, 0, ("code", "element"))
 @example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
 def test_rows_and_their_number_are_those_of_a_list(asked, criteria, order, limit, offset, names):

@@ -38,6 +38,7 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
         ([*KNOWN, fill(9, "filling")], [(9, 9), (11, 11)], 1.6, [1.6], "period 11 |periods 2-8, 10)|--p 11 "),
         (KNOWN, [(3, 9), (8, 12)], 1.6, [1.6], "periods 9, 11-12 are|--p 12 "),
         ([], [], 0.1234567, [], "nothing is filled|--p 11 --a 0.1234567"),
+        ([], [], 7.2, range(1, 11), "some at a = 5, 6, 7, 8, 9, 10 and 4 more"),
         ([], [(19, 99)], 1.0, range(1, 9), "periods 19-99 |a = 2, 3, 4, 5, 6, 7 and 1 more|--p 20 |--code"),
         (KNOWN, [(21, 10**9)], 1.6, [1.6], "periods 21-1000000000 |go up to period 20|--code"),
     ],

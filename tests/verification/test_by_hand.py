@@ -6,11 +6,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import checks
+from contents import ask, checks
 from processes import run_here
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.orbits.births.changes import find_changes
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.classes import add_changes, add_class
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.symmetry import class_of
@@ -257,6 +258,12 @@ def altered(path: Path, statement: str) -> None:
 
 def test_a_file_of_everything_is_sound(sound):
     assert found_wrong(sound) == {}
+
+
+def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
+    of_them = "SELECT count(*) FROM change JOIN cycle ON id = cycle WHERE p BETWEEN 4 AND 6"
+    ((rows,),) = ask(sound, of_them)
+    assert checks(sound, Selection(periods=((4, 6),)))["changes"].rows == rows > 0
 
 
 def test_a_file_of_levels_is_sound(sound_levels):

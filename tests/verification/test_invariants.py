@@ -120,5 +120,7 @@ def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
     np.testing.assert_allclose(found.error, expected, rtol=1e-10)
     expected = 6 * (sizes.max(axis=1) * found.error**2 + 2 * place)
     np.testing.assert_allclose(found.length_error, expected, rtol=1e-10)
+    still = with_bounds(replace(found, error=found.error * np.nan, residual=0 * found.residual), stadium)
+    np.testing.assert_allclose(still.error, 4 * np.sqrt(6) * place / sizes.min(axis=1), rtol=1e-10)
     spread = [exponents(row_of(found, i, a))[1] for i in range(len(found))]
     np.testing.assert_allclose(found.lyapunov_error, spread, rtol=1e-6)

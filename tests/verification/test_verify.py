@@ -73,6 +73,23 @@ def test_the_small_catalogue_is_sound_and_says_so(small, cli):
     ]
 
 
+SPOKEN_OF = {
+    "file": "sound", "foreign keys": "reference", "schema": "tables", "counts": "transfer matrix",
+    "classes": "least word", "elements": "element", "rules": "pruned", "fills": "filled",
+    "births": "turns", "changes": "either side", "lives": "missing", "undecided": "cells", "sweeps": "counts",
+    "sums": "sums", "entropy": "entropy", "levels": "grid", "trajectories": "trajectories",
+    "provenance": "runs", "reading": "read", "values": "demands", "statuses": "same status",
+    "unresolved": "decided", "bounds": "error bounds", "bits": "bits", "walls": "own wall",
+    "margins": "margin", "reflection": "law", "residuals": "residual", "lengths": "length",
+    "lambda": "monodromy", "signature": "signature", "Hessian": "determinant", "radii": "radii",
+    "restarts": "starts", "certificates": "ball",
+}  # fmt: skip
+
+
+def test_every_promise_is_that_of_its_check():
+    assert {name for name, promise in PROMISES.items() if SPOKEN_OF[name] not in promise} == set()
+
+
 @pytest.mark.slow
 def test_elsewhere_is_told_and_not_a_failure(small, cli):
     alter(small, "UPDATE run SET version = '0.0.1'")

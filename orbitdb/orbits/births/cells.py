@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.bounces import slack_changes, smooth_slacks
+from orbitdb.billiard.bounces import slack_changes, slack_errors, smooth_slacks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -278,7 +278,4 @@ def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
 
 def _spread(legs: Chain, bound: Floats) -> Floats:
     """Bound the change of the smooth slacks, shape (6, m, N), where the directions change by so much."""
-    near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
-    incoming = preceding(bound)
-    first, last, tilt = far * incoming + near * bound, near * incoming + far * bound, 2 * bound
-    return np.stack([first, first, last, last, last + tilt, following(first) + tilt]) * WIDER
+    return slack_errors(legs, bound)[[0, 0, 1, 1, 2, 3]] * WIDER
