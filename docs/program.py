@@ -69,6 +69,8 @@ def _table(params: list[Any]) -> Iterator[str]:
     yield "| option | takes | default | |"
     yield "|---|---|---|---|"
     for each in params:
+        if getattr(each, "hidden", False):
+            continue
         names = ", ".join(f"`{name}`" for name in (*each.opts, *each.secondary_opts))
         if each.param_type_name == "argument":
             names = f"`{_placeholder(each)}`"

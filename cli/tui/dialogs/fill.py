@@ -27,6 +27,8 @@ _FIELDS = (
     ("periods", "periods", "2-11"),
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
+_TELLING, _LONG = 0.01, 10.0
+"""From which part of the work on, or after how many seconds, its pace is told: small periods are slow."""
 
 
 class Wish(NamedTuple):
@@ -66,9 +68,9 @@ class FillState:
             return self.message
         if not self.runs:
             return f"{self.state}: {self.done:,} word{'s' * (self.done != 1)}"
-        if not self.total:
-            return f"{self.state} …"
         seconds = time.monotonic() - self.began
+        if not self.done or (self.done < _TELLING * self.total and seconds < _LONG):
+            return f"{self.state} …"
         rate = self.done / seconds if seconds > 0 else 0.0
         left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
         return f"{self.state}: p = {self.p}, {self.done / self.total:.0%}, {rate:,.0f}/s{left}"

@@ -45,7 +45,10 @@ def test_it_says_what_the_fields_take(filled_once):
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
-    assert FillState(Wish(1.6, (7,)), began=100.0).sentence() == "running …"  # nothing is stored yet
+    for done, began in ((0, 50.0), (19, 100.5)):  # nothing that tells how long it takes
+        assert FillState(Wish(1.6, (7,)), done=done, total=2000, p=7, began=began).sentence() == "running …"
+    slow = FillState(Wish(1.6, (7,)), done=19, total=2000, p=7, began=100.0)
+    assert slow.sentence() == "running: p = 7, 1%, 2/s, 17 minutes left"
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
