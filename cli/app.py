@@ -90,9 +90,10 @@ class Command(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write arguments, then options by panel."""
         panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
-        panels: dict[str, list[tuple[str, str]]] = {"Arguments": [], "Options": []}
-        panels |= {panel: [] for panel in _OPTIONS}
+        panels: dict[str, list[Any]] = {panel: [] for panel in ("Arguments", "Options", *_OPTIONS)}
         for each in self.get_params(ctx):
+            if getattr(each.type, "name", "") == "str":  # which says nothing of what is wanted
+                each.metavar = each.metavar or each.opts[-1].strip("-").upper()
             if (record := each.get_help_record(ctx)) is not None:
                 option = each.param_type_name == "option"
                 panels[panel_of.get(each.name or "", "Options") if option else "Arguments"].append(record)

@@ -12,6 +12,7 @@ import typer
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
+from orbitdb.store.file.database import default_path
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -106,18 +107,12 @@ def _reader(
     return read
 
 
-def _usual_database() -> Path:
-    from orbitdb.store.file.database import default_path
-
-    return default_path()
-
-
 Database = Annotated[
     Path,
     typer.Option(
         "--db",
         metavar="PATH",
-        default_factory=_usual_database,
+        default_factory=default_path,
         show_default=False,
         readable=False,  # the store says what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
@@ -149,8 +144,6 @@ Parameters = Annotated[
     list[str] | None,
     typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
 ]
-
-
 Order = Annotated[
     str,
     typer.Option(

@@ -57,7 +57,6 @@ def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
 
 _WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
 
-
 BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
 BounceRow = tuple[int, int, float, float, float, float, float]
 

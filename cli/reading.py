@@ -17,6 +17,7 @@ from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.store.file.database import check_file, default_path
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.catalogue import Catalogue
@@ -93,8 +94,6 @@ def averaged(choice: Choice) -> Choice:
 
 def known_catalogue(db: Path) -> Path | None:
     """Return where the catalogue is, None where there is none; say so if it was named."""
-    from orbitdb.store.file.database import check_file, default_path
-
     if check_file(db) is not None:
         return db
     if db != default_path():
@@ -104,7 +103,6 @@ def known_catalogue(db: Path) -> Path | None:
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     """Return every a that is meant where single words are asked for, in a catalogue or without one."""
-    from orbitdb.store.file.database import check_file
     from orbitdb.store.reading.lookup import a_meant
 
     values = arguments.named(asked)

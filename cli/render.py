@@ -29,7 +29,6 @@ class Format(StrEnum):
 FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats with few columns and rounded numbers."""
 
-
 _DECIMALS = {
     "turns": 2, "share": 2, **dict.fromkeys(("length", "total", "lyapunov"), 7),
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),

@@ -50,6 +50,7 @@ class Session:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.setting = {"ORBITDB_DB": str(folder / CATALOGUE), **_SETTING}
+        (folder / CATALOGUE).parent.mkdir(parents=True, exist_ok=True)
         self.names: dict[str, Any] = {"__name__": "__main__"}
 
     def run(self, example: Example) -> str:
@@ -111,7 +112,7 @@ def begin(wanted: list[Example], folder: Path, catalogue: Path) -> Session:
 
 def lay(catalogue: Path, folder: Path) -> None:
     """Copy a catalogue to where the examples in a folder find it."""
-    (folder / CATALOGUE).parent.mkdir(parents=True)
+    (folder / CATALOGUE).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(catalogue, folder / CATALOGUE)
 
 

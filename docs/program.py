@@ -79,18 +79,14 @@ def _takes(option: Any) -> str:
     if getattr(option, "is_flag", False):
         return ""
     choices = getattr(option.type, "choices", None)
-    kind = str(getattr(option.type, "name", "text")).lower()
     if option.metavar:
         text = option.metavar
     elif choices:
         text = "|".join(str(getattr(choice, "value", choice)) for choice in choices)
     else:
-        text = next((word for key, word in _KINDS if kind.startswith(key)), "text")
+        text = option.opts[-1].strip("-").upper()
     shown = "`" + text.replace("|", "\\|") + "`"
     return f"{shown}, repeatable" if option.multiple else shown
-
-
-_KINDS = (("int", "integer"), ("float", "number"))
 
 
 def _default(option: Any) -> str:

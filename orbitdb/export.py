@@ -135,7 +135,9 @@ def check_target(path: Path, replace: bool = True) -> None:
     """
     try:
         mode = path.stat().st_mode
-    except FileNotFoundError:
+    except FileNotFoundError as error:
+        if not path.parent.is_dir():
+            raise StoreError(f"there is no folder {path.parent}: make it first") from error
         return
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from error

@@ -6,7 +6,6 @@ A catalogue from elsewhere holds what its maker put there: a status or a label m
 _FORMULA = tuple("=+-@＝＋－＠")
 """What a spreadsheet takes for the beginning of a formula, in full width, too."""
 
-
 _LONGEST, _END = 1000, 300
 
 

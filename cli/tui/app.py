@@ -32,8 +32,8 @@ from orbitdb.store.file.tables import driver
 from orbitdb.store.reading.lookup import certificate_of
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_WIDTHS = [(0, "-slim"), (76, "-narrow"), (140, "-wide")]
-_HEIGHTS = [(0, "-short"), (36, "-tall")]
+_WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
+_HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
 class BrowseApp(OrderlyApp):

@@ -276,7 +276,8 @@ class MainScreen(Keeping):
         from orbitdb.cli.tui.export import export, kind_told, path_of
 
         self.catch_up()
-        name = f"{self.orbit.code[:40] if self.orbit is not None else 'orbits'}.svg"
+        orbit, of_rows = self.orbit, self.rows.table.has_focus
+        name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
 
         def take(name: str) -> None:
             shown = self.browser.catalogue, self.selection, self.ordering, self.orbit

@@ -18,6 +18,7 @@ import sqlalchemy as sa
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
@@ -48,6 +49,13 @@ _TOO_SMALL = 4.0
 _ROUNDING = 1e-12
 _LEGWISE_FROM = 0.1
 """Below, trajectories leg by leg are less exact than plain ones."""
+
+
+def is_known(catalogue: Catalogue, a: float) -> bool:
+    """Tell whether anything is stored at one a: rows, sums, averages, bounds or levels."""
+    with catalogue.reading() as connection:
+        tables = (stadium, entropy_bound, level_fill)
+        return any(connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
 
 
 def record_parts(connection: sa.Connection) -> Iterator[Part]:

@@ -3,6 +3,7 @@
 import io
 import json
 import math
+import re
 import subprocess
 from fractions import Fraction
 from pathlib import Path
@@ -142,6 +143,7 @@ def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, co
     assert outcome.code == 0
     assert f"orbitdb {command}" in outcome.out
     assert "Example" in outcome.out
+    assert not re.search(r"<\w+>|TEXT", outcome.out)  # what an option takes has a name
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 

@@ -99,7 +99,7 @@ plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
 plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
 plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
-plot orbit --code 13 -o nowhere/x.pdf | 3 | nowhere/x.pdf cannot be written
+plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere
 plot orbit --code 13 -o /proc/x.svg | 3 | /proc/x.svg cannot be written
 plot lyapunov -o x.svg --status orbit,unresolved | 2 | status unresolved has none
 
@@ -111,7 +111,8 @@ export - | 2 | name a file
 export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
 export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
 export orbits.csv -c colour | 2 | colour
-export nowhere/orbits.npz | 3 | No such file or directory
+fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
+export nowhere/orbits.npz | 3 | no folder nowhere
 export x.csv -o y.csv | 2 | x.csv and -o y.csv: name one file
 export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
 export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do
@@ -127,7 +128,7 @@ identify --points nowhere | 2 | nowhere cannot be read
 identify --points - | 2 | no points
 identify --points /dev/zero | 2 | more than 1000000 characters
 
-sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned, and nothing else
+sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned and nothing else
 sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
 sql 'SELECT count(*) FROM run' | 2 | nothing else
 sql 'SELECT name FROM sqlite_master' | 2 | nothing else
@@ -142,7 +143,9 @@ sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2
 sql "SELECT load_extension('x')" | 2 | load_extension() may not be called
 sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
 sql 'SELECT p, p FROM catalogue' | 2 | column 'p' comes twice
-sql 'SELECT colour FROM catalogue' | 2 | the columns are code, word
+sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
+sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
+sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
 sql SELECT | 2 | incomplete input

@@ -1,6 +1,7 @@
 """Disks that are full and files that may not be written: one line, exit code 3, nothing half-written."""
 
 import ctypes
+import os
 import shutil
 import sqlite3
 import subprocess
@@ -183,11 +184,30 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
 
 
-def test_a_folder_that_cannot_be_made_is_named(locked):
+def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
     locked.parent.chmod(0o555)
-    deeper = locked.parent / "deeper" / "new.db"
-    fails(run("fill", "--p", "3", "--db", deeper, preexec_fn=drop_rights), "cannot be made")
-    fails(run("fill", "--p", "3", "--db", locked / "new.db"), "cannot be made")
+    deeper = locked.parent / "deeper"
+    environment = {name: value for name, value in os.environ.items() if name != "ORBITDB_DB"}
+    environment["XDG_DATA_HOME"] = str(deeper)
+    fails(run("fill", "--p", "3", env=environment, preexec_fn=drop_rights), "/orbitdb cannot be made")
+    locked.parent.chmod(0o755)
+    assert run("fill", "--p", "3", env=environment).returncode == 0
+    assert (deeper / "orbitdb" / "orbits.db").exists()
+
+
+def test_a_folder_that_is_not_there_is_named_and_not_made(filled):
+    folder = filled.parent / "no" / "such"
+    told = f"no folder {folder}"
+    for command in ("fill --p 3", "simulate", "bounds --store", "migrate"):
+        fails(run(*command.split(), "--db", folder / "new.db"), told)
+    fails(run("fill", "--p", "3", "--db", filled / "new.db"), f"no folder {filled}")
+    fails(run("export", folder / "x.csv", "--db", filled), told)
+    fails(run("plot", "entropy", "-o", folder / "x.svg", "--db", filled), told)
+    assert not folder.parent.exists()
+
+
+def test_a_folder_that_may_not_be_written_is_told(locked):
+    locked.parent.chmod(0o555)
     fails(
         run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),
         "permissions, and those of its folder",

@@ -168,7 +168,6 @@ def test_a_sample_still_checks_all_counts(filled):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["--a", "2"], 1, "nothing to check"),
         (["--p", "12"], 1, "nothing to check"),
         (["--where", "lambda_c < 0"], 1, "nothing to check"),
         (["--where", "colour = 1"], 2, "colour"),
@@ -178,6 +177,12 @@ def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
     outcome = cli("verify", *arguments)
     assert outcome.code == code
     assert message in outcome.err
+
+
+def test_an_a_of_which_nothing_is_stored_leaves_nothing_to_check_whatever_else_there_is(small, cli):
+    assert cli("births", "--p", "3").code == cli("bounds", "--a", "3", "--width", "1").code == 0
+    assert cli("verify", "--a", "2").says(1, "nothing to check", "a = 2", "orbitdb fill --p 11 --a 2")
+    assert " on the entropy" in cli("verify", "--a", "3").err
 
 
 def test_periods_that_are_missing_are_told_at_every_a_that_has_some(small, cli):

@@ -47,7 +47,6 @@ Figures:
   staircase   levels below k, and their fluctuations ('orbitdb levels' first)
 """
 
-
 Kind = Literal[
     "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
     "spectrum", "staircase",

@@ -86,6 +86,7 @@ def verify(
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.verification.check import Check
+    from orbitdb.verification.records import is_known
     from orbitdb.verification.verify import report
     from orbitdb.verification.verify import verify as steps
 
@@ -109,11 +110,14 @@ def verify(
             stadiums = still.a_values() if a is None else [Stadium(a).a]
             subset = choice.at(options.USUAL_A)
             chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
+            if a is not None and not is_known(still, stadiums[0]):
+                note(f"nothing to check: {still.unfilled(a=stadiums[0])}")
+                raise typer.Exit(1)
             known = 0
             with suppress(AlteredError):  # it is among what is checked
-                fills = {each.a: still.fills(each.a) for each in chosen}
-                known = sum(fill.words for each in chosen for fill in fills[each.a] if each.includes(fill.p))
-                missing.extend(_gaps(still, chosen, choice.p is not None, a is not None))
+                fills = ((each, fill) for each in chosen for fill in still.fills(each.a))
+                known = sum(fill.words for each, fill in fills if each.includes(fill.p))
+                missing.extend(_gaps(still, chosen, a is not None))
             with solvers.at_work(_WORK * (known if sample is None else sample), 0) as workers:
                 here = workers if workers.jobs > 1 else None
                 yield from steps(still, chosen, sample, restarts, seed, births, here)
@@ -161,21 +165,17 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 
 
-def _gaps(
-    catalogue: "Catalogue", chosen: "Sequence[Selection]", periods: bool, at_one: bool
-) -> "Iterator[str]":
-    """Say which of the chosen periods are stored in part, and which are neither filled nor swept.
+def _gaps(catalogue: "Catalogue", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
+    """Say which of the chosen periods are stored in part, and which that are named are not stored at all.
 
-    Nothing is said of an a that was not asked for, and without periods of none that is stored: it may have
-    averages over trajectories, or single words.
+    Of an a that was not asked for, where nothing is filled, nothing is missing.
     """
     from orbitdb.catalogue.gaps import describe_partial, without
 
-    stored = set() if periods else set(catalogue.a_values())
     for each in chosen:
         if partial := catalogue.partial(each):
             yield describe_partial(partial, each.a)
-        if each.a in stored or not (at_one or catalogue.fills(each.a)):
+        if not each.periods or not (at_one or catalogue.fills(each.a)):
             continue
         subsets = (None, *catalogue.swept_subsets(each.a))
         swept = tuple(found.p for subset in subsets for found in catalogue.sweeps(each.a, subset))

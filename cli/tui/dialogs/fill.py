@@ -66,11 +66,12 @@ class FillState:
             return self.message
         if not self.runs:
             return f"{self.state}: {self.done:,} word{'s' * (self.done != 1)}"
+        if not self.total:
+            return f"{self.state} …"
         seconds = time.monotonic() - self.began
         rate = self.done / seconds if seconds > 0 else 0.0
         left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
-        share = 100 * self.done / self.total if self.total else 0
-        return f"{self.state}: p = {self.p}, {share:.0f}%, {rate:,.0f}/s{left}"
+        return f"{self.state}: p = {self.p}, {self.done / self.total:.0%}, {rate:,.0f}/s{left}"
 
 
 def parse_wish(a: str, periods: str, codes: str) -> Wish:
@@ -156,12 +157,12 @@ class FillDialog(Dialog[None]):
         self.query_one("#stop", Button).disabled = not runs
         self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill goes on' * runs}"
         self.query_one("#cost").display = not runs
+        self._weigh_fields()
         bar = self.query_one("#bar", ProgressBar)
         bar.display = state is not None
         if state is not None:
             bar.update(total=state.total or None, progress=state.done)
             self.query_one("#told", Label).update(state.sentence())
-            self._weigh_fields()
 
     def on_input_changed(self) -> None:
         """Say what the fields are going to take."""
@@ -183,6 +184,8 @@ class FillDialog(Dialog[None]):
         """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
         if self.browser.fills:
             return
+        self.query_one("#bar").display = False  # what was filled last is no longer told
+        self.query_one("#told", Label).update("")
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
         except InputError as error:

@@ -27,8 +27,6 @@ _MOST_BINS = 40
 _LEAST_BINS = 8
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 _LEAST_BAR = 4
-_FINER = 50.0
-"""How many times finer the edges are written than the bins are wide."""
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
@@ -55,11 +53,10 @@ def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
 
 
 def counts_in(histogram: Histogram) -> Counts:
-    """Return the counts of the bins, each labelled with where it begins."""
-    edges = histogram.edges.tolist()
-    near = min(end - start for start, end in pairwise(edges)) / _FINER
-    digits = next((n for n in range(3, 17) if all(abs(float(f"{x:.{n}g}") - x) <= near for x in edges)), 17)
-    return [(f"{edge:.{digits}g}", n) for edge, n in zip(edges, histogram.counts.tolist(), strict=False)]
+    """Return the counts of the bins, each labelled with its edges."""
+    digits = 3 if histogram.logarithmic else 15  # those of round numbers are few
+    labels = (f"{low:.{digits}g}–{high:.{digits}g}" for low, high in pairwise(histogram.edges.tolist()))
+    return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
 def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
@@ -170,7 +167,6 @@ class CountsScreen(OwnScreen[None]):
 
     def action_column(self) -> None:
         """Choose the column from a list."""
-
         named = {name: EVERY[name].heading for name in DRAWN}
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 

@@ -155,8 +155,9 @@ class PagedTable(ScrollView, can_focus=True):
         places = self._places()
         if self._codes[:2] != (self.source, places):  # every line asks
             widths = [COLUMNS[0].width, *(len(self.source.row(place)[0]) for place in places)]
-            self._codes = self.source, places, min(max(widths), _LONGEST_CODE)
-        return self._codes[2]
+            self._codes = self.source, places, max(widths)
+        half = self.scrollable_content_region.width // 2  # the facts have the whole code
+        return min(self._codes[2], max(half, COLUMNS[0].width), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
         """Return the columns of which the rows know something."""

@@ -138,14 +138,17 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
     for name in names:
         if name not in known:
             raise unknown_column(name, known)
-    if len(set(names)) < len(names):
-        twice = next(name for place, name in enumerate(names) if name in names[:place])
-        raise SelectionError(f"column {twice!r} is named twice")
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
     return names
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
     """Return the error for a column that does not exist."""
-    meant = next(iter(get_close_matches(name, known, 1)), "")
-    guess = f"did you mean {meant}? " if meant else ""
-    return SelectionError(f"column {name!r}: {guess}the columns are {', '.join(dict.fromkeys(known))}")
+    columns = ", ".join(dict.fromkeys(known))
+    return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")
+
+
+def guess(name: str, known: Iterable[str]) -> str:
+    """Ask whether a known name is meant by one that is none; empty if none is like it."""
+    return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))

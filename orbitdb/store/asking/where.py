@@ -8,7 +8,7 @@ beyond the catalogue), and a query stops after `SECONDS`.
 """
 
 import sqlite3
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
 from contextlib import closing
 from itertools import pairwise
 from typing import TypeAlias
@@ -17,6 +17,7 @@ import sqlalchemy as sa
 
 from orbitdb.plaintext import line, shortened
 from orbitdb.store.asking.codes import spelled_out
+from orbitdb.store.asking.parsing import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
@@ -187,15 +188,20 @@ def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
         stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
 
 
-def allowing(readable: Set[str]) -> Authorizer:
-    """Return what allows reading some tables and views, and calling the functions of the list."""
+def allowing(readable: Set[str], views: Set[str] = frozenset(), behind: Set[str] = frozenset()) -> Authorizer:
+    """Return what allows computing, calling the functions of the list, and reading some tables and views.
+
+    Of the tables behind views, what the views show may be read. SQLite reads no column of a table, and names
+    no view, where it but looks whether there is a row.
+    """
 
     def authorize(
-        action: int, first: str | None, second: str | None, _base: str | None, _view: str | None
+        action: int, first: str | None, second: str | None, _base: str | None, view: str | None
     ) -> int:
+        seen = first in readable or view in views or (first in behind and not second)
         allowed = (
             action == sqlite3.SQLITE_SELECT
-            or (action == sqlite3.SQLITE_READ and first in readable)
+            or (action == sqlite3.SQLITE_READ and seen)
             or (action == sqlite3.SQLITE_FUNCTION and second in FUNCTIONS)
         )
         return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
@@ -203,15 +209,23 @@ def allowing(readable: Set[str]) -> Authorizer:
     return authorize
 
 
-def refusal(where: str, message: str, what: str = "where") -> SelectionError:
+def refusal(
+    where: str,
+    message: str,
+    what: str = "where",
+    readable: Sequence[str] = ("the columns of the catalogue",),
+) -> SelectionError:
     """Return the error that tells the user what is wrong with an expression, or what else it is."""
+    _, table, name = message.partition("no such table: ")
     if "authorized to use function" in message:
         name = message.rpartition(" ")[2]
         message = f"{name}() may not be called; those that may are {', '.join(sorted(FUNCTIONS))}"
-    elif any(part in message for part in ("not authorized", "prohibited", "no such table", "vtable")):
-        message = "it may read the columns of the catalogue and nothing else"
+    elif table or any(part in message for part in ("not authorized", "prohibited", "vtable")):
+        told = f"there is no {name}: {guess(name, readable)}" if table else ""
+        message = f"{told}it may read {', '.join(readable)} and nothing else"
     elif "no such column" in message:
-        message += f"; the columns are {', '.join(catalogue.c.keys())}"
+        meant = guess(message.split()[-1], catalogue.c.keys())
+        message = f"{message}; {meant}'orbitdb columns' lists all columns"
     elif "interrupted" in message:
         message = f"it took more than {SECONDS:g} s"
     elif "binding" in message:

@@ -28,11 +28,15 @@ _CACHE = 8 << 10
 
 def default_path() -> Path:
     """Return where a catalogue is kept if nothing else is said: ORBITDB_DB, or the user's data folder."""
-    if named := os.environ.get("ORBITDB_DB"):
-        return Path(named)
+    named = os.environ.get("ORBITDB_DB")
+    return Path(named) if named else data_folder() / "orbits.db"
+
+
+def data_folder() -> Path:
+    """Return the user's data folder, which is made with the first catalogue in it; no other one is."""
     from platformdirs import user_data_path
 
-    return user_data_path("orbitdb", appauthor=False) / "orbits.db"
+    return user_data_path("orbitdb", appauthor=False)
 
 
 def check_file(path: Path) -> int | None:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import check_file, plain_errors, to_write
+from orbitdb.store.file.database import check_file, data_folder, plain_errors, to_write
 from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES, VIEWS
 from orbitdb.store.file.tables import writing_engine
 from orbitdb.symbols.members import ELEMENT_ROWS
@@ -32,12 +32,16 @@ def migrate(path: Path) -> Migration:
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
         return Migration(before, before, None)
+    folder = path.parent
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if folder == data_folder():
+            folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
-            f"{path.parent} cannot be made ({error.strerror}): name a file in another folder with --db"
+            f"{folder} cannot be made ({error.strerror}): name a file in another folder with --db"
         ) from error
+    if not folder.is_dir():
+        raise StoreError(f"there is no folder {folder}: make it first, or name a file in another with --db")
     backup = None
     with plain_errors(path):
         engine = writing_engine(path, references=False)  # every row that is referred to is made anew

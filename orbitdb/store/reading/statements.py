@@ -1,6 +1,5 @@
 """Whole SELECT statements over the views of a catalogue, for a limited time, and nothing else."""
 
-import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
@@ -12,7 +11,6 @@ import sqlalchemy as sa
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.confinement import TABLES_OF_VIEW, Patience, confined
-from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
 
@@ -20,6 +18,8 @@ READABLE = (*VIEWS, "pruned")
 """What a statement may read."""
 
 _BLOCK = 2000
+_refusal = partial(free.refusal, what="sql", readable=READABLE)
+_authorize = free.allowing(set(READABLE), VIEWS.keys(), TABLES_OF_VIEW)
 
 
 def run_statement(
@@ -36,13 +36,13 @@ def run_statement(
         _check(statement, parameters)
         plain = spelled_out(statement, parameters)
     except ValueError as error:
-        raise free.refusal(statement, str(error), "sql") from error
+        raise _refusal(statement, str(error)) from error
     patience = Patience()
     with _answering(connection, statement, patience):
         result = connection.exec_driver_sql(plain, parameters)
         names = tuple(result.keys())
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise free.refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS", "sql")
+        raise _refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS")
     return names, _fetched(connection, statement, result, patience)
 
 
@@ -73,28 +73,3 @@ def _check(statement: str, parameters: free.Parameters) -> None:
 
 def _answering(connection: sa.Connection, statement: str, patience: Patience) -> AbstractContextManager[None]:
     return confined(connection, patience, partial(_refusal, statement), _authorize)
-
-
-def _refusal(statement: str, message: str) -> SelectionError:
-    """Return the error that tells the user what is wrong with a statement."""
-    foreign = any(part in message for part in ("not authorized", "prohibited", "no such table"))
-    if foreign and "function" not in message:
-        message = f"it may read {', '.join(READABLE)}, and nothing else"
-    return free.refusal(statement, message, "sql")
-
-
-def _authorize(
-    action: int, first: str | None, column: str | None, _base: str | None, view: str | None
-) -> int:
-    """Allow what computes, and reading the views; their tables only through them.
-
-    SQLite reads no column of a table, and names no view, where it but looks whether there is a row.
-    """
-    reading = action == sqlite3.SQLITE_READ
-    allowed = (
-        action == sqlite3.SQLITE_SELECT
-        or (reading and (first in READABLE or view in VIEWS))
-        or (reading and first in TABLES_OF_VIEW and not column)
-        or (action == sqlite3.SQLITE_FUNCTION and column in free.FUNCTIONS)
-    )
-    return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY

@@ -45,6 +45,7 @@ def test_it_says_what_the_fields_take(filled_once):
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
+    assert FillState(Wish(1.6, (7,)), began=100.0).sentence() == "running …"  # nothing is stored yet
     running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
     assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
@@ -123,6 +124,10 @@ def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
         await press(pilot, "f", *"2-7", "enter")
         await until(lambda: app.fill_state is not None and not app.fill_state.runs)
         assert app.fill_state.sentence() == "done: 1,101 words"
+        await settle(pilot)
+        assert "done: 1,101 words" in shown(app)
+        await press(pilot, "escape", "f")
+        assert "done" not in shown(app)
         await press(pilot, "escape")
         main = app.screen
         assert len(table_of(app).source) == 1101

@@ -3,12 +3,14 @@
 import csv
 import os
 import re
+import shutil
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from screens import LARGE, SMALL, drive, press, send, shown, table_of, until
+from screens import LARGE, SMALL, drive, press, screen_lines, send, shown, table_of, until
 from solutions import entropy, lyapunov
+from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -16,10 +18,11 @@ from orbitdb.cli.tui.dialogs.fill import FillDialog, parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
+from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
-from orbitdb.filling.fill import fill_periods
+from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import parse
@@ -174,6 +177,57 @@ def test_every_kind_of_export(filled, tmp_path, name):
     for other, told_to in (("x.svg", catalogue), ("x.csv", None)):
         with pytest.raises(InputError):
             export(tmp_path / other, told_to, Selection(), Ordering(), None)
+
+
+@pytest.mark.slow
+def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
+    async def steps(app, pilot):
+        for keys, name, told in (("e", "orbits.csv", "the chosen rows"), ("tab e", "13.svg", "the orbit in")):
+            await press(pilot, *keys.split())
+            assert app.screen.query_one(Input).value == name
+            assert told in shown(app)
+            await press(pilot, "escape")
+
+    drive(filled, steps)
+
+
+@pytest.mark.slow
+def test_a_very_small_screen_has_rows_and_facts_below_one_another(filled):
+    def room(app):
+        table, facts = table_of(app), app.screen_stack[0].query_one(FactsPanel)
+        assert min(table.size.width, facts.size.width) >= 36
+        return table.size.height - 1, facts.size.height
+
+    async def steps(app, pilot):
+        assert room(app) == (3, 4)
+        assert "status " in shown(app)
+        await press(pilot, "tab")
+        assert room(app) == (1, 6)
+        assert "lyapunov " in shown(app)
+        await press(pilot, "enter")
+        assert "◆" in shown(app)
+        assert app.screen.query_one(FactsPanel).size.height >= 5
+        await press(pilot, "escape", "d")
+        assert all(app.screen.query_one(name).size.width >= 36 for name in ("#tallies", "#histogram"))
+
+    drive(filled, steps, size=(40, 12))
+
+
+@pytest.mark.slow
+def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
+    path, code = Path(shutil.copy(filled, tmp_path)), "1" * 40 + "3"
+    fill_word(path, code, 1.6)
+
+    def steps_for(length):
+        async def steps(app, pilot):
+            _, _, _, heading, *lines = screen_lines(app)
+            assert re.search(r"code +p▲ +length ", heading)
+            assert any(f"│{code[: length - 1]}… " in line for line in lines)
+
+        return steps
+
+    for size, length in ((SMALL, 17), (LARGE, 24)):
+        drive(path, steps_for(length), size, Selection(periods=((2, 2), (41, 41))))
 
 
 @pytest.mark.slow
