@@ -12,7 +12,17 @@ from quick import slow_but
 
 from orbitdb import column_files
 from orbitdb import export as files
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, StoreError
+
+
+def test_what_cannot_be_written_is_refused_before_its_rows_are_asked_for(tmp_path):
+    def rows():
+        pytest.fail("the first row was asked for")
+        yield []
+
+    for form in files.FORMATS:
+        with pytest.raises(StoreError, match="cannot be written"):
+            files.write_file(tmp_path / "missing" / f"x.{form}", form, ("code",), rows(), {})
 
 
 @pytest.mark.slow

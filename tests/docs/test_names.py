@@ -12,6 +12,7 @@ import program
 import pytest
 
 import orbitdb
+from orbitdb.store.asking import where
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -113,6 +114,13 @@ def test_every_column_stands_in_the_data_dictionary():
     assert set(columns) < set(told)
     assert "| number | radius | `length_error` | length of one traversal" in page[0]
     assert {len(row.split("|")) for row in told.values()} == {5}
+
+
+def test_queries_stop_when_the_pages_say():
+    for name in ("columns", "faults"):
+        page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
+        assert "after a minute" in page
+    assert where.SECONDS == 60
 
 
 def test_every_status_and_rule_stands_there():

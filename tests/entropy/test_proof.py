@@ -94,6 +94,16 @@ def test_directions_from_elsewhere_only_say_where_to_look(way):
                 assert found.overlaps(arb(value, error))
 
 
+@pytest.mark.parametrize("a", [1e-4, 0.3, 1.6])
+def test_steps_go_on_until_the_sign_is_known_or_the_error_is_that_of_doubles(a):
+    for windows, _ in levels(a, 6):
+        for _, chains in open_chains(windows):
+            for way in (-1.0, 1.0):
+                problem = corner(chains, a, way * chains.sense, way * chains.lean)
+                found = solve_corner(problem, a, np.zeros(len(chains)))
+                assert ((np.abs(found.value) > found.error) | (found.error < 1e-12)).all()
+
+
 @pytest.mark.parametrize("nearer", [0.9, 1 - 1e-3])
 def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer):
     assert all(limits_hold(40, a) for a in (1e-6, 0.05, 1.0, 1.6, 20.0, 1e6))

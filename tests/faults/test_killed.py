@@ -91,14 +91,41 @@ def test_ctrl_c_at_any_moment(tmp_path, turn):
     agrees(path)
 
 
+_LATE = """
+import sys, time
+if "spawn_main" in " ".join(sys.orig_argv):
+    time.sleep(2)
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_is_not_heard_by_a_worker_that_is_just_starting(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(_LATE)
+    where = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    command = ["env", f"PYTHONPATH={where}", *small_blocks(512)]
+    process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db", command=command)
+    wait_until_ready(process)
+    while not workers_of(process.pid):
+        assert process.poll() is None
+    time.sleep(0.3)
+    err = stop(process, "SIGINT", group=True)
+    assert (process.returncode, err) == (130, f"orbitdb: interrupted; {GOES_ON}\n")
+    assert nobody_left(process)
+
+
 @pytest.mark.slow
 def test_workers_end_with_the_process_that_stores(tmp_path):
-    process = start("fill", "--p", "13", "--jobs", "2", "--db", tmp_path / "orbits.db")
+    """At once, in the middle of a block that takes minutes."""
+    slowly = ["fill", "--p", "12-12", "--method", "relaxation", "--jobs", "2"]
+    process = start(*slowly, "--db", tmp_path / "orbits.db", command=small_blocks(1 << 16))
+    wait_until_ready(process)
     while len(workers_of(process.pid)) < 2:
         assert process.poll() is None
+    time.sleep(1)
     process.kill()
-    process.communicate()  # its stderr is closed when the last process that has it ends
+    process.wait()
     assert nobody_left(process)
+    process.communicate()
 
 
 _DEAF = """

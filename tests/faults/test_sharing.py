@@ -116,6 +116,24 @@ def test_a_change_to_another_journal_waits_for_its_turn(filled, monkeypatch):
     assert len(waits) == 1
 
 
+def test_only_a_lock_is_waited_for_and_not_for_ever(filled, monkeypatch):
+    monkeypatch.setattr(database, "BUSY_TIMEOUT", 0.01)
+    asked = []
+    with closing(sqlite3.connect(filled, timeout=0)) as one, closing(sqlite3.connect(filled)) as other:
+
+        def ask(statement: str) -> None:
+            asked.append(statement)
+            one.execute(statement)
+
+        with pytest.raises(sqlite3.OperationalError, match="no such table"):
+            database.waiting(lambda: ask("SELECT * FROM nowhere"))
+        assert len(asked) == 1
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(sqlite3.OperationalError, match="locked"):
+            database.waiting(lambda: ask("BEGIN IMMEDIATE"))
+        assert len(asked) > 5
+
+
 @pytest.mark.slow
 def test_a_lock_that_is_given_back_in_time(filled):
     with closing(sqlite3.connect(filled, isolation_level=None, check_same_thread=False)) as other:

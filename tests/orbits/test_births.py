@@ -95,6 +95,14 @@ def test_known_numbers_of_births(found):
     assert all(changes.born.all() for _, changes in found.values())
 
 
+@pytest.mark.parametrize("p", [5, 6, 7])
+def test_births_are_known_as_well_as_doubles_tell(found, p):
+    _, changes = found[p]
+    relative = changes.error / changes.a
+    assert np.finfo(float).eps < np.median(relative) < 1e-13
+    assert relative.max() < 1e-11
+
+
 @pytest.mark.parametrize(
     "a", slow_but([0.02, 0.3661, 0.7, 1.0, 2.0], [0.02, 0.12, 0.3661, 0.5, 0.7, 1.0, 1.6, 2.0, 2.5, 5.0])
 )

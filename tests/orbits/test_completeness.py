@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.legs import cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.orbits.births.cells import Kind, displaced, firmness, forcing, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
@@ -163,3 +163,20 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
         nearest = np.maximum(nearest, shares.max(axis=1))
         assert (shares < 1 + 1e-6).all()
     assert (nearest > 0.97).all()
+
+
+@pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])
+def test_of_words_upside_down_the_same_is_said(radius):
+    """Walls and senses swapped: the directions change their signs, and whatever limits them its sides."""
+    told = set()
+    for _, legs in cut(representatives(7)):
+        mirrored = Chain(legs.k, -legs.d, legs.n, -legs.s)
+        for a in (0.02, 0.1, 0.4, 1.0, 3.0):
+            x, size = np.full(legs.k.shape[1], np.log(a)), np.full(legs.k.shape[1], radius)
+            kind, alpha, drift = judge(legs, x, size, np.zeros(legs.k.shape))
+            other = judge(mirrored, x, size, np.zeros(legs.k.shape))
+            assert (other[0] == kind).all()
+            np.testing.assert_allclose(other[1], -alpha, atol=1e-9)
+            np.testing.assert_allclose(other[2], -drift, atol=1e-6)
+            told |= set(kind.tolist())
+    assert len(told) >= 3

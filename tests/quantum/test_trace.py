@@ -56,6 +56,10 @@ def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, 
     assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
     assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
     assert found.complete == least_length(8, 1.6) / (1 if parity is None else 2)
+    frame = found.to_pandas()
+    assert frame["length"].tolist() == found.length.tolist()
+    assert frame["orbits_re"].tolist() == found.orbits.real.tolist()
+    assert frame["quantum_re"].isna().all()
     command = "orbitdb levels --k 0:30 --a 1.6" + ("" if parity is None else f" --parity {parity}")
     assert f"'{command}'" in found.notes()[-1]
 

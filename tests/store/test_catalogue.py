@@ -160,7 +160,7 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
 def test_estimates_are_told_in_few_words():
     times = [duration(seconds) for seconds in (0.034, 1.4, 119, 120, 21_000, 1e6)]
     assert times == ["0.034 s", "1 s", "119 s", "2 minutes", "5.8 hours", "12 days"]
-    assert [about(0.0046), about(17.3)] == ["under a second", "about 17 s"]
+    assert [about(0.0046), about(1.0), about(17.3)] == ["under a second", "about 1 s", "about 17 s"]
     sizes = [gigabytes(count) for count in (20, 44_100, 1e6, 12_340_000, 527e6, 1.66e9, 99.6e9, 2e11)]
     assert sizes == ["1 kB", "44 kB", "1 MB", "12 MB", "527 MB", "1.7 GB", "100 GB", "200 GB"]
 

@@ -22,7 +22,16 @@ from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.words import key, keys, parse, word_of
 
 LONG_WORDS = [parse("1^30 5^29"), parse("1^12 3^11 02")]
-PRUNED = {"012": "1", "0" * 22 + "1": "1,3", "0" * 24 + "2": "1,2", "1" * 24 + "2": "3"}
+KEYED = parse("1^10 3^10")
+"""As long as words with a key of their own can be."""
+
+PRUNED = {
+    "012": "1",
+    "0" * 19 + "1": "1,3",
+    "0" * 22 + "1": "1,3",
+    "0" * 24 + "2": "1,2",
+    "1" * 24 + "2": "3",
+}
 REFERRING = {
     "orbit": "status, coordinates, length, lyapunov, margin, iterations, solver, run, stadium",
     "certificate": "radius, bits, version, run, stadium",
@@ -41,7 +50,7 @@ def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of schema 6 with something in every table, and fills half done."""
     path = tmp_path_factory.mktemp("older") / "old.db"
     with closing(empty(path)) as plain:
-        words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313"] + LONG_WORDS
+        words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313", KEYED] + LONG_WORDS
         numbers = add_classes(plain, words)
         half = least_of(5)[7]
         plain.executemany(
@@ -137,8 +146,10 @@ def test_long_and_pruned_words_get_ids_of_their_own(older):
     assert [row[0] for row in long] == [LONG, LONG + 1]
     assert [row[1] for row in long] == LONG_WORDS
     pruned = {word: number for number, word in asked(older, "SELECT id, word FROM pruned")}
-    short, *longer = PRUNED
-    assert pruned == {short: -key(short)} | {word: -LONG - n for n, word in enumerate(longer)}
+    short, as_long, *longer = PRUNED
+    keyed = {word: -key(word) for word in (short, as_long)}
+    assert pruned == keyed | {word: -LONG - n for n, word in enumerate(longer)}
+    assert asked(older, f"SELECT id FROM cycle WHERE word = '{KEYED}'") == [(key(KEYED),)]
 
 
 def test_half_filled_periods_count_the_words_of_their_classes(older):

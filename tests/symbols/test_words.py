@@ -5,7 +5,7 @@ from contextlib import closing, suppress
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from orbitdb.symbols.patterns import Factor, Like
@@ -183,6 +183,8 @@ batches = st.integers(1, 20).flatmap(lambda p: st.lists(st.text("013", min_size=
 
 
 @given(batches, st.text("0134%_", max_size=8), st.booleans())
+@example(["0131"], "%", True)
+@example(["0130130101301310"], "%", True)
 def test_texts_with_wildcards_are_those_of_sqlite(some, pattern, wanted):
     with closing(sqlite3.connect(":memory:")) as plain:
         likes = [plain.execute("SELECT ? LIKE ?", (word, pattern)).fetchone()[0] == wanted for word in some]
