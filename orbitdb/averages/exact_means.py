@@ -53,8 +53,7 @@ def log_drift(a: float) -> Mean:
     last = min(_LEGS + math.ceil(_LEGS_PER_A * a), _MOST_LEGS)
     coarse, fine = (_near_legs(a, nodes) + _far_legs(a, last, nodes) for nodes in (_COARSE, _FINE))
     tail = _last_legs(a, 2 * last + 1)
-    neglected = abs(tail) / min(last, max(a, 1.0) * last) + abs(tail) / last
-    return Mean(1 + math.log(a) + fine + tail, abs(fine - coarse) + neglected + 1e-13)
+    return Mean(1 + math.log(a) + fine + tail, abs(fine - coarse) + 2 * abs(tail) / last + 1e-13)
 
 
 def _near_legs(a: float, nodes: int) -> float:
