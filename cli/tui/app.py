@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from textual import work
 from textual.app import SystemCommand
 from textual.binding import Binding
+from textual.events import Key
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
@@ -21,7 +22,7 @@ from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.keeping import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog, Keys, QuestionDialog, bindings, key
+from orbitdb.cli.tui.screens import ActionsDialog, Field, Keys, QuestionDialog, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
@@ -78,6 +79,12 @@ class BrowseApp(OrderlyApp):
         main = self.screen_stack[0]
         assert isinstance(main, MainScreen)
         return main
+
+    def on_key(self, event: Key) -> None:
+        """Write a letter where the focus is when its turn comes, behind what was pressed before it."""
+        if event.character is not None and event.is_printable and isinstance(self.focused, Field):
+            event.prevent_default()
+            self.focused.replace(event.character, *self.focused.selection)
 
     # the catalogue, for the screens
 

@@ -10,8 +10,9 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
+from textual.events import Key
 from textual.screen import ModalScreen, Screen
-from textual.widgets import Button, Label
+from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
@@ -60,6 +61,15 @@ class ScrollBox(ScrollableContainer):
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
+
+
+class Field(Input):
+    """A line of text in which letters wait for their turn (`BrowseApp.on_key`), as all other keys do."""
+
+    def on_key(self, event: Key) -> None:
+        """Leave letters to the application, where Textual does what the other keys say."""
+        if event.is_printable:
+            event.prevent_default()
 
 
 class OwnScreen(Screen[Result]):

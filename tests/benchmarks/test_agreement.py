@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 import pytest
@@ -106,14 +107,18 @@ def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
 
 
 def test_balls_report_radii_that_shrink_with_the_bits(cases):
+    begin = perf_counter()
     rows = list(ball_rows(cases, (64, 128)))
+    assert 0 < sum(row.seconds * row.words for row in rows) < perf_counter() - begin
     assert rows[0].coordinates_max < 1e-15
     assert rows[1].coordinates_max < 1e-30
     assert rows[0].failures == rows[1].failures == 0
 
 
 def test_root_is_judged_by_the_orbit_it_finds(cases):
+    begin = perf_counter()
     loose, tight = root_rows(cases.part(8), (1e-4, 1e-10))
+    assert 0 < (loose.seconds + tight.seconds) * 8 < perf_counter() - begin
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
 

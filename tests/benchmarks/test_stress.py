@@ -55,6 +55,7 @@ def test_every_case_passes_and_takes_no_longer_than_it_says(name):
     assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
     assert all(each.passed and each.case == name and each.words for each in outcomes)
     assert max(each.share for each in outcomes) > 1e-3  # bounds that are of use
+    assert any(each.orbits for each in outcomes) == (name != "sum")  # which adds up no words
 
 
 def test_margins_are_the_smallest_of_their_order():

@@ -99,6 +99,8 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
         (begun,) = catalogue.sweeps(1.6)
         assert (begun.whole, begun.blocks, begun.sums) == (False, 1, None)
         assert catalogue.counts(a=1.6).chosen == ()
+        known = read_whole(catalogue, Selection(1.6), swept=True)
+        assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
 
 
 @pytest.mark.slow

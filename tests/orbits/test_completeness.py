@@ -86,6 +86,8 @@ def test_no_verdict_is_against_what_segments_allow(length, alive):
         for births in product([(), (True,), (False,)], repeat=length):
             changes = [(k + 0.4, k + 0.6, born) for k, here in enumerate(births) for born in here]
             verdict = walk(segments, changes, alive)
+            elsewhere = [(-9.0, -8.9, True), *changes, (9.0, 9.1, False)]
+            assert walk(segments, elsewhere, alive) == verdict
             verdicts.add(verdict)
             if verdict == Verdict.PROVED:
                 assert {life for life in allowed if all(map(holds, births, life))} == {births}

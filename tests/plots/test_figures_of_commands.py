@@ -130,6 +130,16 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
 
 
+def test_a_sheet_leaves_out_words_that_are_no_orbits(known):
+    every = Selection(1.6, periods=((5, 5),))
+    orbits, words = (
+        set(known.select(chosen).representative.tolist())
+        for chosen in (Selection(1.6, periods=((5, 5),), statuses=(Status.ORBIT,)), every)
+    )
+    _, drawn = draw("sheet", known, every, 99).axes[0].collections
+    assert len(drawn.get_segments()) == len(orbits) < len(words)
+
+
 LIMITS = [(3, "3 of 8 classes are drawn; --limit 8 draws all\n"), pytest.param(8, "", marks=pytest.mark.slow)]
 
 

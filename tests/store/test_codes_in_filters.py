@@ -7,9 +7,11 @@ from contents import alter
 
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
+from orbitdb.filling.fill import fill_word
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import SelectionError
+from orbitdb.symbols.words import parse
 
 
 @pytest.fixture
@@ -45,6 +47,13 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
     assert catalogue.count(chosen) == len(found)
     assert sum(catalogue.classes(chosen).chosen) == len(found)
+
+
+@pytest.mark.parametrize("word", ["1^10 3^10", "1^11 3^10"])
+def test_the_longest_words_with_a_key_and_longer_ones_are_found(own, word):
+    orbit = fill_word(own, parse(word), 1.6)
+    found = Catalogue(own, 1.6).select(where=f"code('{word}')")
+    assert [row.code for row in found] == [orbit.code]
 
 
 def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):

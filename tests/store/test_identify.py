@@ -187,6 +187,15 @@ def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     assert "\n" not in str(refused.value)
 
 
+def test_no_trajectory_into_a_joint_goes_on_behind_it():
+    """Whether rounding takes it to the wall or to the semicircle."""
+    rng = np.random.default_rng(4)
+    for x, y in zip(rng.uniform(-1.6, 1.6, 40), rng.uniform(-0.9, 0.9, 40), strict=True):
+        for joint in ((1.6, 1), (1.6, -1), (-1.6, 1), (-1.6, -1)):
+            with pytest.raises(InputError, match="through a joint of wall and semicircle at bounce 1,"):
+                trace_start(STADIUM, (x, y, math.atan2(joint[1] - y, joint[0] - x)), 1e-2)
+
+
 @pytest.mark.slow
 def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
     """Given with six digits it may lie outside."""

@@ -21,7 +21,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
 from orbitdb.store.file.database import plain_errors
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import from_strings, key
 from orbitdb.verification.recomputation import certify
 
 
@@ -103,12 +103,12 @@ def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
 
 
 def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
-    """Longer numbers are none, though their end says an admissible word."""
+    """Longer numbers are none, though their end says an admissible word; nor are those of pruned words."""
     with closing(Catalogue(varied)) as catalogue:
         classes = catalogue.classes(a=1.6, p=5, status="orbit")
-    longer = replace(classes, number=classes.number + (1 << 30))
-    with pytest.raises(StoreError, match="no admissible word"):
-        list(read_terms(longer, 1.6))
+    for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
+        with pytest.raises(StoreError, match="no admissible word"):
+            list(read_terms(replace(classes, number=wrong), 1.6))
 
 
 def test_nothing_replaced_is_nothing(varied):

@@ -111,7 +111,7 @@ def verify(
             subset = choice.at(options.USUAL_A)
             chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
             if a is not None and not is_known(still, stadiums[0]):
-                note(f"nothing to check: {still.unfilled(a=stadiums[0])}")
+                note(f"{still.unfilled(a=stadiums[0])}; there is nothing to check")
                 raise typer.Exit(1)
             known = 0
             with suppress(AlteredError):  # it is among what is checked

@@ -13,7 +13,7 @@ from textual.widgets import Button, Input, Label, ProgressBar
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.choices import half_length
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, QuestionDialog
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
@@ -139,7 +139,7 @@ class FillDialog(Dialog[None]):
             for name, title, example in _FIELDS:
                 with Horizontal(classes="field"):
                     yield Label(title)
-                    yield Input(self._values[name], placeholder=example, id=name, compact=True)
+                    yield Field(self._values[name], placeholder=example, id=name, compact=True)
             yield Label("", id="cost", markup=False)
             yield ProgressBar(show_eta=False, id="bar")
             yield Label("", id="told", markup=False)

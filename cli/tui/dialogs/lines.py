@@ -12,7 +12,7 @@ from textual.timer import Timer
 from textual.widgets import Input, Label, OptionList
 
 from orbitdb.cli.tui.dialogs.lists import NameList
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, key
+from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.where import unfinished
 
@@ -56,7 +56,7 @@ class LineDialog(Dialog[str | None]):
             box.border_subtitle = "enter takes it, escape leaves" + (", ↑ ↓ choose" if others else "")
             if others:
                 yield NameList(*map(Text, others), classes="others")
-            yield Input(self._lines[-1], placeholder=self._placeholder)
+            yield Field(self._lines[-1], placeholder=self._placeholder)
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:

@@ -91,6 +91,14 @@ def test_forty_keys_at_once_do_no_harm(browse, seed):
     lives(child)
 
 
+def test_keys_sent_at_once_edit_a_line_in_their_order(browse):
+    """A code that is mistyped, put right and taken, all in one piece as from a paste or a slow line."""
+    child = browse("--code", "13")
+    child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
+    assert "4 words, least 0132, symmetry xyT" in quiet(child)
+    lives(child)
+
+
 _FAILING = """
 import sys
 from orbitdb.cli.tui.main_screen import MainScreen

@@ -73,6 +73,9 @@ def test_a_particle_runs_and_phase_space_compares(filled):
         drawing.step()
         way = (drawing.particle - before) % 1 * app.screen.orbit.length
         assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
+        drawing.particle = 0.9999
+        drawing.step()
+        assert 0 < drawing.particle < 0.1  # once round
         await pilot.pause()
         assert "●" in shown(app)
         await pilot.press("space")
