@@ -30,7 +30,6 @@ _WINDOW = 200
 BITS = 256
 """Precision of the truth."""
 
-
 SUM_BOUND = 64 * float(np.finfo(float).eps)
 """Relative error allowed to a sum of positive terms that NumPy adds in pairs."""
 
@@ -120,17 +119,18 @@ def extreme_stadia(p: int = 8) -> Iterator[Outcome]:
         yield judge("stadium", f"a = 1e{exponent}, all classes of p = {p}", words, Stadium(10.0**exponent))
 
 
-def long_runs(largest: int = 100_000) -> Iterator[Outcome]:
-    """Runs of up to 100 000 bounces on each semicircle, close along the wall."""
-    for k in _powers_of_ten(largest):
-        yield judge("run", f"1^{k} 5^{k}", parsed(f"1^{k} 5^{k}"), Stadium())
+def long_runs(powers: int = 5) -> Iterator[Outcome]:
+    """Runs of 10, 100, ... bounces on each semicircle, close along the wall."""
+    for k in (10**e for e in range(1, powers + 1)):
+        text = f"1^{k} 5^{k}"
+        yield judge("run", text, from_strings([parse(text)]), Stadium())
 
 
-def long_legs(largest: int = 100_000) -> Iterator[Outcome]:
-    """Legs of up to 100 000 bounces between the walls, almost at right angles to them."""
-    for n in _powers_of_ten(largest):
+def long_legs(powers: int = 5) -> Iterator[Outcome]:
+    """Legs of 10, 100, ... bounces between the walls, almost at right angles to them."""
+    for n in (10**e for e in range(1, powers + 1)):
         text = f"1 2 (02)^{n // 2} 3 2 (02)^{n // 2}"
-        yield judge("leg", text, parsed(text), Stadium())
+        yield judge("leg", text, from_strings([parse(text)]), Stadium())
 
 
 def long_orbits(orders: tuple[int, ...] = (200, 2000), count: int = 10) -> Iterator[Outcome]:
@@ -215,15 +215,6 @@ def _relative_error(found: float, terms: NDArray[np.float64]) -> float:
     pieces = (terms[start : start + 65536].tolist() for start in range(0, len(terms), 65536))
     exact = math.fsum(chain.from_iterable(pieces))
     return abs(found - exact) / exact
-
-
-def _powers_of_ten(largest: int) -> list[int]:
-    return [10**e for e in range(1, int(math.log10(largest)) + 1)]
-
-
-def parsed(text: str) -> Words:
-    """Return one word in run notation as an array, shape (1, p)."""
-    return from_strings([parse(text)])
 
 
 CASES: dict[str, Callable[[], Iterator[Outcome]]] = {

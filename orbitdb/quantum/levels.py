@@ -36,7 +36,7 @@ _COARSE, _FINE = (14, 2), (16, 3)
 _PHASE = 10.5
 """k times the size of a cell at most."""
 _SAFETY = 2.0
-_ROUNDING = 2e-12
+ROUNDING = 2e-12
 """Relative error that rounding may add: what three grids differ by, and something to spare."""
 
 
@@ -96,7 +96,7 @@ class LevelTask:
                 f"two grids give different numbers of levels {self.parity} with k from {self.low:g} to "
                 f"{self.high:g}: change the ends of the range slightly"
             )
-        error = _SAFETY * np.abs(k - coarse) + rounding(k)
+        error = _SAFETY * np.abs(k - coarse) + ROUNDING * k
         seconds = time.process_time() - began
         return Levels(
             self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
@@ -118,11 +118,6 @@ class LevelTask:
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
         edge = beyond**2 + y**2 > 1 - 1e-8
         return edge | (odd_x & (x < 1e-8)) | (odd_y & (y < 1e-8))
-
-
-def rounding(k: Floats) -> Floats:
-    """Return what rounding may add to the errors of levels, of which none is below pi/2."""
-    return _ROUNDING * k
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:

@@ -23,7 +23,7 @@ from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.levels import Levels, rounding, windows
+from orbitdb.quantum.levels import ROUNDING, Levels, windows
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
 from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate
@@ -134,7 +134,7 @@ def _window(stored: Levels) -> Iterator[Check]:
     if (stored.below, len(stored.k)) != (found[0][0], len(k)):
         yield judged("levels", [f"{stored.parity} {stored.low:g} to {stored.high:g}"], [True])
     else:
-        allowed = np.where(stored.error < rounding(stored.k), 0.0, stored.error + rounding(k))
+        allowed = np.where(stored.error < ROUNDING * stored.k, 0.0, stored.error + ROUNDING * k)
         yield measured("levels", labels, np.abs(stored.k - k), allowed)
 
 

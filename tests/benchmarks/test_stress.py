@@ -40,8 +40,8 @@ def test_stadia_from_a_circle_to_a_channel():
 SMALL = {
     "stadium": lambda: extreme_stadia(3),
     "joint": lambda: joint_words((6,)),
-    "run": lambda: long_runs(100),
-    "leg": lambda: long_legs(100),
+    "run": lambda: long_runs(2),
+    "leg": lambda: long_legs(2),
     "trajectory": lambda: long_orbits((300,), 2),
     "margin": lambda: small_margins((6, 7), 0.05),
     "sum": lambda: weighted_sums(100_000),

@@ -269,7 +269,7 @@ def same_clock(monkeypatch) -> Callable[[], None]:
 
     for module in (stress, methods):
         monkeypatch.setattr(module, "perf_counter", tick)
-    monkeypatch.setattr(stress, "CASES", {"long runs": lambda: stress.long_runs(10)})
+    monkeypatch.setattr(stress, "CASES", {"long runs": lambda: stress.long_runs(1)})
     return lambda: ticks.__setitem__(0, 0)
 
 
