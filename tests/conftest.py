@@ -1,6 +1,8 @@
 """What several test modules share: filled catalogues and the command line."""
 
+import asyncio
 import gc
+import inspect
 import os
 import shutil
 import signal
@@ -38,6 +40,13 @@ def pytest_collection_finish() -> None:
     gc.freeze()
     gc.set_threshold(50_000)  # looked for after every 700 objects it takes a thirtieth of the time
     gc.enable()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> None:
+    """Let a test be a coroutine."""
+    if inspect.iscoroutinefunction(test := pyfuncitem.obj):
+        pyfuncitem.obj = lambda **given: asyncio.run(test(**given))
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -19,8 +19,6 @@ from orbitdb.cli.render import Format, write
 from orbitdb.numerals import concise, upwards, with_error
 from orbitdb.trajectories.ensemble import simulate
 
-LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
-
 
 @pytest.mark.parametrize(
     "change", ["lyapunov = NULL", "lyapunov = 1e308", "lyapunov = 0", "length = 1e308", "length = 0"]

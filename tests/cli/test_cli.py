@@ -222,20 +222,3 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
         family = p == 2  # 02 breaks no rule and has no orbit of its own
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
     assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        ("fill --p 3 --jobs 0", 2, "'--jobs': 0 is less than 1 "),
-        ("fill --code 13 --code 0132 --dry-run", 0, "2 words to solve at a = 1.6, in {db}\n"),
-        ("query --code 1232131 --db {db}.2", 0, "no catalogue at {db}.2: solved on the spot\n"),
-        ("browse", 2, "browse needs a terminal: use 'orbitdb query' where there is none\n"),
-    ],
-)
-def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
-    db = tmp_path / "orbits.db"
-    done = cli(*arguments.format(db=db).split())
-    assert done.code == code
-    assert said.format(db=db) in done.err
-    assert not list(tmp_path.iterdir())

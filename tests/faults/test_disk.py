@@ -195,17 +195,6 @@ def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
     assert (deeper / "orbitdb" / "orbits.db").exists()
 
 
-def test_a_folder_that_is_not_there_is_named_and_not_made(filled):
-    folder = filled.parent / "no" / "such"
-    told = f"no folder {folder}"
-    for command in ("fill --p 3", "simulate", "bounds --store", "migrate"):
-        fails(run(*command.split(), "--db", folder / "new.db"), told)
-    fails(run("fill", "--p", "3", "--db", filled / "new.db"), f"no folder {filled}")
-    fails(run("export", folder / "x.csv", "--db", filled), told)
-    fails(run("plot", "entropy", "-o", folder / "x.svg", "--db", filled), told)
-    assert not folder.parent.exists()
-
-
 def test_a_folder_that_may_not_be_written_is_told(locked):
     locked.parent.chmod(0o555)
     fails(

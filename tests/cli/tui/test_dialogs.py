@@ -1,7 +1,7 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, drive, press, screen_lines, settle
+from screens import SMALL, TINY, browsing, press, screen_lines, settle
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
@@ -98,10 +98,9 @@ DIALOGS = [
 ]  # fmt: skip
 
 
-def test_dialogs_are_wholly_visible(filled):
+async def test_dialogs_are_wholly_visible(filled):
     filled.with_name("there.csv").touch()
-
-    async def steps(app, pilot):
+    async with browsing(filled, TINY) as (app, pilot):
         for opened in DIALOGS:
             await opened(app, pilot)
             await pilot.pause()
@@ -111,12 +110,10 @@ def test_dialogs_are_wholly_visible(filled):
             while len(app.screen_stack) > 1:
                 await press(pilot, "escape")
 
-    drive(filled, steps, TINY)
-
 
 @pytest.mark.parametrize("key", ["question_mark", "S"])
-def test_keys_are_wholly_readable(filled, key):
-    async def steps(app, pilot):
+async def test_keys_are_wholly_readable(filled, key):
+    async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
         await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
@@ -127,16 +124,12 @@ def test_keys_are_wholly_readable(filled, key):
                 assert squeezed(name) in text
                 assert all(word in text for word in meaning.split())
 
-    drive(filled, steps, TINY, Selection(periods=((2, 3),)))
-
 
 @pytest.mark.parametrize("size", [SMALL, TINY])
-def test_notifications_are_wholly_visible(filled, size):
-    async def steps(app, pilot):
+async def test_notifications_are_wholly_visible(filled, size):
+    async with browsing(filled, size, notifications=True) as (app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
         app.notify(message)
         await pilot.pause()
         await pilot.pause()
         assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
-
-    drive(filled, steps, size, notifications=True)

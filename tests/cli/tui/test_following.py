@@ -5,7 +5,7 @@ import threading
 
 import numpy as np
 import pytest
-from screens import LARGE, drive, press, row_of, settle, shown, table_of, until
+from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until
 from textual.widgets import Input
 
 from orbitdb.billiard.stadium import Stadium
@@ -76,8 +76,8 @@ def test_the_bar_shows_lives_and_place():
 
 
 @pytest.mark.slow
-def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
-    async def steps(app, pilot):
+async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
+    async with browsing(born) as (app, pilot):
         screen, table, catalogue = app.screen, table_of(app), app.catalogue
         stored = [table.source.row(place) for place in range(len(table.source))]
         await press(pilot, "less_than_sign", "less_than_sign")
@@ -116,11 +116,9 @@ def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
         assert screen.orbit.a == 1.6
         assert "the rows stay" not in shown(app)
 
-    drive(born, steps)
-
 
 @pytest.mark.slow
-def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
+async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
     """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
     sought, go_on = threading.Event(), threading.Event()
 
@@ -137,7 +135,7 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
         rows = table.source.a if table.source.a is not None else main.selection.a
         return main.orbit.a == rows == app.screen.query_one(OrbitDrawing).a
 
-    async def steps(app, pilot):
+    async with browsing(born, LARGE) as (app, pilot):
         main, table = app.screen, table_of(app)
         await pilot.press("greater_than_sign")
         await asyncio.to_thread(sought.wait, 60)
@@ -161,8 +159,6 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
         assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
 
-    drive(born, steps, LARGE)
-
 
 def stadiums_of(app):
     """Return every a of what is on screen."""
@@ -184,11 +180,10 @@ def at_one(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
+async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(at_one.read_bytes())
-
-    async def steps(app, pilot):
+    async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
         assert stadiums_of(app) == {2.0}
         assert len(table_of(app).source) == 0
         assert app.screen.orbit is None
@@ -204,12 +199,10 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
         assert stadiums_of(app) == {2.0}
         assert "not filled" not in shown(app)
 
-    drive(path, steps, (220, 48), Selection(a=2.0))
-
 
 @pytest.mark.slow
-def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
-    async def steps(app, pilot):
+async def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
+    async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
@@ -227,5 +220,3 @@ def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
         await press(pilot, "a", "0", "enter")
         assert isinstance(app.screen, LineDialog)
         assert app.screen.query_one("Input").has_class("-wrong")
-
-    drive(varied, steps)
