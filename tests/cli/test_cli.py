@@ -41,17 +41,6 @@ def test_fill_table_query(cli):
     assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == KEYS
 
 
-def test_query_solves_what_is_not_stored_and_stores_nothing(cli, tmp_path):
-    (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert found["stored"] is False
-    assert not (tmp_path / "orbits.db").exists()
-    assert cli("fill", "--code", "1232131").code == 0
-    (stored,) = json.loads(cli("query", "--code", "2321311", "--json").out)
-    assert stored["stored"] is True
-    rotated = found["coordinates"][1:] + found["coordinates"][:1]
-    assert stored["coordinates"] == pytest.approx(rotated, abs=1e-14)
-
-
 def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import made
 from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
@@ -44,8 +45,7 @@ def stored(varied, tmp_path_factory) -> Path:
     """The varied catalogue with births to p = 5 and a trajectory at a = 1.6."""
     path = tmp_path_factory.mktemp("outputs") / "orbits.db"
     path.write_bytes(varied.read_bytes())
-    for _ in fill_births(path, range(2, 6)):
-        pass
+    made(path, fill_births(path, range(2, 6)))
     parameters = {"command": "simulate", "a": 1.6, "bounces": TRAJECTORY.bounces, "seed": TRAJECTORY.seed}
     writer = Writer(path, parameters)
     add_reference(writer, 1.6, TRAJECTORY)

@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import content, is_sound
+from contents import ask, content, is_sound
 from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
@@ -102,8 +102,7 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     path = Path(shutil.copy(older, folder))
     fails(run("migrate", "--db", path), "no room")
     assert not list(folder.glob("*schema-6*"))
-    with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA user_version").fetchone() == (6,)
+    assert ask(path, "PRAGMA user_version") == [(6,)]
     disk(4000)
     assert run("migrate", "--db", path).returncode == 0
     assert content(path) == content(filled)

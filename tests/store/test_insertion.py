@@ -1,10 +1,9 @@
 """Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
 
-import sqlite3
-from contextlib import closing
 from typing import Any
 
 import pytest
+from contents import ask
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
@@ -75,11 +74,8 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
         fill_word(path, word, 1.6)
     catalogue = Catalogue(path)
     assert len({catalogue[word].length for word in words}) == len(words)
-    with closing(sqlite3.connect(path)) as plain:
-        numbers = plain.execute("SELECT id FROM cycle ORDER BY id").fetchall()
-        counting_down = plain.execute("SELECT id, p FROM pruned ORDER BY id DESC").fetchall()
-    assert numbers == [(LONG,), (LONG + 1,), (LONG + 2,)]
-    assert counting_down == [(-LONG, 22), (-LONG - 1, 30)]
+    assert ask(path, "SELECT id FROM cycle ORDER BY id") == [(LONG,), (LONG + 1,), (LONG + 2,)]
+    assert ask(path, "SELECT id, p FROM pruned ORDER BY id DESC") == [(-LONG, 22), (-LONG - 1, 30)]
 
 
 def test_ids_of_long_words_are_above_those_of_every_period():

@@ -5,11 +5,11 @@ import threading
 
 import numpy as np
 import pytest
+from contents import made
 from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until
 from textual.widgets import Input
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.lines import LineDialog
@@ -31,15 +31,7 @@ LIVES = [(BORN, DIED), (REBORN, None)]
 def born(tmp_path_factory):
     """Return a catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
     path = tmp_path_factory.mktemp("born") / "orbits.db"
-    Catalogue.create(path)
-    for steps in (
-        fill_periods(path, 1.6, range(2, 6)),
-        fill_births(path, [5]),
-        fill_geometric(path, [3]),
-    ):
-        for _ in steps:
-            pass
-    return path
+    return made(path, fill_periods(path, 1.6, range(2, 6)), fill_births(path, [5]), fill_geometric(path, [3]))
 
 
 def test_a_step_stops_on_both_sides_of_a_change():
@@ -173,10 +165,7 @@ def stadiums_of(app):
 def at_one(tmp_path_factory):
     """A catalogue of a = 1 alone."""
     path = tmp_path_factory.mktemp("one") / "orbits.db"
-    Catalogue.create(path)
-    for _ in fill_periods(path, 1.0, range(2, 6)):
-        pass
-    return path
+    return made(path, fill_periods(path, 1.0, range(2, 6)))
 
 
 @pytest.mark.slow

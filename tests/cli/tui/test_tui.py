@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from contents import made
 from screens import LARGE, SMALL, browsing, press, screen_lines, send, shown, table_of, until
 from solutions import entropy, lyapunov
 from textual.widgets import Input
@@ -36,11 +37,7 @@ TAKEN_WITH = "8.2"
 @pytest.fixture(scope="session")
 def filled(tmp_path_factory):
     path = tmp_path_factory.mktemp("tui") / "orbits.db"
-    Catalogue.create(path)
-    for a, highest in ((1.6, 7), (1.0, 6)):
-        for _ in fill_periods(path, a, range(2, highest + 1)):
-            pass
-    return path
+    return made(path, fill_periods(path, 1.6, range(2, 8)), fill_periods(path, 1.0, range(2, 7)))
 
 
 @pytest.mark.slow
@@ -131,8 +128,7 @@ async def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopp
         await until(lambda: app.fill_state.state == "stopped")
     done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
     assert 14 not in done
-    for _ in fill_periods(path, 1.6, range(2, 8)):
-        pass
+    made(path, fill_periods(path, 1.6, range(2, 8)))
     counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
