@@ -17,11 +17,6 @@ from orbitdb.numerals import with_bound
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
-KEYS = [
-    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-    "length_error", "lyapunov_error", "symmetry", "solver",
-]  # fmt: skip
 
 
 def test_fill_table_query(cli):
@@ -33,12 +28,11 @@ def test_fill_table_query(cli):
     assert again.code == 0
     assert again.out == ""
     (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert list(found) == [*KEYS, "coordinates", "stored", "exists"]
     assert found["stored"] is True
     assert found["status"] == "orbit"
     assert found["rules"] == []
     assert len(found["coordinates"]) == 7
-    assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == KEYS
+    assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == [*found][:-3]
 
 
 def test_columns_are_told_once_and_everywhere(cli):

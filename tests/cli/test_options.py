@@ -3,7 +3,6 @@
 import errno
 import os
 import shlex
-import subprocess
 
 import pytest
 from processes import COMMAND, run
@@ -76,10 +75,7 @@ STREAMS = [
 @pytest.mark.parametrize(("command", "streams", "code", "err"), slow_but(1, STREAMS))
 def test_closed_streams(filled, tmp_path, command, streams, code, err):
     line = f"{shlex.join(COMMAND)} {command} {streams}"
-    variables = {"ORBITDB_DB": str(filled)}
-    done = subprocess.run(
-        ["/bin/sh", "-c", line], cwd=tmp_path, env=variables, capture_output=True, text=True, check=False
-    )
+    done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path, env={"ORBITDB_DB": str(filled)})
     assert (done.returncode, done.stderr) == (code, err)
 
 

@@ -56,7 +56,6 @@ plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
 
 query --a 1_6 | 2 | 1_6
-query --a ٣ | 2 | ٣
 query --limit 1_0 | 2 | 1_0
 query --limit -1 | 2 | -1
 query --range length=1_0: | 2 | 1_0
@@ -86,7 +85,6 @@ plot sheet -o x.svg | 2 | --p
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
-plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
 plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
 plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere

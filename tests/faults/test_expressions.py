@@ -10,7 +10,7 @@ from typing import cast
 
 import pytest
 from contents import alter
-from processes import COMMAND
+from processes import start
 from quick import slow_but
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -170,11 +170,7 @@ def slow_filter() -> Selection:
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_is_no_refusal(filled):
     """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
-    process = subprocess.Popen(
-        [*COMMAND, "query", "--where", str(slow_filter().where), "--db", str(filled)],
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = start("query", "--where", str(slow_filter().where), "--db", filled)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(3)
     process.send_signal(signal.SIGINT)

@@ -27,28 +27,15 @@ def connection(tmp_path):
 
 def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     numbers = list(range(ROWS))
-    length = [NULL if number % 3 else number / 7 for number in numbers]
-    blobs = [NULL if number % 3 else bytearray([number] * 8) for number in numbers]
-    half, ones = [[0.5] * ROWS] * 6, [1] * ROWS
-    texts = (["orbit"] * ROWS, ["newton"] * ROWS)
-    one: list[Any] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
-    insert(connection, "orbit", one)
-    insert(connection, "orbit", one)  # they are there: nothing is inserted again
+    length = [None if number % 3 else number / 7 for number in numbers]
+    blobs = [None if number % 3 else bytearray([number] * 8) for number in numbers]
+    half, ones, texts = [[0.5] * ROWS] * 6, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
+    wanted: list[list[Any]] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
+    given = [[NULL if value is None else value for value in column] for column in wanted]
+    insert(connection, "orbit", given)
+    insert(connection, "orbit", given)  # they are there: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
-    assert found == [
-        (
-            1,
-            n,
-            "orbit",
-            None if n % 3 else bytes([n] * 8),
-            None if n % 3 else n / 7,
-            *[0.5] * 6,
-            n,
-            "newton",
-            1,
-        )
-        for n in numbers
-    ]
+    assert found == list(zip(*wanted, strict=True))
 
 
 @pytest.mark.parametrize("short", [1, 2])

@@ -50,11 +50,16 @@ async def press(pilot: Pilot[Any], *keys: str) -> None:
     await settle(pilot)
 
 
+async def write(pilot: Pilot[Any], text: str, *keys: str, field: str = "Input") -> None:
+    """Write a field anew, and press keys that follow."""
+    pilot.app.screen.query_one(field, Input).value = text
+    await press(pilot, *keys)
+
+
 async def ask(pilot: Pilot[Any], key: str, text: str) -> None:
     """Open a dialog by its key, and give it a line."""
     await pilot.press(key)
-    pilot.app.screen.query_one(Input).value = text
-    await press(pilot, "enter")
+    await write(pilot, text, "enter")
 
 
 async def send(app: BrowseApp, key: str, shows: type[Screen[Any]]) -> None:

@@ -1,7 +1,7 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown
+from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown, write
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
@@ -54,9 +54,8 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
                 monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e12)
             await press(pilot, key)
             if text:
-                field = app.screen.query_one("#periods" if key == "f" else "Input")
-                field.value = text.replace("HERE", str(filled.parent))
-            await press(pilot, *then.split())
+                there, field = text.replace("HERE", str(filled.parent)), "#periods" if key == "f" else "Input"
+                await write(pilot, there, *then.split(), field=field)
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
             assert cut_off(app) == [], (key, text)

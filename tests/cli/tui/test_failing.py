@@ -8,7 +8,7 @@ from contextlib import nullcontext
 
 import pytest
 from contents import alter
-from screens import ask, browsing, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import OptionList
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -112,8 +112,7 @@ async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_pa
         assert main.selection == Selection()
         assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
         await press(pilot, "o", "F", "k", "enter")
-        app.screen.query_one("Input").value = "x" * 41
-        await settle(pilot)
+        await write(pilot, "x" * 41)
         assert "41 characters: take a name of 40 or less" in shown(app)
         await press(pilot, "escape")
         state.unlink()

@@ -5,7 +5,7 @@ from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
-from screens import ask, browsing, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -27,17 +27,14 @@ async def test_it_says_what_the_fields_take(filled_once):
         said = f"{coming.words:,} words to come at a = 1.6: under a second, "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
-        app.screen.query_one("#periods", Input).value = "2-8"
-        await settle(pilot)
+        await write(pilot, "2-8", field="#periods")
         assert "nothing is left to do" in cost(app)
         await press(pilot, "enter")
         assert app.fill_state is None
-        app.screen.query_one("#codes").value = "1^20 3, 0132"
-        await settle(pilot)
+        await write(pilot, "1^20 3, 0132", field="#codes")
         assert cost(app) == "2 words to solve at a = 1.6"
         assert app.screen.query_one("#periods").disabled  # they would do nothing
-        app.screen.query_one("#codes").value = "139"
-        await settle(pilot)
+        await write(pilot, "139", field="#codes")
         assert "symbol '9'" in cost(app)
 
 
@@ -79,19 +76,15 @@ async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monke
         async with browsing(filled) as (app, pilot):
             rows = len(table_of(app).source)
             await pilot.press("e")
-            app.screen.query_one("Input").value = str(nowhere)
-            await settle(pilot)
+            await write(pilot, str(nowhere))
             assert "the chosen rows, in full precision" in shown(app)
-            app.screen.query_one("Input").value = "rows.gif"
-            await settle(pilot)
+            await write(pilot, "rows.gif")
             assert "rows.gif: end the name in .csv, " in shown(app)
-            app.screen.query_one("Input").value = str(nowhere)
-            await press(pilot, "enter")
+            await write(pilot, str(nowhere), "enter")
             assert isinstance(app.screen, MainScreen)
             await press(pilot, "f")
             app.screen.query_one("#a", Input).value = "1"
-            app.screen.query_one("#periods", Input).value = "2-3"
-            await press(pilot, "enter")
+            await write(pilot, "2-3", "enter", field="#periods")
             assert app.fill_state.state == "failed"
             assert "another process that writes" in app.fill_state.sentence()
             await press(pilot, "escape")

@@ -4,7 +4,7 @@ import time
 from typing import Any
 
 import pytest
-from screens import ask, browsing, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
@@ -150,8 +150,7 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         # the next key ends it, though what is typed is not complete; the line before is read on if it holds
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count + 10 and told(app) == "reading …")
-        app.screen.query_one("Input").value = f"{slow} and p <"
-        await settle(pilot)
+        await write(pilot, f"{slow} and p <")
         count = len(looks)
         assert told(app) == "the line is not complete yet"
         await pilot.pause(0.3)

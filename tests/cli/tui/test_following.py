@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 from contents import made
-from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until
+from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
 from orbitdb.billiard.stadium import Stadium
@@ -182,8 +182,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
         assert app.screen.query_one("#a", Input).value == "2"
-        app.screen.query_one("#periods", Input).value = "2-4"
-        await press(pilot, "enter", "escape")
+        await write(pilot, "2-4", "enter", "escape", field="#periods")
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {2.0}
         assert "not filled" not in shown(app)
