@@ -1,6 +1,8 @@
 """What several test modules share: filled catalogues and the command line."""
 
+import asyncio
 import gc
+import inspect
 import os
 import shutil
 import signal
@@ -40,6 +42,13 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> None:
+    """Let a test be a coroutine."""
+    if inspect.iscoroutinefunction(test := pyfuncitem.obj):
+        pyfuncitem.obj = lambda **given: asyncio.run(test(**given))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep what somebody who runs the tests has chosen in `browse` out of them, and as it is."""
@@ -75,14 +84,12 @@ class Outcome(NamedTuple):
 
 @pytest.fixture(scope="session")
 def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from orbitdb.catalogue.catalogue import Catalogue
+    from contents import made
+
     from orbitdb.filling.fill import fill_periods
 
     path = tmp_path_factory.mktemp("filled") / "orbits.db"
-    Catalogue.create(path)
-    for _ in fill_periods(path, 1.6, range(2, 9)):
-        pass
-    return path
+    return made(path, fill_periods(path, 1.6, range(2, 9)))
 
 
 @pytest.fixture
@@ -128,16 +135,12 @@ def cli(
 @pytest.fixture(scope="session")
 def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
-    from orbitdb.catalogue.catalogue import Catalogue
+    from contents import made
+
     from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 
     path = tmp_path_factory.mktemp("varied") / "orbits.db"
-    Catalogue.create(path)
-    for a in (1.6, 1.0):
-        for _ in fill_periods(path, a, range(2, 7)):
-            pass
-    for _ in fill_geometric(path, [3]):
-        pass
+    made(path, *(fill_periods(path, a, range(2, 7)) for a in (1.6, 1.0)), fill_geometric(path, [3]))
     fill_word(path, "013311133313", 1.6)
     return path
 

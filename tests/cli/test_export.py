@@ -86,14 +86,6 @@ def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
     other = cli("export", "--p", "4", "--where", "code = '1233'", *asked)
     here, there = ([json.loads(row)["x"] for row in done.out.splitlines()] for done in (one, other))
     assert here == [there[-1], *there[:-1]]
-    pruned = cli("query", "--code", "1001", *asked)
-    assert (pruned.code, pruned.out) == (1, "")
-    assert "1001 has no bounces: geometrically pruned" in pruned.err
-    for wrong in (
-        ("query", "--p", "3", "--bounces"),
-        ("export", "--format", "csv", "--bounces", "--coordinates"),
-    ):
-        assert cli(*wrong, "--db", str(varied)).code == 2
 
 
 def test_marked_words_are_no_numbers_to_anybody(varied, cli):
@@ -110,24 +102,19 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     assert f"w{row['code']}" == table["code"].iloc[-1]
 
 
-def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli):
-    target = tmp_path / "orbits.csv"
+@pytest.mark.parametrize(
+    ("command", "name", "begins"),
+    [("export --p 3 -o", "x.csv", "code,"), ("plot orbit --code 13 -o", "x.svg", "<?xml")],
+)
+def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli, command, name, begins):
+    target = tmp_path / name
     target.write_text("mine")
-    done = cli("export", str(target), "--p", "3", "--db", str(varied))
+    asked = (*command.split(), str(target), "--db", str(varied))
+    done = cli(*asked)
     assert (done.code, target.read_text()) == (2, "mine")
     assert "--force" in done.err
-    assert cli("export", str(target), "--p", "3", "--force", "--db", str(varied)).code == 0
-    assert target.read_text().startswith("code,")
-
-
-def test_a_figure_that_is_there_is_kept_without_force(varied, tmp_path, cli):
-    drawn = ("plot", "orbit", "--code", "13", "--db", str(varied), "-o", str(tmp_path / "x.svg"))
-    (tmp_path / "x.svg").write_text("mine")
-    done = cli(*drawn)
-    assert (done.code, (tmp_path / "x.svg").read_text()) == (2, "mine")
-    assert "--force" in done.err
-    assert cli("export", "-o", str(tmp_path / "x.csv"), "--p", "3", "--db", str(varied)).code == 0
-    assert (tmp_path / "x.csv").exists()
+    assert cli(*asked, "--force").code == 0
+    assert target.read_text().startswith(begins)
 
 
 @pytest.mark.slow

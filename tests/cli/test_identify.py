@@ -8,7 +8,7 @@ import pytest
 from quick import slow_but
 from there import there
 
-from orbitdb import Catalogue, solve_word
+from orbitdb import solve_word
 
 ORBIT = solve_word("1232131", 1.6)
 POINTS = there(ORBIT.points).tolist()
@@ -51,17 +51,6 @@ def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
         assert done.code == 0, done.err
         assert "1232131" in done.out
         assert done.err == "1 orbit is shadowed\n"
-
-
-@pytest.mark.parametrize("limit", [0, 1])
-def test_candidates_that_are_not_shown_are_counted(cli, filled, limit):
-    """With no row the exit code is 1, as it is of `query --limit 0`."""
-    with Catalogue(filled) as catalogue:
-        total = len(catalogue.with_length(45, tolerance=0.05))
-    done = cli("identify", "--length", "45", "--tolerance", "0.05", "--limit", str(limit))
-    assert done.code == (1 if limit == 0 else 0)
-    assert done.err.startswith(f"{total} candidates among periods 2-8 at a = 1.6, one per symmetry class; ")
-    assert f"; {limit} shown, --limit {total} shows all; " in done.err
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
 """``orbitdb levels`` and ``orbitdb spectrum`` as users meet them."""
 
 import json
-import sqlite3
 from itertools import chain
 
 import numpy as np
 import pytest
+from contents import ask
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
@@ -34,13 +34,9 @@ def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
     assert [row["k"] for row in first] == sorted(row["k"] for row in first)
     again = json.loads(cli(*one, "--k", "0:5").out)
     assert [row for row in again if 2 <= row["k"] < 4] == first != []
-    with sqlite3.connect(path) as plain:
-        windows = plain.execute(
-            "SELECT low, high FROM level_fill WHERE parity = 'oo' ORDER BY low"
-        ).fetchall()
-        count = plain.execute("SELECT count(*) FROM level").fetchone()[0]
+    windows = ask(tmp_path / "levels.db", "SELECT low, high FROM level_fill WHERE parity = 'oo' ORDER BY low")
     assert windows == [(0, 2), (2, 4), (4, 5)]
-    assert count == len(again)
+    assert ask(tmp_path / "levels.db", "SELECT count(*) FROM level") == [(len(again),)]
     fresh = json.loads(cli(*one, "--k", "0:5", "--no-store").out)
     assert [row["k"] for row in fresh] == pytest.approx([row["k"] for row in again], abs=1e-9)
 
@@ -104,12 +100,10 @@ def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_fil
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (lambda k: [*k[5:], *k[:5]], "sort"),
         (lambda k: ["-1", *k], "above 0"),
         (lambda k: [str(float(each) ** 2) for each in k], "--energies"),
         (lambda k: ["level", *k], "heading"),
         (lambda k: [*k[:9], "six", *k[9:]], "six"),
-        (lambda k: k[:4], "too few"),
         (lambda k: [], "too few"),
     ],
 )

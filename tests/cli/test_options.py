@@ -3,16 +3,12 @@
 import errno
 import os
 import shlex
-import subprocess
-from typing import Any
 
 import pytest
 from processes import COMMAND, run
 from quick import slow_but
 
 from orbitdb.cli import app
-from orbitdb.cli.storing import asked_periods
-from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 
 
@@ -79,10 +75,7 @@ STREAMS = [
 @pytest.mark.parametrize(("command", "streams", "code", "err"), slow_but(1, STREAMS))
 def test_closed_streams(filled, tmp_path, command, streams, code, err):
     line = f"{shlex.join(COMMAND)} {command} {streams}"
-    variables = {"ORBITDB_DB": str(filled)}
-    done = subprocess.run(
-        ["/bin/sh", "-c", line], cwd=tmp_path, env=variables, capture_output=True, text=True, check=False
-    )
+    done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path, env={"ORBITDB_DB": str(filled)})
     assert (done.returncode, done.stderr) == (code, err)
 
 
@@ -108,20 +101,6 @@ def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
     outcome = cli("browse")
     assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")
-
-
-def test_periods_are_filled_up_to_the_highest():
-    nowhere: Any = None
-    assert asked_periods(nowhere, "20", 19) == (19, 20)
-    for p, first, told in (
-        ("21", 2, "the highest period is 20"),
-        ("5", 1, "the least period is 2"),
-        ("5", 6, "run backwards: give --from 5 or less"),
-        ("5x", 2, "write periods as 11, 2-8 or 2,3,5-7"),
-    ):
-        with pytest.raises(InputError, match=told):
-            asked_periods(nowhere, p, first)
-    assert asked_periods(nowhere, "5", 5) == (5,)
 
 
 def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monkeypatch):

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import made
 from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
@@ -44,8 +45,7 @@ def stored(varied, tmp_path_factory) -> Path:
     """The varied catalogue with births to p = 5 and a trajectory at a = 1.6."""
     path = tmp_path_factory.mktemp("outputs") / "orbits.db"
     path.write_bytes(varied.read_bytes())
-    for _ in fill_births(path, range(2, 6)):
-        pass
+    made(path, fill_births(path, range(2, 6)))
     parameters = {"command": "simulate", "a": 1.6, "bounces": TRAJECTORY.bounces, "seed": TRAJECTORY.seed}
     writer = Writer(path, parameters)
     add_reference(writer, 1.6, TRAJECTORY)
@@ -60,8 +60,8 @@ def plain(values: Any) -> list[Any]:
 
 
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-        "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error")  # fmt: skip
-MORE = ("length_error", "lyapunov_error", "symmetry", "solver")
+        "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
+        "length_error", "lyapunov_error", "symmetry", "solver")  # fmt: skip
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
@@ -69,19 +69,10 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
 
     def call(catalogue: Catalogue) -> Columns:
         orbits = [solve_word(word, 1.6) for word in words]
-        columns: Columns = {
-            name: [getattr(orbit, name) for orbit in orbits]
-            for name in (*KEYS, *MORE)
-            if name not in ("status", "solver", "walls", "maslov")
-        }
-        columns |= {
-            "status": [str(orbit.status) for orbit in orbits],
-            "rules": [list(o.rules) for o in orbits],
-        }
+        columns: Columns = {name: [getattr(orbit, name) for orbit in orbits] for name in KEYS}
+        columns["rules"] = [list(o.rules) for o in orbits]
         columns["walls"] = [sum(map(o.code.count, "02")) for o in orbits]
         columns["maslov"] = [3 * o.p - walls for o, walls in zip(orbits, columns["walls"], strict=True)]
-        columns["solver"] = [o.solver if hasattr(o, "solver") else "newton" for o in orbits]
-        columns = {name: columns[name] for name in (*KEYS, *MORE)}
         columns["coordinates"] = [None if o.coordinates is None else o.coordinates.tolist() for o in orbits]
         columns["stored"] = [word in catalogue for word in words]
         columns["exists"] = [[list(life) for life in existence(word)] for word in words]
@@ -166,19 +157,14 @@ def enclosed(_: Catalogue) -> Columns:
 def shadowed(catalogue: Catalogue) -> Columns:
     """What ``identify`` shows of a trajectory, in the order of its keys."""
     found = catalogue.identify(start=(0.0, 0.001, 0.0), bounces=9, limit=4)
-    columns = records(
-        found.shadowed, {name: name for name in ("first", "last", "bounces", "turns", "distance")}
-    )
-    orbits = [each.orbit for each in found.shadowed]
-    of_orbit = ("code", "p", "status", "length", "lambda_d", "lyapunov", "representative", "class_size", "a",
-                "stored")  # fmt: skip
-    columns |= {name: [getattr(orbit, name) for orbit in orbits] for name in of_orbit}
-    shared = {"sequence": found.sequence, "sequence_first": found.first}
-    columns |= {name: [value] * len(orbits) for name, value in shared.items()}
-    keys = (
-        "code p status first last bounces turns distance length lambda_d lyapunov representative class_size"
-    )
-    return {name: columns[name] for name in (*keys.split(), "a", "stored", "sequence", "sequence_first")}
+    names = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
+             "lyapunov", "representative", "class_size", "a", "stored")  # fmt: skip
+    count, own = len(found.shadowed), ("first", "last", "bounces", "turns", "distance")
+    columns = {
+        name: [getattr(each if name in own else each.orbit, name) for each in found.shadowed]
+        for name in names
+    }
+    return columns | {"sequence": [found.sequence] * count, "sequence_first": [found.first] * count}
 
 
 def with_length(catalogue: Catalogue) -> Columns:
@@ -199,7 +185,7 @@ class Case:
 
 
 CASES = [
-    Case("query --code 1232131 --code 01132", words_of("1232131", "01132"), slow=True),
+    Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
     Case("table", averages("table")),

@@ -24,13 +24,11 @@ query --status lost | 2 | lost
 query --range colour=1:2 | 2 | colour
 query --range length=long: | 2 | length=3:10
 query -P =3 | 2 | name=value
-query --nonsense | 2 | nonsense
 query 13 --p 3 | 2 | --p | --code
 entropy --status dynamical | 2 | of orbits (and boundary): status dynamical has none
 lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
 lyapunov --weight x | 2 | 'x' | exp | det
 lyapunov --cut 0 | 2 | cut 0 | 1000
-lyapunov --cut -1 | 2 | cut -1 | 1000
 lyapunov --cut nan | 2 | cut nan | 1000
 lyapunov --cut 1000.1 | 2 | cut 1000.1 | 1000
 
@@ -43,9 +41,7 @@ query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
 query -c '(SELECT 1)' | 2 | (SELECT 1)
 query -c '*' | 2 | '*'
 entropy --where 'zeroblob(9)' | 2 | zeroblob
-lyapunov --where '(SELECT sql FROM sqlite_master AS catalogue)' | 2 | where
 verify --where '1; DELETE FROM orbit' | 2 | where
-export --format csv --where '1; DELETE FROM orbit' | 2 | where
 plot lengths -o lengths.svg --where '1; DELETE FROM orbit' | 2 | where
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
 query --json --format csv | 2 | --json | --format csv | contradict
@@ -58,14 +54,9 @@ plot births 13 -o x.svg | 2 | WORD | plot births
 plot sheet 13 --code 3 -o x.svg | 2 | WORD, --code | plot sheet
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
-bench --kind stages --p 2 --plot x.svg | 2 | --plot | --kind stages
-verify --seed 3 | 2 | --seed | --sample | --restarts
-export - --format csv --force | 2 | --force | stdout
 
 query --a 1_6 | 2 | 1_6
-query --a ٣ | 2 | ٣
 query --limit 1_0 | 2 | 1_0
-query --limit 1.5 | 2 | 1.5
 query --limit -1 | 2 | -1
 query --range length=1_0: | 2 | 1_0
 query --range length=9:5 | 2 | 9:5
@@ -73,9 +64,7 @@ query --p ٣ | 2 | ٣
 fill --p 1_1 | 2 | 1_1
 lyapunov --cut 1_0 | 2 | 1_0
 simulate --bounces 1e-1 | 2 | 1e-1
-simulate --bounces 1_000 | 2 | 1_000
 simulate --seed 0x10 | 2 | 0x10
-verify --sample 0 | 2 | 0
 verify --restarts 1e9 | 2 | --restarts
 fill --p 3 --jobs 1_0 | 2 | 1_0
 fill --p 3 --jobs 0 | 2 | '--jobs': 0 is less than 1
@@ -96,7 +85,6 @@ plot sheet -o x.svg | 2 | --p
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
-plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
 plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
 plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere
@@ -105,15 +93,16 @@ plot lyapunov -o x.svg --status orbit,unresolved | 2 | status unresolved has non
 
 export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
-export | 2 | --format
-export --format npz | 2 | name a file
 export - | 2 | name a file
 export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
 export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
 export orbits.csv -c colour | 2 | colour
 fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
+fill --p 3 --db orbits.db/new.db | 3 | no folder orbits.db
+simulate --db nowhere/such/new.db | 3 | no folder nowhere/such
+bounds --store --db nowhere/new.db | 3 | no folder nowhere
+migrate --db nowhere/new.db | 3 | no folder nowhere
 export nowhere/orbits.npz | 3 | no folder nowhere
-export x.csv -o y.csv | 2 | x.csv and -o y.csv: name one file
 export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
 export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do
 export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
@@ -130,17 +119,12 @@ identify --points /dev/zero | 2 | more than 1000000 characters
 
 sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned and nothing else
 sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
-sql 'SELECT count(*) FROM run' | 2 | nothing else
-sql 'SELECT name FROM sqlite_master' | 2 | nothing else
 sql "SELECT * FROM pragma_table_info('orbit')" | 2 | nothing else
 sql 'SELECT 1; DELETE FROM orbit' | 2 | one statement
 sql 'DELETE FROM orbit' | 2 | write one SELECT
-sql 'PRAGMA user_version = 3' | 2 | write one SELECT
-sql "ATTACH 'x.db' AS x" | 2 | write one SELECT
 sql 'EXPLAIN SELECT 1' | 2 | write one SELECT
 sql '' | 2 | write one SELECT
 sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2 | WITH may not be used
-sql "SELECT load_extension('x')" | 2 | load_extension() may not be called
 sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
 sql 'SELECT p, p FROM catalogue' | 2 | column 'p' comes twice
 sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns

@@ -1,6 +1,5 @@
 """What a command loads before it does its work; nothing is left open or warns, with -W error -X dev."""
 
-import subprocess
 import sys
 
 import pytest
@@ -42,9 +41,8 @@ for line in lines:
 
 
 def python(code: str, *arguments: str, **options) -> list[str]:
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code, *arguments], capture_output=True, text=True, check=True, **options
-    )
+    done = run(*arguments, command=[sys.executable, "-P", "-c", code], **options)
+    assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from contents import alter, made
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
@@ -107,17 +108,6 @@ def test_verify_finds_damage_or_there_is_none(filled, harm, times):
         judge(run_several(COMMANDS, broken))
 
 
-LAST_CLASS = "WHERE p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
-
-
-def altered(source, path, statement):
-    """Return a copy of a catalogue in which statements have changed what they like."""
-    path.write_bytes(source.read_bytes())
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.executescript(statement)
-    return Catalogue(path, a=1.6)
-
-
 @pytest.mark.parametrize(
     ("statement", "question", "message"),
     [
@@ -140,24 +130,23 @@ def altered(source, path, statement):
         ),
     ],
 )
-def test_what_was_altered_is_named(varied, tmp_path, statement, question, message):
-    catalogue = altered(varied, tmp_path / "orbits.db", statement)
-    with closing(catalogue), pytest.raises(StoreError) as error:
+def test_what_was_altered_is_named(own, statement, question, message):
+    alter(own, statement)
+    with closing(Catalogue(own, a=1.6)) as catalogue, pytest.raises(StoreError) as error:
         question(catalogue)
     assert str(error.value).startswith(f"the catalogue was altered: {message}")
     assert str(error.value).endswith("; 'orbitdb verify' tells what is wrong")
 
 
-def test_rows_with_altered_texts_are_not_written(varied, tmp_path, cli):
-    path, target = tmp_path / "orbits.db", tmp_path / "rows.npz"
-    statement = f"UPDATE pruned SET rules = '7' WHERE p = 3; UPDATE cycle SET symmetry = 'ξ' {LAST_CLASS}"
-    altered(varied, path, statement).close()
-    of_all = ("--a", "1.6", "--db", str(path))
+def test_rows_with_altered_texts_are_not_written(own, tmp_path, cli):
+    target = tmp_path / "rows.npz"
+    last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
+    alter(own, "UPDATE pruned SET rules = '7' WHERE p = 3", f"UPDATE cycle SET symmetry = 'ξ' WHERE {last}")
     for asked, told in (
         (("query", "--status", "geometric", "-c", "code,rules", "--format", "csv"), "rules '7'"),
         (("export", str(target), "--p", "5", "--coordinates"), "was altered: a symmetry that is none: 'ξ'"),
     ):
-        outcome = cli(*asked, *of_all)
+        outcome = cli(*asked, "--a", "1.6")
         assert outcome.code == 3
         assert told in outcome.err
         assert outcome.err.endswith("'orbitdb verify' tells what is wrong\n")
@@ -166,14 +155,12 @@ def test_rows_with_altered_texts_are_not_written(varied, tmp_path, cli):
 
 def test_counts_from_births_of_no_word_are_refused(tmp_path):
     path = tmp_path / "births.db"
-    Catalogue.create(path, 1.6)
-    for _ in fill_births(path, [4]):
-        pass
-    near = "UPDATE change SET a = 1.6, error = 0.01;"
-    moved = "UPDATE change SET cycle = 0x105f WHERE cycle = (SELECT max(cycle) FROM change);"
-    of_seven = "UPDATE cycle SET id = 0x105f WHERE id = (SELECT max(id) FROM cycle)"
-    with closing(sqlite3.connect(path)) as plain, plain:
-        plain.executescript(near + moved + of_seven)
+    alter(
+        made(path, fill_births(path, [4])),
+        "UPDATE change SET a = 1.6, error = 0.01",
+        "UPDATE change SET cycle = 0x105f WHERE cycle = (SELECT max(cycle) FROM change)",
+        "UPDATE cycle SET id = 0x105f WHERE id = (SELECT max(id) FROM cycle)",
+    )
     told = pytest.raises(StoreError, match="the catalogue was altered: a class with births '0137'")
     with closing(Catalogue(path, a=1.6)) as catalogue, told:
         catalogue.counts(p=4)

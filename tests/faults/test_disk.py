@@ -11,7 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import content, is_sound
+from contents import ask, content, is_sound
 from older import make_older
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
@@ -102,8 +102,7 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
     path = Path(shutil.copy(older, folder))
     fails(run("migrate", "--db", path), "no room")
     assert not list(folder.glob("*schema-6*"))
-    with closing(sqlite3.connect(path)) as plain:
-        assert plain.execute("PRAGMA user_version").fetchone() == (6,)
+    assert ask(path, "PRAGMA user_version") == [(6,)]
     disk(4000)
     assert run("migrate", "--db", path).returncode == 0
     assert content(path) == content(filled)
@@ -193,17 +192,6 @@ def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
     locked.parent.chmod(0o755)
     assert run("fill", "--p", "3", env=environment).returncode == 0
     assert (deeper / "orbitdb" / "orbits.db").exists()
-
-
-def test_a_folder_that_is_not_there_is_named_and_not_made(filled):
-    folder = filled.parent / "no" / "such"
-    told = f"no folder {folder}"
-    for command in ("fill --p 3", "simulate", "bounds --store", "migrate"):
-        fails(run(*command.split(), "--db", folder / "new.db"), told)
-    fails(run("fill", "--p", "3", "--db", filled / "new.db"), f"no folder {filled}")
-    fails(run("export", folder / "x.csv", "--db", filled), told)
-    fails(run("plot", "entropy", "-o", folder / "x.svg", "--db", filled), told)
-    assert not folder.parent.exists()
 
 
 def test_a_folder_that_may_not_be_written_is_told(locked):

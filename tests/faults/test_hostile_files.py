@@ -43,9 +43,7 @@ HOSTILE = {
     "another view of lives": ["DROP VIEW life", VIEWS["life"].replace("'born'", "'died'")],
     "a view that asks for another text": ["DROP VIEW life", VIEWS["life"].replace("'born'", "'bo rn'")],
     "no view of lives": ["DROP VIEW life"],
-    "no view of classes": ["DROP VIEW class"],
     "a table for the view": ["DROP VIEW catalogue", f"CREATE TABLE catalogue ({', '.join(NAMES)})"],
-    "no view": ["DROP VIEW catalogue"],
     "a view for a table": [
         "ALTER TABLE fill RENAME TO old", f"CREATE VIEW fill AS {LOOP} SELECT old.* FROM old, n"
     ],
@@ -58,10 +56,6 @@ HOSTILE = {
     "a check in a table beside": ["CREATE TABLE mine (x CHECK (abs(x) > 0))"],
     "a default that is computed": [rewritten("run", "version TEXT", "version TEXT DEFAULT (random())")],
     "an index of an expression": ["CREATE INDEX i ON run (abs(id))"],
-    "a column more": ["ALTER TABLE run ADD COLUMN more TEXT"],
-    "a column less": ["ALTER TABLE run DROP COLUMN version"],
-    "a column of another type": [rewritten("run", "version TEXT", "version BLOB")],
-    "another key": [rewritten("fill", "KEY (stadium, p)", "KEY (p, stadium)")],
     "a table that takes anything": [rewritten("run", "STRICT", "")],
     "a table less": ["DROP TABLE certificate"],
     "a table in capitals": ["ALTER TABLE fill RENAME TO other", "ALTER TABLE other RENAME TO FILL"],

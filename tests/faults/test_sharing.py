@@ -9,7 +9,7 @@ from contextlib import closing, suppress
 from types import SimpleNamespace
 
 import pytest
-from contents import content, is_sound
+from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -42,8 +42,6 @@ def all_end_well(*processes) -> None:
 
 
 def test_settings(filled):
-    with closing(sqlite3.connect(filled)) as plain:
-        assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
     with writing_engine(filled).begin() as connection:
         settings = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar() for name in (
             "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
@@ -83,8 +81,7 @@ def test_a_run_that_was_taken_back_is_noted_again(filled):
     with writer.writing() as connection:
         number = writer.run_id(connection)
     writer.close()
-    with closing(sqlite3.connect(filled)) as plain:
-        assert plain.execute("SELECT count(*) FROM run WHERE id = ?", (number,)).fetchone() == (1,)
+    assert ask(filled, f"SELECT count(*) FROM run WHERE id = {number}") == [(1,)]
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from contents import alter
 from quick import slow_but
-from screens import drive, press, settle, shown, table_of
+from screens import browsing, press, settle, shown, table_of
 
 from orbitdb.plaintext import cell, printable, shortened
 
@@ -104,27 +104,21 @@ def test_json_gives_back_what_is_stored(own, cli):
 
 
 @pytest.mark.slow
-def test_the_terminal_ui_shows_no_control_characters(own):
+async def test_the_terminal_ui_shows_no_control_characters(own):
     evil(own)
     alter(own, "UPDATE orbit SET status = 'orbit'")  # with others there is no index, and no row is shown
-
-    async def steps(app, pilot):
+    async with browsing(own, size=(160, 48)) as (app, pilot):
         for key in ("j", "j", "down", "pagedown", "end", "l", "l", "l", "l"):
             await press(pilot, key)
             text = shown(app)
             assert all(symbol.isprintable() or symbol == "\n" for symbol in text)
         assert table_of(app).row is not None
 
-    drive(own, steps, size=(160, 48))
-
 
 @pytest.mark.parametrize("name", slow_but(["a[/b]c"], ["a[b", "a[/b]c", "[red]", "a\\[b"]))
-def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
+async def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)  # a long path would be wrapped, anywhere in the name
-
-    async def steps(app, pilot):
+    async with browsing(Path(f"{name}.db"), size=(160, 48)) as (app, pilot):
         assert name[:3] in shown(app)
         app.notify(f"[/b] {name}")
         await settle(pilot)
-
-    drive(Path(f"{name}.db"), steps, size=(160, 48))

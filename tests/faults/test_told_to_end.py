@@ -8,7 +8,7 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from processes import COMMAND, alive, kill_group, nobody_left, run, seeded
+from processes import COMMAND, alive, kill_group, nobody_left, run, seeded, start
 from quick import fuzz_but
 from there import there
 
@@ -38,16 +38,8 @@ class Started:
         self.folder, self.temporary = folder / "here", folder / "temporary"
         self.folder.mkdir()
         self.temporary.mkdir()
-        self.process = subprocess.Popen(
-            [*COMMAND, *(str(catalogue) if each == AT_WORK else each for each in arguments)],
-            cwd=self.folder,
-            env={**os.environ, "TMPDIR": str(self.temporary)},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        asked = (catalogue if each == AT_WORK else each for each in arguments)
+        self.process = start(*asked, cwd=self.folder, env={**os.environ, "TMPDIR": str(self.temporary)})
 
     def told(self, name: str, group: bool = False) -> list[str]:
         """Tell it to end, alone or as a terminal that is closed does; return what it said of that.
@@ -122,13 +114,8 @@ def test_no_half_of_a_file_stays(stored, tmp_path):
 
 def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
     """As by nohup."""
-    started = subprocess.Popen(
-        ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND, "bench", "--p", "9"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]
+    started = start("bench", "--p", "9", command=ignoring)
     assert there(started.stderr).readline()  # what it is going to do
     started.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from contents import made
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.cli.figures import orbits, over_a
@@ -21,8 +22,7 @@ TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 6
 def known(varied, tmp_path_factory) -> Catalogue:
     """The varied catalogue with births, a trajectory, and bounds at two a."""
     path = Path(shutil.copy(varied, tmp_path_factory.mktemp("drawn") / "orbits.db"))
-    for _ in fill_births(path, range(2, 7)):
-        pass
+    made(path, fill_births(path, range(2, 7)))
     writer = Writer(path, {})
     add_reference(writer, 1.6, TRAJECTORY)
     for a in (1.6, 3.0):

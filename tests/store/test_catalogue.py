@@ -2,13 +2,11 @@
 
 import json
 import re
-import sqlite3
-from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
 import sqlalchemy as sa
-from contents import alter
+from contents import alter, ask, made
 from older import empty
 from there import there
 
@@ -62,13 +60,10 @@ def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
     with writing_engine(tmp_path / "migrated.db").begin() as connection:
         assert schema_of(connection) == made
         assert MigrationContext.configure(connection).get_current_revision() == revision
-    with sqlite3.connect(path) as plain:
-        assert plain.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
-        assert plain.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-        names = [row[1] for row in plain.execute("PRAGMA table_info(catalogue)")]
-        assert sorted(names) == sorted(COLUMNS)
-        tables = dict(plain.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
-    plain.close()
+    assert ask(path, "PRAGMA application_id") == [(APPLICATION_ID,)]
+    assert ask(path, "PRAGMA journal_mode") == [("wal",)]
+    assert sorted(row[1] for row in ask(path, "PRAGMA table_info(catalogue)")) == sorted(COLUMNS)
+    tables = dict(ask(path, "SELECT name, sql FROM sqlite_master WHERE type = 'table'"))
     assert all("STRICT" in tables[name] for name in metadata.tables)
 
 
@@ -122,8 +117,7 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
 def test_the_sweeps_that_are_stored_are_not_needed_again(filled):
     whole = sweep_need(filled, 1.6, range(2, 10), 1)
     assert whole.words == sum(map(count_admissible, range(2, 10)))
-    for _ in sweep_periods(filled, 1.6, range(2, 9)):
-        pass
+    made(filled, sweep_periods(filled, 1.6, range(2, 9)))
     rest = sweep_need(filled, 1.6, range(2, 10), 1)
     assert rest.words == count_admissible(9)
     assert rest.seconds / whole.seconds == pytest.approx(rest.words / whole.words)
@@ -140,9 +134,7 @@ def test_many_processes_wait_for_the_one_that_writes(tmp_path):
 def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
     path = tmp_path / "orbits.db"
     expected = need(path, 1.6, range(2, 11), 1).bytes
-    migrate(path)
-    for _ in fill_periods(path, 1.6, range(2, 11)):
-        pass
+    made(path, fill_periods(path, 1.6, range(2, 11)))
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
 
 
@@ -198,10 +190,9 @@ def test_bytes_a_row_add_up_to_the_file(filled, cli):
     )
     assert 80 < per_class < 200
     assert 80 < per_orbit < 250
-    with closing(sqlite3.connect(filled)) as plain:
-        assert plain.execute("PRAGMA page_size").fetchone() == (PAGE_SIZE,)
-        assert plain.execute("SELECT count(*) FROM cycle").fetchone() == (classes,)
-        trees = plain.execute("SELECT count(*) FROM sqlite_master WHERE rootpage > 0").fetchone()[0]
+    assert ask(filled, "PRAGMA page_size") == [(PAGE_SIZE,)]
+    assert ask(filled, "SELECT count(*) FROM cycle") == [(classes,)]
+    ((trees,),) = ask(filled, "SELECT count(*) FROM sqlite_master WHERE rootpage > 0")
     rows = classes * per_class + orbits * per_orbit
     assert rows < filled.stat().st_size < 1.1 * rows + PAGE_SIZE * trees
     shown = cli("info", "--db", str(filled)).out

@@ -1,7 +1,5 @@
 """Codes in expressions, and classes that somebody has altered: what they find, and what is told."""
 
-import shutil
-
 import pytest
 from contents import alter
 
@@ -19,11 +17,10 @@ def catalogue(varied):
     return Catalogue(varied)
 
 
-def test_a_class_by_a_word_that_is_none_is_refused(varied, tmp_path):
-    path = shutil.copy(varied, tmp_path / "altered.db")
-    alter(path, "UPDATE cycle SET word = '0x3' WHERE word = '013'")
+def test_a_class_by_a_word_that_is_none_is_refused(own):
+    alter(own, "UPDATE cycle SET word = '0x3' WHERE word = '013'")
     with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
-        Catalogue(path).select(p=3)
+        Catalogue(own).select(p=3)
 
 
 @pytest.mark.parametrize(
@@ -97,13 +94,12 @@ def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
     assert hint(where) == told
 
 
-def test_a_class_by_a_number_that_is_no_key_is_refused(varied, tmp_path):
-    path = shutil.copy(varied, tmp_path / "altered.db")
+def test_a_class_by_a_number_that_is_no_key_is_refused(own):
     alter(
-        path,
+        own,
         "UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')",
         "UPDATE cycle SET id = 1 WHERE word = '013'",
     )
     for contains, order in (("13", "p"), (None, "code")):
         with pytest.raises(StoreError, match="altered: a class with the number '1'"):
-            Catalogue(path).select(contains=contains, order=order)
+            Catalogue(own).select(contains=contains, order=order)

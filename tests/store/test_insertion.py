@@ -1,10 +1,9 @@
 """Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
 
-import sqlite3
-from contextlib import closing
 from typing import Any
 
 import pytest
+from contents import ask
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
@@ -28,28 +27,15 @@ def connection(tmp_path):
 
 def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     numbers = list(range(ROWS))
-    length = [NULL if number % 3 else number / 7 for number in numbers]
-    blobs = [NULL if number % 3 else bytearray([number] * 8) for number in numbers]
-    half, ones = [[0.5] * ROWS] * 6, [1] * ROWS
-    texts = (["orbit"] * ROWS, ["newton"] * ROWS)
-    one: list[Any] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
-    insert(connection, "orbit", one)
-    insert(connection, "orbit", one)  # they are there: nothing is inserted again
+    length = [None if number % 3 else number / 7 for number in numbers]
+    blobs = [None if number % 3 else bytearray([number] * 8) for number in numbers]
+    half, ones, texts = [[0.5] * ROWS] * 6, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
+    wanted: list[list[Any]] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
+    given = [[NULL if value is None else value for value in column] for column in wanted]
+    insert(connection, "orbit", given)
+    insert(connection, "orbit", given)  # they are there: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
-    assert found == [
-        (
-            1,
-            n,
-            "orbit",
-            None if n % 3 else bytes([n] * 8),
-            None if n % 3 else n / 7,
-            *[0.5] * 6,
-            n,
-            "newton",
-            1,
-        )
-        for n in numbers
-    ]
+    assert found == list(zip(*wanted, strict=True))
 
 
 @pytest.mark.parametrize("short", [1, 2])
@@ -75,11 +61,8 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
         fill_word(path, word, 1.6)
     catalogue = Catalogue(path)
     assert len({catalogue[word].length for word in words}) == len(words)
-    with closing(sqlite3.connect(path)) as plain:
-        numbers = plain.execute("SELECT id FROM cycle ORDER BY id").fetchall()
-        counting_down = plain.execute("SELECT id, p FROM pruned ORDER BY id DESC").fetchall()
-    assert numbers == [(LONG,), (LONG + 1,), (LONG + 2,)]
-    assert counting_down == [(-LONG, 22), (-LONG - 1, 30)]
+    assert ask(path, "SELECT id FROM cycle ORDER BY id") == [(LONG,), (LONG + 1,), (LONG + 2,)]
+    assert ask(path, "SELECT id, p FROM pruned ORDER BY id DESC") == [(-LONG, 22), (-LONG - 1, 30)]
 
 
 def test_ids_of_long_words_are_above_those_of_every_period():

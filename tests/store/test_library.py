@@ -5,13 +5,13 @@ import math
 import os
 import pickle
 import shutil
-import subprocess
 import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from processes import run
 from there import there
 
 from orbitdb import Catalogue, Selection, Status, solve_word
@@ -30,7 +30,7 @@ def catalogue(varied):
 def test_the_package_is_light_until_a_name_is_used():
     code = "import sys, orbitdb; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules); orbitdb.Stadium"
     code += "; print('numpy' in sys.modules, 'sqlalchemy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, check=True)
+    done = run(command=[sys.executable, "-P", "-c", code])
     assert done.stdout.split() == ["False", "False", "True", "False"]
 
 

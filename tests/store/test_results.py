@@ -1,15 +1,13 @@
 """Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
 
 import shutil
-import sqlite3
 from collections import Counter
-from contextlib import closing
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from contents import alter, ask, made
 from rules import broken_by_hand
 from there import there
 
@@ -73,8 +71,7 @@ def test_what_is_missing_is_said(catalogue):
 
 def test_what_the_sums_over_divisors_lack_is_said(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
-    for _ in fill_periods(catalogue.path, 1.6, [3, 4, 6]):
-        pass
+    made(catalogue.path, fill_periods(catalogue.path, 1.6, [3, 4, 6]))
     found = catalogue.table()
     assert found["N"] == [24, None, None]
     assert [note for note in found.notes if "N needs" in note] == [
@@ -105,20 +102,16 @@ def test_bins_have_round_edges(filled_once):
 
 @pytest.mark.parametrize(("least", "most", "logarithmic"), [(1, 1000, False), (1, 1001, True), (0, 1, False)])
 def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least, most, logarithmic):
-    with closing(sqlite3.connect(filled)) as plain, plain:
-        plain.execute("UPDATE orbit SET margin = ? WHERE margin > 0", (least,))
-        two = "UPDATE orbit SET margin = ? WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)"
-        plain.execute(two, (most,))
+    alter(
+        filled,
+        f"UPDATE orbit SET margin = {least} WHERE margin > 0",
+        f"UPDATE orbit SET margin = {most} WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)",
+    )
     margins = there(histogram(Catalogue(filled), Selection(where="margin >= 0"), "margin", 10))
     assert margins.logarithmic is logarithmic
     spaces = np.diff(np.log(margins.edges) if logarithmic else margins.edges)
     assert np.ptp(spaces) < 1e-9 * spaces[0]
     assert (margins.counts[-1], margins.counts[0]) == (1, margins.counts.sum() - 1)
-
-
-def altered(path: Path, statement: str) -> list[tuple[Any, ...]]:
-    with closing(sqlite3.connect(path, isolation_level=None)) as plain:
-        return plain.execute(statement).fetchall()
 
 
 @pytest.fixture(scope="module")
@@ -150,10 +143,10 @@ def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     with pytest.raises(InputError, match="use doubles or balls"):
         catalogue.entropy_bounds(proof="faith")
     assert catalogue.a_values() == [1.6]
-    before = [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
+    before = [ask(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
     assert len(before[0]) == 3 + 5 + 3
     cli("bounds", "--window", "5", "--db", str(enclosed))
-    assert [altered(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
-    altered(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
+    assert [ask(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
+    alter(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(enclosed))
     assert catalogue.entropy_bounds() == closest

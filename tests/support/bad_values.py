@@ -55,14 +55,8 @@ def paths(folder: Path, ending: str) -> list[str]:
     """Return names of files that can, or cannot, be written."""
     names = [f"ok{ending}", ending, f"{'n' * 300}{ending}", f"missing/x{ending}", f"\udcff{ending}", "noext",
              f"file/x{ending}", f"new\nline{ending}", f"\x1b[31m{ending}", f"folder{ending}"]  # fmt: skip
-    return [str(folder / name) for name in names] + [
-        "",
-        ".",
-        "/",
-        "/dev/full",
-        "/dev/null",
-        f"a\x00b{ending}",
-    ]
+    nowhere = ["", ".", "/", "/dev/full", "/dev/null", f"a\x00b{ending}"]
+    return [str(folder / name) for name in names] + nowhere
 
 
 def make_paths(folder: Path, ending: str) -> None:

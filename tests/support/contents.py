@@ -1,6 +1,7 @@
-"""What a catalogue holds, in forms that can be compared, what `verify` says, and changes by hand."""
+"""Catalogues made by fills or changed by hand, and what they hold, in forms that can be compared."""
 
 import sqlite3
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,15 @@ _TABLES = {
     " lyapunov_error, iterations, solver",
     "fill": "stadium, p, state, cursor, words, primitive, rule_1, rule_6, n_t, n_c, classes, boundary",
 }
+
+
+def made(path: Path, *fills: Iterable[object]) -> Path:
+    """Create a catalogue, and take fills that have not begun to their end."""
+    Catalogue.create(path)
+    for fill in fills:
+        for _ in fill:
+            pass
+    return path
 
 
 def alter(path: Path, *statements: str) -> None:

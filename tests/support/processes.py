@@ -42,7 +42,7 @@ def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any
     )
 
 
-def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> Going:
+def start(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any) -> Going:
     """Start a command in a process group of its own, as a shell does."""
     return subprocess.Popen(
         [*command, *map(str, arguments)],
@@ -51,6 +51,7 @@ def start(*arguments: str | Path, command: Sequence[str] = COMMAND) -> Going:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        **options,
     )
 
 

@@ -1,12 +1,11 @@
 """Questions to ask of a catalogue, as Hypothesis draws them; what they choose stands in `model`."""
 
-import sqlite3
 from collections.abc import Callable
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import model
+from contents import alter, made
 from hypothesis import strategies as st
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -86,20 +85,14 @@ NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_siz
 def catalogue_to_ask(path: Path) -> Catalogue:
     """Fill two a, births with deaths to p = 5, a part of a period, pruned words and long ones."""
     catalogue = Catalogue.create(path)
-    for a, last in ((1.6, 5), (1.0, 3)):
-        for _ in fill_periods(path, a, range(2, last + 1)):
-            pass
-    for _ in fill_births(path, range(2, 6)):
-        pass
-    with closing(sqlite3.connect(path)) as plain, plain:
-        for number, a, kind in ((2, DIED, "died"), (3, REBORN, "born")):
-            plain.execute(
-                "INSERT INTO change SELECT cycle, ?, ?, ?, ?, 1, 'top left', NULL, 1.0, run FROM change"
-                " WHERE number = 1 AND a < ? AND cycle % 3 = 0",
-                (number, a, ERROR, kind, DIED),
-            )
-    for _ in fill_geometric(path, [3, 4]):
-        pass
+    known = fill_periods(path, 1.6, range(2, 6)), fill_periods(path, 1.0, range(2, 4))
+    made(path, *known, fill_births(path, range(2, 6)), fill_geometric(path, [3, 4]))
+    for number, a, kind in ((2, DIED, "died"), (3, REBORN, "born")):
+        alter(
+            path,
+            f"INSERT INTO change SELECT cycle, {number}, {a!r}, {ERROR!r}, '{kind}', 1, 'top left', NULL,"
+            f" 1.0, run FROM change WHERE number = 1 AND a < {DIED!r} AND cycle % 3 = 0",
+        )
     for word in ("013023", "131013", *LONG):
         fill_word(path, word, 1.6)
     return catalogue

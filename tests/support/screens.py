@@ -2,7 +2,8 @@
 
 import asyncio
 import time
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,28 +21,21 @@ from orbitdb.store.asking.selection import Selection
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
 
-Steps = Callable[[BrowseApp, Pilot[Any]], Awaitable[None]]
-
-
-def drive(
+@asynccontextmanager
+async def browsing(
     path: Path,
-    steps: Steps,
     size: tuple[int, int] = SMALL,
     selection: Selection | None = None,
     code: str | None = None,
     notifications: bool = False,
     state: Path | None = None,
-) -> None:
-    """Run the app without a terminal and do some steps with its pilot."""
-
-    async def run() -> None:
-        app = BrowseApp(path, selection or Selection(), code, state)
-        app.NOTIFICATION_TIMEOUT = 600.0  # type: ignore[misc]  # so that a slow machine still finds them
-        async with app.run_test(size=size, notifications=notifications) as pilot:
-            await settle(pilot)
-            await steps(app, pilot)
-
-    asyncio.run(run())
+) -> AsyncIterator[tuple[Any, Pilot[Any]]]:
+    """Run the app without a terminal; give it and its pilot."""
+    app: Any = BrowseApp(path, selection or Selection(), code, state)
+    app.NOTIFICATION_TIMEOUT = 600.0  # so that a slow machine still finds them
+    async with app.run_test(size=size, notifications=notifications) as pilot:
+        await settle(pilot)
+        yield app, pilot
 
 
 async def settle(pilot: Pilot[Any]) -> None:
@@ -56,11 +50,16 @@ async def press(pilot: Pilot[Any], *keys: str) -> None:
     await settle(pilot)
 
 
+async def write(pilot: Pilot[Any], text: str, *keys: str, field: str = "Input") -> None:
+    """Write a field anew, and press keys that follow."""
+    pilot.app.screen.query_one(field, Input).value = text
+    await press(pilot, *keys)
+
+
 async def ask(pilot: Pilot[Any], key: str, text: str) -> None:
     """Open a dialog by its key, and give it a line."""
     await pilot.press(key)
-    pilot.app.screen.query_one(Input).value = text
-    await press(pilot, "enter")
+    await write(pilot, text, "enter")
 
 
 async def send(app: BrowseApp, key: str, shows: type[Screen[Any]]) -> None:

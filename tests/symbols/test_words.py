@@ -142,12 +142,6 @@ def test_least_rotation_is_the_least(word):
     assert least_rotation(word) == min(rotations(word))
 
 
-@given(words, st.integers(0, 30))
-def test_least_rotation_names_the_cyclic_word(word, turn):
-    turn %= len(word)
-    assert least_rotation(word[turn:] + word[:turn]) == least_rotation(word)
-
-
 @given(words, st.integers(1, 5))
 def test_primitivity(word, count):
     root = primitive_root(word)

@@ -41,16 +41,12 @@ def test_steps_between_semicircles_are_bounces_with_the_walls_left_out(a, seed):
     arcs = random_arcs(30, np.random.default_rng(seed))
     step = advance(arcs, a)
     few = step.walls < 200
-    rays = Rays(*(getattr(as_rays(arcs, a), name)[few] for name in ("x", "y", "vx", "vy", "side")))
+    rays = Rays(*(each[few] for each in as_rays(arcs, a)))
     path, walls = np.zeros(few.sum()), np.zeros(few.sum())
     going = np.ones(few.sum(), bool)
     while going.any():
         hit = bounce(rays, a)
-        columns = [
-            np.where(going, getattr(hit.rays, name), getattr(rays, name))
-            for name in ("x", "y", "vx", "vy", "side")
-        ]
-        rays = Rays(*columns)
+        rays = Rays(*(np.where(going, new, old) for new, old in zip(hit.rays, rays, strict=True)))
         path += np.where(going, hit.path, 0)
         going &= rays.side == 0
         walls += going

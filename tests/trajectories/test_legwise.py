@@ -24,7 +24,7 @@ def run_of(arcs):
 def test_leg_map_is_that_of_the_bounces(a):
     arcs = random_arcs(500, np.random.default_rng(2))
     for one in range(500):
-        here = Arcs(*(getattr(arcs, name)[[one]] for name in ("side", "x", "y", "vx", "vy")))
+        here = Arcs(*(each[[one]] for each in arcs))
         hit = advance(here, a)
         if hit.arcs.side == here.side:
             continue

@@ -1,7 +1,7 @@
 """No text of a dialog or of a notification is cut off, on small terminals either."""
 
 import pytest
-from screens import SMALL, TINY, drive, press, screen_lines, settle
+from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown, write
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
@@ -36,87 +36,37 @@ def cut_off(app):
     return [text for text, region in texts if squeezed(text) not in seen(app, region)]
 
 
-def a_fill_runs(app):
-    app.fill_state = FillState(Wish(1.6, (13,)), done=123_456, total=2_345_678, p=13, began=0.0)
-
-
-async def quit_question(app, pilot):
-    a_fill_runs(app)
-    await press(pilot, "q")
-
-
-async def fill_that_runs(app, pilot):
-    a_fill_runs(app)
-    await press(pilot, "f")
-
-
-async def fill_without_room(app, pilot):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("orbitdb.filling.estimate.BYTES", 1e12)
-        await press(pilot, "f")
-        app.screen.query_one("#periods").value = "2-20"
-        await settle(pilot)
-        assert "no room" in str(app.screen.query_one("#cost").render())
-
-
-async def long_fill(app, pilot):
-    await press(pilot, "f")
-    app.screen.query_one("#periods").value = "2-14"
-    await press(pilot, "enter")
-
-
-async def wrong_filter(app, pilot):
-    await press(pilot, "slash")
-    app.screen.query_one("Input").value = "lenght < 3"
-
-
-async def wrong_code(app, pilot):
-    await press(pilot, "c")
-    app.screen.query_one("Input").value = "1232131" * 9 + "9"
-
-
-async def export_over_a_file(app, pilot):
-    await press(pilot, "e")
-    app.screen.query_one("Input").value = str(app.path.with_name("there.csv"))
-
-
-async def sorting(app, pilot):
-    await press(pilot, "s")
-
-
-async def choosing_columns(app, pilot):
-    await press(pilot, "C")
-
-
-async def kept_filters(app, pilot):
-    await press(pilot, "F")
-
-
+RUNNING = FillState(Wish(1.6, (13,)), done=123_456, total=2_345_678, p=13, began=0.0)
 DIALOGS = [
-    quit_question, fill_that_runs, fill_without_room, long_fill, wrong_filter, wrong_code,
-    export_over_a_file, sorting, choosing_columns, kept_filters,
+    ("q", "", ""), ("f", "", ""),  # while a fill runs
+    ("f", "2-14", "enter"), ("slash", "lenght < 3", ""), ("c", "1232131" * 9 + "9", ""),
+    ("e", "HERE/there.csv", ""), ("s", "", ""), ("C", "", ""), ("F", "", ""), ("f", "2-20", "tab"),
 ]  # fmt: skip
+"""The key that opens it, what is written into its field, and a key that follows."""
 
 
-def test_dialogs_are_wholly_visible(filled):
+async def test_dialogs_are_wholly_visible(filled, monkeypatch):
     filled.with_name("there.csv").touch()
-
-    async def steps(app, pilot):
-        for opened in DIALOGS:
-            await opened(app, pilot)
-            await pilot.pause()
-            assert app.screen.query(".dialog"), opened.__name__
-            assert cut_off(app) == [], opened.__name__
+    async with browsing(filled, TINY) as (app, pilot):
+        for key, text, then in DIALOGS:
+            app.fill_state = RUNNING if key in "qf" and not text else None
+            if text == "2-20":
+                monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e12)
+            await press(pilot, key)
+            if text:
+                there, field = text.replace("HERE", str(filled.parent)), "#periods" if key == "f" else "Input"
+                await write(pilot, there, *then.split(), field=field)
+            assert app.screen.query(".dialog"), key
+            assert ("no room" in shown(app)) == (text == "2-20")
+            assert cut_off(app) == [], (key, text)
             app.fill_state = None
             while len(app.screen_stack) > 1:
                 await press(pilot, "escape")
 
-    drive(filled, steps, TINY)
-
 
 @pytest.mark.parametrize("key", ["question_mark", "S"])
-def test_keys_are_wholly_readable(filled, key):
-    async def steps(app, pilot):
+async def test_keys_are_wholly_readable(filled, key):
+    async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
         await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
@@ -127,16 +77,12 @@ def test_keys_are_wholly_readable(filled, key):
                 assert squeezed(name) in text
                 assert all(word in text for word in meaning.split())
 
-    drive(filled, steps, TINY, Selection(periods=((2, 3),)))
-
 
 @pytest.mark.parametrize("size", [SMALL, TINY])
-def test_notifications_are_wholly_visible(filled, size):
-    async def steps(app, pilot):
+async def test_notifications_are_wholly_visible(filled, size):
+    async with browsing(filled, size, notifications=True) as (app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
         app.notify(message)
         await pilot.pause()
         await pilot.pause()
         assert squeezed(message) in seen(app, app.screen.query_one(Toast).content_region)
-
-    drive(filled, steps, size, notifications=True)

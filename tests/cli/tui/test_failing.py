@@ -8,7 +8,7 @@ from contextlib import nullcontext
 
 import pytest
 from contents import alter
-from screens import ask, drive, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import OptionList
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -60,10 +60,10 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
 
 
 @pytest.mark.slow
-def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
+async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
+    async with browsing(filled) as (app, pilot):
 
-    async def steps(app, pilot):
         async def told(*keys, code=None):
             app.clear_notifications()
             await (press(pilot, *keys) if code is None else ask(pilot, keys[0], code))
@@ -88,15 +88,13 @@ def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypat
         assert damaged in await told("c", code="0132132")
         assert "solving" not in shown(app)
 
-    drive(filled, steps)
-
 
 @pytest.mark.slow
-def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
+async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
     state = tmp_path / "browse.json"
     state.write_text(json.dumps({"filters": {"odd": {"nothing": 1}, "wrong": {"where": "q < 3"}}}))
+    async with browsing(filled_once, state=state) as (app, pilot):
 
-    async def steps(app, pilot):
         async def told(*keys):
             app.clear_notifications()
             await press(pilot, *keys)
@@ -114,8 +112,7 @@ def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
         assert main.selection == Selection()
         assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
         await press(pilot, "o", "F", "k", "enter")
-        app.screen.query_one("Input").value = "x" * 41
-        await settle(pilot)
+        await write(pilot, "x" * 41)
         assert "41 characters: take a name of 40 or less" in shown(app)
         await press(pilot, "escape")
         state.unlink()
@@ -125,18 +122,15 @@ def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
         assert marked.startswith("marked 13, 1 in all")
         assert main.marked == {"13"}  # for this session
 
-    drive(filled_once, steps, state=state)
-
 
 def test_a_word_without_an_orbit_has_no_bounces_to_draw():
     assert phase_points(solve_word("00123", 1.6)).shape == (0, 2)
 
 
 @pytest.mark.slow
-def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
+async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
-
-    async def steps(app, pilot):
+    async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         # digits that are typed while the rows are still read lead on when they have been
         await press(pilot, "g")
@@ -148,12 +142,10 @@ def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
         await settle(pilot)
         assert (len(row_of(app)[0]), main.rows.jumping.note) == (8, "period 8")
 
-    drive(filled, steps)
-
 
 @pytest.mark.slow
-def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(filled):
-    async def steps(app, pilot):
+async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(filled):
+    async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
         # the frame around the rows is none of them
@@ -199,23 +191,19 @@ def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(fi
         assert "[x] element" in shown(app)
         await press(pilot, "escape")
 
-    drive(filled, steps)
-
 
 @pytest.mark.slow
-def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_not_hidden(filled_once, tmp_path):
+async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_told(filled_once, tmp_path):
     path = tmp_path / "new.db"
 
-    async def steps(app, pilot):
-        assert not app.catalogue
-        shutil.copy(filled_once, path)
-        await press(pilot, "ctrl+r")
-        assert len(table_of(app).source) == app.catalogue.count(Selection()) > 0
-        app.call_later(lambda: 1 / 0)
-        await pilot.pause()
-
-    with pytest.raises(ZeroDivisionError):
-        drive(path, steps)
+    with pytest.raises(ZeroDivisionError):  # noqa: PT012  # by the end of the session
+        async with browsing(path) as (app, pilot):
+            assert not app.catalogue
+            shutil.copy(filled_once, path)
+            await press(pilot, "ctrl+r")
+            assert len(table_of(app).source) == app.catalogue.count(Selection()) > 0
+            app.call_later(lambda: 1 / 0)
+            await pilot.pause()
 
 
 @pytest.mark.slow

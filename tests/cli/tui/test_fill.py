@@ -5,7 +5,7 @@ from contextlib import closing
 from types import SimpleNamespace
 
 import pytest
-from screens import ask, drive, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -20,27 +20,22 @@ def cost(app):
 
 
 @pytest.mark.slow
-def test_it_says_what_the_fields_take(filled_once):
-    async def steps(app, pilot):
+async def test_it_says_what_the_fields_take(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
         said = f"{coming.words:,} words to come at a = 1.6: under a second, "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
-        app.screen.query_one("#periods", Input).value = "2-8"
-        await settle(pilot)
+        await write(pilot, "2-8", field="#periods")
         assert "nothing is left to do" in cost(app)
         await press(pilot, "enter")
         assert app.fill_state is None
-        app.screen.query_one("#codes").value = "1^20 3, 0132"
-        await settle(pilot)
+        await write(pilot, "1^20 3, 0132", field="#codes")
         assert cost(app) == "2 words to solve at a = 1.6"
         assert app.screen.query_one("#periods").disabled  # they would do nothing
-        app.screen.query_one("#codes").value = "139"
-        await settle(pilot)
+        await write(pilot, "139", field="#codes")
         assert "symbol '9'" in cost(app)
-
-    drive(filled_once, steps)
 
 
 def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
@@ -54,7 +49,7 @@ def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
 
 
 @pytest.mark.slow
-def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
+async def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
     """Where another field had the focus for a moment, who types fast would fill another stadium."""
     focused = []
 
@@ -62,56 +57,48 @@ def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
         def on_descendant_focus(self, event):
             focused.append(event.widget.id)
 
-    async def steps(app, pilot):
+    async with browsing(tmp_path / "new.db") as (app, pilot):
         app.push_screen(Watched("1.6", "2-11"))
         await settle(pilot)
         await press(pilot, *"23")
         assert app.screen.query_one("#periods", Input).value == "23"
-
-    drive(tmp_path / "new.db", steps)
     assert focused == ["periods"]
 
 
 @pytest.mark.slow
-def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
+async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
     """An export that finds no folder, and a fill while another process writes for long."""
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
 
-    async def steps(app, pilot):
-        rows = len(table_of(app).source)
-        await pilot.press("e")
-        app.screen.query_one("Input").value = str(nowhere)
-        await settle(pilot)
-        assert "the chosen rows, in full precision" in shown(app)
-        app.screen.query_one("Input").value = "rows.gif"
-        await settle(pilot)
-        assert "rows.gif: end the name in .csv, " in shown(app)
-        app.screen.query_one("Input").value = str(nowhere)
-        await press(pilot, "enter")
-        assert isinstance(app.screen, MainScreen)
-        await press(pilot, "f")
-        app.screen.query_one("#a", Input).value = "1"
-        app.screen.query_one("#periods", Input).value = "2-3"
-        await press(pilot, "enter")
-        assert app.fill_state.state == "failed"
-        assert "another process that writes" in app.fill_state.sentence()
-        await press(pilot, "escape")
-        told = [(note.severity, note.message) for note in app._notifications]
-        assert any(severity == "error" and str(nowhere.parent) in message for severity, message in told)
-        assert ("error", f"fill {app.fill_state.sentence()}") in told
-        assert len(table_of(app).source) == rows
-
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-        drive(filled, steps)
+        async with browsing(filled) as (app, pilot):
+            rows = len(table_of(app).source)
+            await pilot.press("e")
+            await write(pilot, str(nowhere))
+            assert "the chosen rows, in full precision" in shown(app)
+            await write(pilot, "rows.gif")
+            assert "rows.gif: end the name in .csv, " in shown(app)
+            await write(pilot, str(nowhere), "enter")
+            assert isinstance(app.screen, MainScreen)
+            await press(pilot, "f")
+            app.screen.query_one("#a", Input).value = "1"
+            await write(pilot, "2-3", "enter", field="#periods")
+            assert app.fill_state.state == "failed"
+            assert "another process that writes" in app.fill_state.sentence()
+            await press(pilot, "escape")
+            told = [(note.severity, note.message) for note in app._notifications]
+            assert any(severity == "error" and str(nowhere.parent) in message for severity, message in told)
+            assert ("error", f"fill {app.fill_state.sentence()}") in told
+            assert len(table_of(app).source) == rows
         other.execute("ROLLBACK")
     assert [*Catalogue(filled).fills(1.0)] == []
 
 
 @pytest.mark.slow
-def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
-    async def steps(app, pilot):
+async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
+    async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
         for key in ("d", "S"):
             app.clear_notifications()
@@ -139,5 +126,3 @@ def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
         assert "not stored" not in "".join(note.message for note in app._notifications)
         await press(pilot, "j", "k")
         assert main.orbit.code == "1123213"
-
-    drive(tmp_path / "new.db", steps)

@@ -4,7 +4,7 @@ import time
 from typing import Any
 
 import pytest
-from screens import ask, drive, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
@@ -27,8 +27,8 @@ async def typed(pilot, line):
 
 
 @pytest.mark.slow
-def test_rows_and_count_follow_what_is_typed(filled_once):
-    async def steps(app, pilot):
+async def test_rows_and_count_follow_what_is_typed(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         main, catalogue = app.screen, app.catalogue
         everything = catalogue.count(Selection())
         await pilot.press("slash", *"p<3")
@@ -61,12 +61,10 @@ def test_rows_and_count_follow_what_is_typed(filled_once):
         main.go_along(2.5)  # that nothing is shown is what the filter does, not this a
         assert main.selection.a == 1.6
 
-    drive(filled_once, steps)
-
 
 @pytest.mark.slow
-def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
-    async def steps(app, pilot):
+async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         await ask(pilot, "slash", "p > 3")
         await press(pilot, "j", "j")
         row = row_of(app)
@@ -88,12 +86,10 @@ def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
         await press(pilot, "slash", "up", "enter")
         assert app.screen.selection == Selection(where="length < 11")
 
-    drive(filled_once, steps)
-
 
 @pytest.mark.slow
-def test_what_is_wrong_is_told_and_not_taken(filled_once):
-    async def steps(app, pilot):
+async def test_what_is_wrong_is_told_and_not_taken(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         await typed(pilot, "lenght < 3")
         assert "no such column: lenght" in told(app)
@@ -109,14 +105,11 @@ def test_what_is_wrong_is_told_and_not_taken(filled_once):
         await press(pilot, "enter")  # now it is meant
         assert "no such column: leng" in told(app)
 
-    drive(filled_once, steps)
-
 
 @pytest.mark.slow
-def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
+async def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
     chosen = Selection(where="p < :cut", parameters={"cut": 3})
-
-    async def steps(app, pilot):
+    async with browsing(filled_once, selection=chosen) as (app, pilot):
         assert len(table_of(app).source) == 1
         await pilot.press("slash")
         await typed(pilot, "p = 2 or p = 3")
@@ -128,11 +121,9 @@ def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
         await press(pilot, "escape")
         assert app.screen.selection == chosen
 
-    drive(filled_once, steps, selection=chosen)
-
 
 @pytest.mark.slow
-def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
+async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
     """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
     whole: Any = vars(Patience)["ended"]
     looks = []
@@ -143,8 +134,7 @@ def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
 
     monkeypatch.setattr(Patience, "ended", property(look))
     slow = "(select sum(abs(length * p * lambda_c + b.p)) from catalogue b where b.length > catalogue.p) > p"
-
-    async def steps(app, pilot):
+    async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > 10 and told(app) == "reading …")
@@ -160,8 +150,7 @@ def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
         # the next key ends it, though what is typed is not complete; the line before is read on if it holds
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count + 10 and told(app) == "reading …")
-        app.screen.query_one("Input").value = f"{slow} and p <"
-        await settle(pilot)
+        await write(pilot, f"{slow} and p <")
         count = len(looks)
         assert told(app) == "the line is not complete yet"
         await pilot.pause(0.3)
@@ -170,8 +159,6 @@ def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
         await until(lambda: len(looks) > count and told(app) == "reading …")
         await press(pilot, "escape")
         assert len(table_of(app).source) == app.catalogue.count(Selection())
-
-    drive(filled_once, steps)
 
 
 @pytest.mark.parametrize(
@@ -200,8 +187,8 @@ def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where, expected):
 
 
 @pytest.mark.slow
-def test_statuses_are_picked_from_a_list(filled_once):
-    async def steps(app, pilot):
+async def test_statuses_are_picked_from_a_list(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         main, everything = app.screen, len(table_of(app).source)
         await press(pilot, "O")
         assert "[x]" not in shown(app)
@@ -221,5 +208,3 @@ def test_statuses_are_picked_from_a_list(filled_once):
         await press(pilot, "O", "space", "j", "j", "space", "enter")
         assert main.selection.statuses == ()
         assert len(table_of(app).source) == everything
-
-    drive(filled_once, steps)

@@ -5,11 +5,11 @@ import threading
 
 import numpy as np
 import pytest
-from screens import LARGE, drive, press, row_of, settle, shown, table_of, until
+from contents import made
+from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.lines import LineDialog
@@ -31,15 +31,7 @@ LIVES = [(BORN, DIED), (REBORN, None)]
 def born(tmp_path_factory):
     """Return a catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
     path = tmp_path_factory.mktemp("born") / "orbits.db"
-    Catalogue.create(path)
-    for steps in (
-        fill_periods(path, 1.6, range(2, 6)),
-        fill_births(path, [5]),
-        fill_geometric(path, [3]),
-    ):
-        for _ in steps:
-            pass
-    return path
+    return made(path, fill_periods(path, 1.6, range(2, 6)), fill_births(path, [5]), fill_geometric(path, [3]))
 
 
 def test_a_step_stops_on_both_sides_of_a_change():
@@ -76,8 +68,8 @@ def test_the_bar_shows_lives_and_place():
 
 
 @pytest.mark.slow
-def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
-    async def steps(app, pilot):
+async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
+    async with browsing(born) as (app, pilot):
         screen, table, catalogue = app.screen, table_of(app), app.catalogue
         stored = [table.source.row(place) for place in range(len(table.source))]
         await press(pilot, "less_than_sign", "less_than_sign")
@@ -116,11 +108,9 @@ def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
         assert screen.orbit.a == 1.6
         assert "the rows stay" not in shown(app)
 
-    drive(born, steps)
-
 
 @pytest.mark.slow
-def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
+async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
     """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
     sought, go_on = threading.Event(), threading.Event()
 
@@ -137,7 +127,7 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
         rows = table.source.a if table.source.a is not None else main.selection.a
         return main.orbit.a == rows == app.screen.query_one(OrbitDrawing).a
 
-    async def steps(app, pilot):
+    async with browsing(born, LARGE) as (app, pilot):
         main, table = app.screen, table_of(app)
         await pilot.press("greater_than_sign")
         await asyncio.to_thread(sought.wait, 60)
@@ -161,8 +151,6 @@ def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkey
         assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
 
-    drive(born, steps, LARGE)
-
 
 def stadiums_of(app):
     """Return every a of what is on screen."""
@@ -177,18 +165,14 @@ def stadiums_of(app):
 def at_one(tmp_path_factory):
     """A catalogue of a = 1 alone."""
     path = tmp_path_factory.mktemp("one") / "orbits.db"
-    Catalogue.create(path)
-    for _ in fill_periods(path, 1.0, range(2, 6)):
-        pass
-    return path
+    return made(path, fill_periods(path, 1.0, range(2, 6)))
 
 
 @pytest.mark.slow
-def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
+async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(at_one.read_bytes())
-
-    async def steps(app, pilot):
+    async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
         assert stadiums_of(app) == {2.0}
         assert len(table_of(app).source) == 0
         assert app.screen.orbit is None
@@ -198,18 +182,15 @@ def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, t
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
         assert app.screen.query_one("#a", Input).value == "2"
-        app.screen.query_one("#periods", Input).value = "2-4"
-        await press(pilot, "enter", "escape")
+        await write(pilot, "2-4", "enter", "escape", field="#periods")
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {2.0}
         assert "not filled" not in shown(app)
 
-    drive(path, steps, (220, 48), Selection(a=2.0))
-
 
 @pytest.mark.slow
-def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
-    async def steps(app, pilot):
+async def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
+    async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
@@ -227,5 +208,3 @@ def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
         await press(pilot, "a", "0", "enter")
         assert isinstance(app.screen, LineDialog)
         assert app.screen.query_one("Input").has_class("-wrong")
-
-    drive(varied, steps)

@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from screens import ask, drive, press, row_of, screen_lines, shown, table_of
+from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui import choices
@@ -24,10 +24,9 @@ def heading(app):
 
 
 @pytest.mark.slow
-def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(filled_once, tmp_path):
+async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(filled_once, tmp_path):
     state = tmp_path / "new" / "browse.json"
-
-    async def choose(app, pilot):
+    async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
         assert "[ ] element" in shown(app)
         await press(pilot, "space", "enter")
@@ -42,22 +41,17 @@ def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(fil
         last = next(app.catalogue.rows(Selection(), ("code", "cycle"), "cycle desc", 1))
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last
-
-    async def see(app, pilot):
+    async with browsing(filled_once, state=state) as (app, pilot):
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]
         await press(pilot, "C", "r", "enter")
         assert app.screen.columns == COLUMNS
-
-    drive(filled_once, choose, state=state)
-    drive(filled_once, see, state=state)
     assert json.loads(state.read_text())["columns"] == list(USUAL)
 
 
 @pytest.mark.slow
-def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp_path):
+async def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp_path):
     state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
-
-    async def mark(app, pilot):
+    async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
         assert app.screen.selection.where is None  # no orbit is marked yet
         await press(pilot, "asterisk", "j", "j", "asterisk")
@@ -73,8 +67,8 @@ def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp
         assert app.screen.selection.where == "p < 4"
         await press(pilot, "o", "F")
         await ask(pilot, "enter", "short")
-
-    async def use(app, pilot):
+    assert file.read_text().count("\n") == 3
+    async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 1
         await press(pilot, "F")
@@ -82,10 +76,6 @@ def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp
         await press(pilot, "enter")
         assert app.screen.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
         await press(pilot, "F", "x", "escape")
-
-    drive(filled_once, mark, state=state)
-    assert file.read_text().count("\n") == 3
-    drive(filled_once, use, state=state)
     kept = json.loads(state.read_text())
     assert kept["marked"] == ["13"]
     assert kept["filters"] == {}
@@ -123,14 +113,11 @@ def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
+async def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
     path = tmp_path / "browse.json"
     path.touch()
-
-    async def steps(app, pilot):
+    async with browsing(filled_once, state=path) as (app, _):
         assert any("move it away" in note.message for note in app._notifications)
-
-    drive(filled_once, steps, state=path)
 
 
 def test_two_sessions_keep_each_others_marks(tmp_path):

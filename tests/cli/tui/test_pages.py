@@ -1,6 +1,5 @@
 """Rows of the table: pages, and what keys and clicks show of them, are those of a plain list."""
 
-import asyncio
 import random
 from collections import Counter
 
@@ -166,7 +165,7 @@ def cell(column: Column, value: object) -> str:
     return f"{cut:{'<' if column.text else '>'}{column.width}}"
 
 
-def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
+async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
     names = fields_of(COLUMNS, "p")
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]
@@ -175,39 +174,36 @@ def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", "pageup", "k", "g", *"llllllllllllll", "h"]
     keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)
 
-    async def run() -> None:
-        app, cursor, top, first = Alone(), 0, 0, 1
-        async with app.run_test(size=(70, 12)) as pilot:
-            table = app.query_one(PagedTable)
-            table.focus()
-            table.show(pages)
-            table.marked = frozenset({rows[3]["code"], rows[8]["code"]})
-            await pilot.pause()
-            height, width = table.size.height - 1, table.scrollable_content_region.width
-            for key in keys:
-                if key == "click":
-                    y = source.randrange(1, height + 1)
-                    await pilot.click(table, offset=(3, y))
-                    cursor = top + y - 1
-                else:
-                    await pilot.press(key)
-                    cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)
-                    last = len(COLUMNS) - len(set(fitting(first, width)).intersection(COLUMNS[first:]))
-                    first = max(1, min(first + SHIFTS.get(key, 0), last))
-                cursor = max(0, min(cursor, len(rows) - 1))
-                top = min(cursor, max(top, cursor - height + 1))
-                shown = fitting(first, width)
-                heading, *lines = (table.render_line(y) for y in range(height + 1))
-                headings = [each.heading for each in (COLUMNS[0], *shown)]
-                assert heading.text.replace("p▲", "p").split() == headings
-                for row, line in zip(rows[top:], lines, strict=False):
-                    cells = " ".join(cell(each, row[each.name]) for each in shown)
-                    mark = "*" if row["code"] in table.marked else " "
-                    assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
-                styles = [str(next(iter(line)).style) for line in lines]
-                assert table.cursor == cursor
-                assert styles.count(styles[cursor - top]) == 1
-            await pilot.click(table, offset=(1, 0))
-            assert app.clicked == ["code"]
-
-    asyncio.run(run())
+    app, cursor, top, first = Alone(), 0, 0, 1
+    async with app.run_test(size=(70, 12)) as pilot:
+        table = app.query_one(PagedTable)
+        table.focus()
+        table.show(pages)
+        table.marked = frozenset({rows[3]["code"], rows[8]["code"]})
+        await pilot.pause()
+        height, width = table.size.height - 1, table.scrollable_content_region.width
+        for key in keys:
+            if key == "click":
+                y = source.randrange(1, height + 1)
+                await pilot.click(table, offset=(3, y))
+                cursor = top + y - 1
+            else:
+                await pilot.press(key)
+                cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)
+                last = len(COLUMNS) - len(set(fitting(first, width)).intersection(COLUMNS[first:]))
+                first = max(1, min(first + SHIFTS.get(key, 0), last))
+            cursor = max(0, min(cursor, len(rows) - 1))
+            top = min(cursor, max(top, cursor - height + 1))
+            shown = fitting(first, width)
+            heading, *lines = (table.render_line(y) for y in range(height + 1))
+            headings = [each.heading for each in (COLUMNS[0], *shown)]
+            assert heading.text.replace("p▲", "p").split() == headings
+            for row, line in zip(rows[top:], lines, strict=False):
+                cells = " ".join(cell(each, row[each.name]) for each in shown)
+                mark = "*" if row["code"] in table.marked else " "
+                assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
+            styles = [str(next(iter(line)).style) for line in lines]
+            assert table.cursor == cursor
+            assert styles.count(styles[cursor - top]) == 1
+        await pilot.click(table, offset=(1, 0))
+        assert app.clicked == ["code"]

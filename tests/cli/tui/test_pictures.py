@@ -7,7 +7,7 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console, Group
-from screens import LARGE, SMALL, drive, press, shown
+from screens import LARGE, SMALL, browsing, press, shown
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
@@ -224,8 +224,8 @@ def test_a_pruned_word_and_a_long_one_have_what_there_is():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [SMALL, LARGE])
-def test_enter_opens_the_whole_orbit(filled_once, size):
-    async def steps(app, pilot):
+async def test_enter_opens_the_whole_orbit(filled_once, size):
+    async with browsing(filled_once, size) as (app, pilot):
         await press(pilot, "j", "enter")
         assert isinstance(app.screen, WholeOrbitScreen)
         assert "013 at a = 1.6" in shown(app)
@@ -240,20 +240,15 @@ def test_enter_opens_the_whole_orbit(filled_once, size):
         assert isinstance(app.screen, MainScreen)
         assert there(app.screen.orbit).code == "013"
 
-    drive(filled_once, steps, size)
-
 
 @pytest.mark.slow
-def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
+async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
     cli("fill", "--p", "3")
     assert cli("verify", "--rigorous", "--p", "2").code == 0
-
-    async def steps(app, pilot):
+    async with browsing(tmp_path / "orbits.db", LARGE) as (app, pilot):
         assert app.screen.orbit.code == "13"
         radius, bits = app.certificate(app.screen.orbit)
         assert f"radius {upwards(radius)}, {bits} bits" in shown(app)
         assert app.certificate(solve_word("13", 1.0)) is None
         await press(pilot, "j")
         assert "none stored" in shown(app)
-
-    drive(tmp_path / "orbits.db", steps, LARGE)

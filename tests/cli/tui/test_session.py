@@ -4,7 +4,7 @@ import os
 import shutil
 
 import pytest
-from screens import drive, press, row_of, screen_lines, settle, table_of, until
+from screens import browsing, press, row_of, screen_lines, settle, table_of, until
 from textual import events
 from textual.command import CommandList
 from textual.widgets import Input, Static
@@ -83,8 +83,8 @@ def path(varied, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
-    async def steps(app, pilot):
+async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
+    async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
@@ -108,12 +108,10 @@ def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         await click(pilot, 3, 6)
         assert main.orbit.code == table.source.row(5)[0]
 
-    drive(path, steps)
-
 
 @pytest.mark.slow
-def test_the_cursor_and_the_orbit_move_by_keys(path):
-    async def steps(app, pilot):
+async def test_the_cursor_and_the_orbit_move_by_keys(path):
+    async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
         words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
@@ -151,12 +149,10 @@ def test_the_cursor_and_the_orbit_move_by_keys(path):
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
 
-    drive(path, steps)
-
 
 @pytest.mark.slow
-def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
-    async def steps(app, pilot):
+async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
+    async with browsing(path) as (app, pilot):
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
         shown = app.screen.query_one(NameList).options
@@ -194,8 +190,6 @@ def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypat
         assert app.fill_state.state == "running"
         assert isinstance(app.screen, MainScreen)
 
-    drive(path, steps)
-
 
 def test_words_and_periods_are_filled_with_their_counts(tmp_path):
     path = tmp_path / "orbits.db"
@@ -212,7 +206,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
 
 
 @pytest.mark.slow
-def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
+async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
     """The first code is that of all rows; keys and a code that come before these lead to them."""
     began = []
 
@@ -223,7 +217,7 @@ def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
             told = str(self.query_one("#position", Static).render())
             began.append((len(rows), self.rows.reads, self.rows.table.row, "of …" in told))
 
-    async def steps(app, pilot):
+    async with browsing(filled_once) as (app, pilot):
         await app.push_screen(Early(Selection()))
         await settle(pilot)
         table, total = app.screen.rows.table, Catalogue(filled_once).count(Selection())
@@ -232,5 +226,3 @@ def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
         assert (reads, there(row)[0], told) == (True, "13", True)
         assert table.row[1] == 5
         assert table.source.row(0)[0] == "13"
-
-    drive(filled_once, steps)

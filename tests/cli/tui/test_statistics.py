@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from screens import drive, press, screen_lines, shown
+from screens import browsing, press, screen_lines, shown
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.catalogue.catalogue import Catalogue
@@ -30,14 +30,13 @@ def test_the_first_periods_come_before_all(filled_once, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-9, 0.5])
-def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
+async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     kept = Reference(0.8867, error, 0.3752, error, 2.3, 0.1, 10**9, 16, 5)
     writer = Writer(filled, {"command": "test"})
     add_reference(writer, 1.6, kept)
     writer.close()
-
-    async def steps(app, pilot):
+    async with browsing(filled, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "S")
         assert app.screen.reference == kept
         told = " ".join(shown(app).split())
@@ -54,8 +53,6 @@ def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monke
         assert ("not as good" in shown(app)) == (better == error)
         assert "bounces followed here" in shown(app)
 
-    drive(filled, steps, LARGE, Selection(periods=((2, 3),)))
-
 
 def test_bars_are_to_scale_and_little_is_seen():
     lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 20, without=1234)
@@ -66,8 +63,8 @@ def test_bars_are_to_scale_and_little_is_seen():
 
 
 @pytest.mark.slow
-def test_counts_and_histograms_of_the_subset_on_show(filled_once):
-    async def steps(app, pilot):
+async def test_counts_and_histograms_of_the_subset_on_show(filled_once):
+    async with browsing(filled_once) as (app, pilot):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
         text = shown(app)
@@ -85,5 +82,3 @@ def test_counts_and_histograms_of_the_subset_on_show(filled_once):
         assert "xyT " in shown(app)
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
-
-    drive(filled_once, steps)

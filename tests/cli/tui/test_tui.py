@@ -8,7 +8,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from screens import LARGE, SMALL, drive, press, screen_lines, send, shown, table_of, until
+from contents import made
+from screens import LARGE, SMALL, browsing, press, screen_lines, send, shown, table_of, until
 from solutions import entropy, lyapunov
 from textual.widgets import Input
 from there import there
@@ -36,11 +37,7 @@ TAKEN_WITH = "8.2"
 @pytest.fixture(scope="session")
 def filled(tmp_path_factory):
     path = tmp_path_factory.mktemp("tui") / "orbits.db"
-    Catalogue.create(path)
-    for a, highest in ((1.6, 7), (1.0, 6)):
-        for _ in fill_periods(path, a, range(2, highest + 1)):
-            pass
-    return path
+    return made(path, fill_periods(path, 1.6, range(2, 8)), fill_periods(path, 1.0, range(2, 7)))
 
 
 @pytest.mark.slow
@@ -52,8 +49,8 @@ def filled(tmp_path_factory):
         ("1^20 3", Selection(periods=((2, 4),)), True, "not stored: solved on the spot"),
     ],
 )
-def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told):
-    async def steps(app, pilot):
+async def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told):
+    async with browsing(filled, code=code, selection=chosen, notifications=True) as (app, pilot):
         assert app.screen.orbit.code == parse(code)
         assert [note.message for note in app._notifications] == [told]
         assert (table_of(app).row is not None) == rows
@@ -61,12 +58,10 @@ def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told)
         if rows:
             assert app.screen.orbit.code == "13"
 
-    drive(filled, steps, code=code, selection=chosen, notifications=True)
-
 
 @pytest.mark.slow
-def test_a_particle_runs_and_phase_space_compares(filled):
-    async def steps(app, pilot):
+async def test_a_particle_runs_and_phase_space_compares(filled):
+    async with browsing(filled) as (app, pilot):
         drawing = app.screen.query_one(OrbitDrawing)
         await pilot.press("space")
         before = drawing.particle
@@ -87,8 +82,6 @@ def test_a_particle_runs_and_phase_space_compares(filled):
         await press(pilot, "M", "v")
         assert app.screen.compared == ()
         assert not drawing.phase
-
-    drive(filled, steps)
 
 
 def test_statistics_of_chosen_words_count_those_words_alone(filled):
@@ -116,10 +109,9 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 @pytest.mark.slow
-def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp_path):
+async def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp_path):
     path = tmp_path / "new.db"
-
-    async def steps(app, pilot):
+    async with browsing(path) as (app, pilot):
         await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
         await until(lambda: "2,697,273 words to come" in shown(app))
@@ -137,12 +129,9 @@ def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp
         await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
         await until(lambda: app.fill_state.state == "stopped")
-
-    drive(path, steps)
     done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
     assert 14 not in done
-    for _ in fill_periods(path, 1.6, range(2, 8)):
-        pass
+    made(path, fill_periods(path, 1.6, range(2, 8)))
     counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
@@ -183,25 +172,23 @@ def test_every_kind_of_export(filled, tmp_path, name):
 
 
 @pytest.mark.slow
-def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
-    async def steps(app, pilot):
+async def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
+    async with browsing(filled) as (app, pilot):
         for keys, name, told in (("e", "orbits.csv", "the chosen rows"), ("tab e", "13.svg", "the orbit in")):
             await press(pilot, *keys.split())
             assert app.screen.query_one(Input).value == name
             assert told in shown(app)
             await press(pilot, "escape")
 
-    drive(filled, steps)
-
 
 @pytest.mark.slow
-def test_a_very_small_screen_has_rows_and_facts_below_one_another(filled):
+async def test_a_very_small_screen_has_rows_and_facts_below_one_another(filled):
     def room(app):
         table, facts = table_of(app), app.screen_stack[0].query_one(FactsPanel)
         assert min(table.size.width, facts.size.width) >= 36
         return table.size.height - 1, facts.size.height
 
-    async def steps(app, pilot):
+    async with browsing(filled, size=(40, 12)) as (app, pilot):
         assert room(app) == (3, 4)
         assert "status " in shown(app)
         await press(pilot, "tab")
@@ -213,38 +200,28 @@ def test_a_very_small_screen_has_rows_and_facts_below_one_another(filled):
         await press(pilot, "escape", "d")
         assert all(app.screen.query_one(name).size.width >= 36 for name in ("#tallies", "#histogram"))
 
-    drive(filled, steps, size=(40, 12))
-
 
 @pytest.mark.slow
-def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
+async def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
     path, code = Path(shutil.copy(filled, tmp_path)), "1" * 40 + "3"
     fill_word(path, code, 1.6)
 
-    def steps_for(length):
-        async def steps(app, pilot):
+    for size, length in ((SMALL, 17), (LARGE, 24)):
+        async with browsing(path, size, Selection(periods=((2, 2), (41, 41)))) as (app, _):
             _, _, _, heading, *lines = screen_lines(app)
             assert re.search(r"code +p▲ +length ", heading)
             assert any(f"│{code[: length - 1]}… " in line for line in lines)
 
-        return steps
-
-    for size, length in ((SMALL, 17), (LARGE, 24)):
-        drive(path, steps_for(length), size, Selection(periods=((2, 2), (41, 41))))
-
 
 @pytest.mark.slow
-def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
+async def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
-
-    async def steps(app, pilot):
+    async with browsing(filled) as (app, _):
         assert app.no_color
         assert {"◆", "•"} <= set(shown(app))
         svg = app.export_screenshot().replace("#c5c8c6", "")  # of the picture's frame, not of the app
         colours = set(re.findall(r"fill: (#\w{6})", svg))
         assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
-
-    drive(filled, steps)
 
 
 def normalised(svg):
@@ -264,18 +241,14 @@ def normalised(svg):
         pytest.param("empty", SMALL, [], marks=pytest.mark.slow),
     ],
 )
-def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
+async def test_snapshots(filled, tmp_path, monkeypatch, name, size, keys):
     monkeypatch.chdir(tmp_path)
     if name != "empty":
         Path("orbits.db").write_bytes(filled.read_bytes())
-    taken = []
-
-    async def steps(app, pilot):
+    async with browsing(Path("orbits.db"), size) as (app, pilot):
         await press(pilot, *keys)
-        taken.append(normalised(app.export_screenshot()))
-
-    drive(Path("orbits.db"), steps, size)
-    [svg], file = taken, SNAPSHOTS / f"{name}.svg"
+        svg = normalised(app.export_screenshot())
+    file = SNAPSHOTS / f"{name}.svg"
     if os.environ.get(WRITE):
         file.write_text(svg, encoding="utf-8")
     assert file.exists(), f"no snapshot: look at the screen, then run the test with {WRITE}=1"

@@ -5,26 +5,16 @@ import json
 import re
 import signal
 import socket
-import subprocess
 import sys
 
 import pytest
-from processes import COMMAND
+from processes import start
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
-
-
-def start(*arguments):
-    """Start the command; return its process and what it tells first."""
-    served = subprocess.Popen(
-        [*COMMAND, "browse", "--web", *map(str, arguments)],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    return served, there(served.stderr).readline()
 
 
 async def seen(socket, text):
@@ -49,8 +39,9 @@ def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(fille
     aiohttp = pytest.importorskip("aiohttp")  # here, as importing it takes what ten tests take
     chosen = Selection(time_reversal="self", periods=((2, 4),))
     where = "time_reversal = 'self' and p < :top"
-    served, told = start("--port", 0, "--db", filled_once, "--where", where, "-P", "top=5", "--a", 1.6)
-    page, _, rest = told.partition(" ")
+    asked = ("--port", "0", "--db", filled_once, "--where", where, "-P", "top=5", "--a", "1.6")
+    served = start("browse", "--web", *asked)
+    page, _, rest = there(served.stderr).readline().partition(" ")
     base = page.rpartition("/")[0].rpartition("/")[0]
 
     async def visit():
