@@ -13,44 +13,28 @@ from there import there
 from orbitdb import Catalogue, __version__
 from orbitdb import export as files
 
-CHOICE = ("--p", "2-5", "--status", "orbit,dynamical")
-
-
-@pytest.fixture
-def subset(varied):
-    return Catalogue(varied).select(p="2-5", status="orbit,dynamical", coordinates=True)
-
-
-@pytest.fixture
-def exported(varied, tmp_path, cli):
-    def exported(ending, *more):
-        target = tmp_path / f"orbits.{ending}"
-        done = cli("export", str(target), *CHOICE, "--coordinates", "--db", str(varied), *more)
-        assert done.code == 0, done.err
-        assert "dynamically pruned words of period 2 to 5 at a = 1.6" in done.err
-        return target
-
-    return exported
-
-
-def assert_is_provenance(metadata, varied):
-    assert metadata["orbitdb"] == __version__
-    assert metadata["selection"].endswith("of period 2 to 5 at a = 1.6")
-    assert metadata["a"] == 1.6
-    assert metadata["database"] == str(varied)
-    assert metadata["date"].endswith("+00:00")
-
 
 @pytest.mark.slow
-def test_every_format_says_where_it_comes_from(exported, varied):
+def test_every_format_says_where_it_comes_from(varied, tmp_path, cli):
     from pyarrow import parquet
 
-    for form in ("csv", "jsonl"):
-        assert_is_provenance(json.loads(files.metadata_path(exported(form)).read_text()), varied)
-    kept = parquet.read_table(exported("parquet")).schema.metadata
-    assert_is_provenance({name.decode(): json.loads(value) for name, value in kept.items()}, varied)
-    with np.load(exported("npz")) as archive:
-        assert_is_provenance(json.loads(str(archive["metadata"])), varied)
+    paths = {form: tmp_path / f"orbits.{form}" for form in ("csv", "jsonl", "parquet", "npz")}
+    chosen = ("--p", "2-5", "--status", "orbit,dynamical", "--coordinates", "--db", str(varied))
+    for path in paths.values():
+        done = cli("export", str(path), *chosen)
+        assert done.code == 0, done.err
+        assert "dynamically pruned words of period 2 to 5 at a = 1.6" in done.err
+    kept = [json.loads(files.metadata_path(paths[form]).read_text()) for form in ("csv", "jsonl")]
+    of_table = parquet.read_table(paths["parquet"]).schema.metadata
+    kept.append({name.decode(): json.loads(value) for name, value in of_table.items()})
+    with np.load(paths["npz"]) as archive:
+        kept.append(json.loads(str(archive["metadata"])))
+    for metadata in kept:
+        assert metadata["orbitdb"] == __version__
+        assert metadata["selection"].endswith("of period 2 to 5 at a = 1.6")
+        assert metadata["a"] == 1.6
+        assert metadata["database"] == str(varied)
+        assert metadata["date"].endswith("+00:00")
 
 
 def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli):

@@ -85,6 +85,7 @@ plot sheet -o x.svg | 2 | --p
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
+plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
 plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
 plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere

@@ -97,20 +97,16 @@ def test_every_odd_value_of_every_option(tried, command):
             tried(command, option, value)
 
 
-def try_some(tried, seed: int, count: int) -> None:
-    rng = random.Random(f"options {seed}")
-    for _ in range(count):
+@pytest.mark.slow
+def test_odd_values_together(tried):
+    rng = random.Random("options 0")
+    for _ in range(120):
         command = rng.choice(list(COMMANDS))
         options = COMMANDS[command]
         arguments: list[str] = []
         for option in rng.sample(list(options), min(rng.randrange(1, 4), len(options))):
             arguments += [option, rng.choice(options[option])]
         tried(command, *arguments)
-
-
-@pytest.mark.slow
-def test_odd_values_together(tried):
-    try_some(tried, 0, 120)
 
 
 TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where",
@@ -168,10 +164,12 @@ def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, end
     assert Path("/dev/null").is_char_device()
 
 
-def fuzz_where(catalogue: Catalogue, plain: sqlite3.Connection, numbers: range) -> int:
-    """Try expressions; those that are allowed choose what SQLite itself would; return how many are."""
+@pytest.mark.parametrize("tries", slow_but([40], [40, 300]))
+def test_expressions_choose_what_sqlite_does_or_are_refused(varied, tries):
+    before, catalogue = varied.read_bytes(), Catalogue(varied)
+    plain = sqlite3.connect(f"file:{varied}?mode=ro", uri=True)
     allowed, refusals = 0, []
-    for number in numbers:
+    for number in range(tries):
         text = bad.damaged(random.Random(f"where {number}"))
         chosen = Selection(where=text)
         try:
@@ -186,21 +184,9 @@ def fuzz_where(catalogue: Catalogue, plain: sqlite3.Connection, numbers: range) 
             assert plain.execute(query).fetchone() == (count,), (number, text)
             assert len(shown) == min(count, 3), (number, text)
     assert all("\n" not in refusal and len(refusal) < 1100 for refusal in refusals)
-    return allowed
-
-
-@pytest.fixture
-def fuzzed(varied):
-    before = varied.read_bytes()
-    plain = sqlite3.connect(f"file:{varied}?mode=ro", uri=True)
-    yield Catalogue(varied), plain
     plain.close()
+    assert allowed > tries / 5
     assert varied.read_bytes() == before
-
-
-@pytest.mark.parametrize("count", slow_but([40], [40, 300]))
-def test_expressions_choose_or_are_refused(fuzzed, count):
-    assert fuzz_where(fuzzed[0], fuzzed[1], range(count)) > count / 5
 
 
 @pytest.mark.slow

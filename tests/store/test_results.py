@@ -1,9 +1,7 @@
 """Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
 
-import shutil
 from collections import Counter
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +12,6 @@ from there import there
 from orbitdb import Catalogue, InputError
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.counts import histogram
-from orbitdb.cli.app import call
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.asking.selection import Selection
@@ -114,22 +111,10 @@ def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least,
     assert (margins.counts[-1], margins.counts[0]) == (1, margins.counts.sum() - 1)
 
 
-@pytest.fixture(scope="module")
-def enclosed_once(filled_once, tmp_path_factory) -> Path:
-    path = Path(shutil.copy(filled_once, tmp_path_factory.mktemp("enclosed")))
+def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
     for options in (["--window", "4", "--prove"], ["--window", "6"], ["--a", "0.5", "--window", "4"]):
-        assert call(["bounds", *options, "--db", str(path), "--json"]) in (None, 0)
-    return path
-
-
-@pytest.fixture
-def enclosed(enclosed_once, tmp_path) -> Path:
-    """A catalogue with p = 2..8 at a = 1.6, and bounds: in balls at 1.6, closer in doubles at 1.6, at 0.5."""
-    return Path(shutil.copy(enclosed_once, tmp_path / "orbits.db"))
-
-
-def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
-    catalogue = Catalogue(enclosed)
+        assert cli("bounds", *options, "--db", str(filled)).code == 0
+    catalogue = Catalogue(filled)
     *_, found = search(Stadium(1.6), window=6)
     closest = there(catalogue.entropy_bounds())
     assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
@@ -143,10 +128,10 @@ def test_what_is_proved_is_kept_once_and_read_back(enclosed, cli):
     with pytest.raises(InputError, match="use doubles or balls"):
         catalogue.entropy_bounds(proof="faith")
     assert catalogue.a_values() == [1.6]
-    before = [ask(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
+    before = [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
     assert len(before[0]) == 3 + 5 + 3
-    cli("bounds", "--window", "5", "--db", str(enclosed))
-    assert [ask(enclosed, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
-    alter(enclosed, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
-    cli("bounds", "--window", "6", "--db", str(enclosed))
+    cli("bounds", "--window", "5", "--db", str(filled))
+    assert [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
+    alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
+    cli("bounds", "--window", "6", "--db", str(filled))
     assert catalogue.entropy_bounds() == closest

@@ -161,17 +161,10 @@ def stadiums_of(app):
     return {screen.selection.a, drawing.a, *orbits, *rows}
 
 
-@pytest.fixture(scope="module")
-def at_one(tmp_path_factory):
-    """A catalogue of a = 1 alone."""
-    path = tmp_path_factory.mktemp("one") / "orbits.db"
-    return made(path, fill_periods(path, 1.0, range(2, 6)))
-
-
 @pytest.mark.slow
-async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(at_one, tmp_path):
+async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp_path):
     path = tmp_path / "orbits.db"
-    path.write_bytes(at_one.read_bytes())
+    made(path, fill_periods(path, 1.0, range(2, 6)))
     async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
         assert stadiums_of(app) == {2.0}
         assert len(table_of(app).source) == 0
