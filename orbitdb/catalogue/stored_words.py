@@ -180,7 +180,7 @@ class StoredWords(OpenedCatalogue):
     def __contains__(self, word: object) -> bool:
         """Tell whether the catalogue holds a word, in any rotation and with any status."""
         try:
-            return isinstance(word, str) and is_primitive(parse(word)) and self.find(word) is not None
+            return isinstance(word, str) and self.find(word) is not None
         except WordError:
             return False
 

@@ -140,3 +140,4 @@ def test_stages_count_what_they_time():
     assert times.classes == len(representatives(8)[0])
     assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))
     assert times.balls < times.assessment  # no word is left for them, and that takes no time
+    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven are

@@ -105,6 +105,12 @@ def test_extras_are_installed_by_one_line_everywhere():
     assert {extra for _, extras in lines for extra in extras.split(",")} <= known
 
 
+def test_every_column_is_of_some_kind():
+    listed = [each for each in vars(orbitdb.columns).values() if isinstance(each, tuple) and each]
+    kinds = {each.kind for every in listed for each in every if isinstance(each, orbitdb.columns.Column)}
+    assert kinds == {"text", "integer", "integers", "number", "numbers", "pairs", "yes or no"}
+
+
 def test_every_column_stands_in_the_data_dictionary():
     """With a unit or type, a meaning, and when it is empty."""
     columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default

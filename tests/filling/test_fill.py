@@ -15,11 +15,11 @@ from contents import alter, content
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill import fill_periods, fill_word
+from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.pruning import count_admissible
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 
 def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
@@ -154,6 +154,28 @@ def test_one_row_a_period(born):
     assert all(each.seconds > 0 for each in found.values())
     assert found[4].least is None
     assert found[6].largest == pytest.approx(3.043599, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_deaths_are_counted_apart(born):
+    """Of p = 9, where two classes die and are born again."""
+    store_births(born, [9])
+    found = Catalogue(born).birth_fills()[-1]
+    with closing(sqlite3.connect(born)) as plain:
+        asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
+        births = plain.execute(f"{asked} WHERE p = 9 AND kind = 'born' AND a > 0").fetchone()
+        deaths = plain.execute(f"{asked} WHERE p = 9 AND kind = 'died'").fetchone()
+    assert (found.births, found.least, found.largest) == (births[0], *births[2:])
+    assert found.deaths == deaths[1] > 0
+
+
+@pytest.mark.slow
+def test_all_words_of_a_period_are_gone_through_for_the_pruned_ones(tmp_path):
+    Catalogue.create(tmp_path / "orbits.db")
+    steps = list(fill_geometric(tmp_path / "orbits.db", [8]))
+    done = [step.words for step in steps]
+    assert done == sorted(set(done))
+    assert done[-1] == steps[-1].total == count_primitive(8)
 
 
 def test_the_run_says_what_it_was_asked_to_do(born):

@@ -39,6 +39,7 @@ def test_smooth_slacks_are_the_slacks_and_linear():
     assert np.array_equal(np.minimum(smooth[0], smooth[1]), rough[0])
     several = legs.k > 1
     assert np.array_equal(np.minimum(smooth[2], smooth[3])[several], rough[1][several])
+    assert np.isinf(smooth[2:4][:, ~several]).all()
     assert smooth[4:] == pytest.approx(rough[2:])
     change = np.random.default_rng(1).normal(size=alpha.shape)
     finite = np.isfinite(smooth)

@@ -156,3 +156,23 @@ def test_they_are_of_use():
     """Within a twelfth of what there is at a = 1.6: 6.075 at p = 12, and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
+
+
+@pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 20.0])
+def test_the_least_lambda_is_that_of_the_least_kicks_and_drifts(a):
+    """Of all runs and legs, each at its worst over the angles that its docstring allows, in any number."""
+    share = np.linspace(0, 1, 4001)[1:]
+
+    def least(k, n):
+        kick = (2 * k / np.sin(share * np.pi / 2 / max(k - 1, 1))).min()
+        low = np.arctan((n - 1) / (a + 1)) if n else -np.arctan(1 / a)
+        angle = low + np.linspace(0, 1, 4001) * (np.arctan((n + 1) / a) - low)
+        return np.log1p(kick * (2 * a * np.cos(angle) + 2 * n * np.sin(angle)).min())
+
+    most = 9
+    alone = [min((least(k, b - k) for k in range(1, b + 1)), default=np.inf) for b in range(most)]
+    several = [np.inf] * most
+    for b in range(2, most):
+        several[b] = min(alone[i] + min(alone[b - i], several[b - i]) for i in range(1, b))
+    for p in range(2, 6):
+        assert least_exponent(p, a) == pytest.approx(min(several[p + 1 :]), rel=1e-6)

@@ -1,5 +1,6 @@
 """Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
 
+import re
 from collections import Counter
 from itertools import product
 
@@ -79,7 +80,8 @@ def test_what_the_sums_over_divisors_lack_is_said(tmp_path):
 def test_a_result_shows_itself(catalogue):
     found = catalogue.table(p="2-4")
     assert repr(found).splitlines()[0].split() == list(found.columns)
-    assert "<table>" in found._repr_html_()
+    cells = re.findall("<td>(.*?)</td>", found._repr_html_())
+    assert cells == [text for line in repr(found).splitlines()[1 : 1 + len(found)] for text in line.split()]
 
 
 def _numbers(values):

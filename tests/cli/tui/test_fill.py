@@ -116,6 +116,7 @@ async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_p
         assert app.fill_state.sentence() == "done: 1,101 words"
         await settle(pilot)
         assert "done: 1,101 words" in shown(app)
+        assert "nothing is left to do" in cost(app)
         await press(pilot, "escape", "f")
         assert "done" not in shown(app)
         await press(pilot, "escape")
