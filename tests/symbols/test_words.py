@@ -48,6 +48,7 @@ def rotations(word: str) -> list[str]:
         ("12^3", "1222"),
         ("1^2^3", "1" * 6),
         (f"(13)^{MAX_ORDER // 2}", "13" * (MAX_ORDER // 2)),
+        (f"1^{MAX_ORDER}", "1" * MAX_ORDER),
     ],
 )
 def test_parse_reads(text, word):
