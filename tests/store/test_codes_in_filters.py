@@ -2,6 +2,7 @@
 
 import pytest
 from contents import alter
+from there import there
 
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
@@ -9,7 +10,8 @@ from orbitdb.filling.fill import fill_word
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import SelectionError
-from orbitdb.symbols.words import parse
+from orbitdb.symbols.symmetry import members
+from orbitdb.symbols.words import least_rotation, parse
 
 
 @pytest.fixture
@@ -46,11 +48,17 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert sum(catalogue.classes(chosen).chosen) == len(found)
 
 
-@pytest.mark.parametrize("word", ["1^10 3^10", "1^11 3^10"])
-def test_the_longest_words_with_a_key_and_longer_ones_are_found(own, word):
-    orbit = fill_word(own, parse(word), 1.6)
-    found = Catalogue(own, 1.6).select(where=f"code('{word}')")
-    assert [row.code for row in found] == [orbit.code]
+def test_the_longest_words_with_a_key_and_longer_ones_are_found(own):
+    """One by one, also where the words of a class are sorted, and long ones of several orders together."""
+    for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
+        fill_word(own, word, 1.6)
+        with Catalogue(own, 1.6) as catalogue:
+            assert there(catalogue.find(word)).stored
+            for code in members(least_rotation(word)):
+                found = catalogue.select(where=f"code('{code}')", order="code")
+                assert [row.code for row in found] == [code]
+    with Catalogue(own, 1.6) as catalogue:
+        assert {row.p for row in catalogue.select(contains="1" * 10)} == {20, 21, 22}
 
 
 def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
