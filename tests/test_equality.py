@@ -13,6 +13,8 @@ from there import there
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
 from orbitdb.equality import ByValue
+from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.levels import Levels
 from orbitdb.symbols.words import from_strings
 
 
@@ -107,3 +109,9 @@ def test_what_holds_large_arrays_is_written_in_one_line(filled):
         assert "\n" not in repr(record)
         assert repr(record).startswith(f"{type(record).__name__}(")
         assert len(repr(record)) < 1000
+
+
+@pytest.mark.parametrize("change", [{"a": 1.5}, {"low": 0.5}, {"high": 8.0}, {"below": 1}])
+def test_a_number_alone_makes_a_difference(change):
+    one = Levels(1.6, Parity("ee"), 0.0, 9.0, 0, np.ones(2), np.zeros(2))
+    assert replace(one) == one != replace(one, **change)

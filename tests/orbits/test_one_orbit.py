@@ -70,7 +70,7 @@ def test_an_orbit_is_named_in_one_line():
     ],
 )
 def test_simple_numbers_are_recognised(a, form):
-    assert [closed_form(a * (1 + off)) for off in (-4e-13, 0.0, 4e-13)] == [form] * 3
+    assert [closed_form(a * (1 + off)) for off in (-9e-13, 0.0, 9e-13)] == [form] * 3
 
 
 def test_no_other_number_is():

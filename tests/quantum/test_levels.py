@@ -10,10 +10,9 @@ from scipy.optimize import minimize_scalar
 from scipy.special import jv
 
 from orbitdb import InputError, Stadium
-from orbitdb.errors import WorkError
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
-from orbitdb.quantum.levels import ROUNDING, LevelTask, levels, windows
+from orbitdb.quantum.levels import LevelTask, levels, windows
 from orbitdb.quantum.mesh import quarter_stadium
 
 
@@ -74,17 +73,3 @@ def test_particular_solutions_find_the_same_levels():
 def test_what_was_not_tried_is_refused(a, low, high):
     with pytest.raises(InputError, match="give"):
         list(windows(Stadium(a), Parity.EE, low, high))
-
-
-def test_a_window_that_ends_between_the_levels_of_its_two_grids_is_refused():
-    """On the other side of the level of the finer grid both grids have it, or neither."""
-    whole = LevelTask(1.6, Parity("ee"), 2.0, 8.0).solved()
-    apart = (whole.error - ROUNDING * whole.k) / 2
-    level, half = float(whole.k[apart.argmax()]), float(apart.max()) / 2
-    refused = 0
-    for low in (level - half, level + half):
-        try:
-            LevelTask(1.6, Parity("ee"), low, 8.0).solved()
-        except WorkError:
-            refused += 1
-    assert refused == 1

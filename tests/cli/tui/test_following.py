@@ -43,6 +43,7 @@ def test_a_step_stops_on_both_sides_of_a_change():
     assert [a < DIED or a > REBORN for a in beside] == [True, False, False, True]
     assert next_a(LIVES, beside[1], False) == pytest.approx(beside[0])
     assert next_a((), 1.0, True) == pytest.approx(1.02, abs=1e-3)
+    assert next_a([(0.5, 0.5005)], 0.501, False) == pytest.approx(0.5005, rel=1e-8)  # the nearer end
     assert told(LIVES, beside[0], beside[1]) == "gone at a = 0.473270308236"
     assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
     assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
