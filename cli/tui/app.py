@@ -81,7 +81,7 @@ class BrowseApp(OrderlyApp):
         return main
 
     def on_key(self, event: Key) -> None:
-        """Write a letter where the focus is when its turn comes, behind what was pressed before it."""
+        """Write a letter into the focused line, after the keys pressed before it have taken effect."""
         if event.character is not None and event.is_printable and isinstance(self.focused, Field):
             event.prevent_default()
             self.focused.replace(event.character, *self.focused.selection)

@@ -64,10 +64,10 @@ class ScrollBox(ScrollableContainer):
 
 
 class Field(Input):
-    """A line of text in which letters wait for their turn (`BrowseApp.on_key`), as all other keys do."""
+    """A line of text that takes letters in turn with all other keys (`BrowseApp.on_key`)."""
 
     def on_key(self, event: Key) -> None:
-        """Leave letters to the application, where Textual does what the other keys say."""
+        """Leave letters to the application, which handles all other keys."""
         if event.is_printable:
             event.prevent_default()
 

@@ -28,7 +28,7 @@ _FIELDS = (
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
 _TELLING, _LONG = 0.01, 10.0
-"""From which part of the work on, or after how many seconds, its pace is told: small periods are slow."""
+"""A fill shows its rate after this share of the words or so many seconds: the first periods are slow."""
 
 
 class Wish(NamedTuple):
