@@ -19,7 +19,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
 from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
-from orbitdb.orbits.births.continuation import follow, motion
+from orbitdb.orbits.births.continuation import between, follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.single_word import LONGEST
@@ -61,6 +61,24 @@ def test_following_leads_where_solving_does():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
+    ends = [list(follow(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
+    off = [np.abs(end - newton(legs, 1.0).alpha).max() for end in ends]
+    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a step of Newton's
+
+
+@pytest.mark.parametrize(("p", "at", "widths"), [(6, 0.3, (0.4, 0.2)), (6, 0.3, (3, 2)), (7, -2.5, (8, 3))])
+def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths):
+    """Between near ones a quartic error, squared by a step of Newton's; far ones need several steps."""
+    for _, legs in cut(representatives(p)):
+        off = []
+        for h in widths:
+            low, middle, high = (next(follow(legs, np.array([at + x]))) for x in (-h / 2, 0, h / 2))
+            found = between(legs, low, high)
+            assert found.x == pytest.approx(at)
+            assert found.drift == pytest.approx(middle.drift, abs=3e-3)
+            off.append(np.abs(found.alpha - middle.alpha).max())
+        assert max(off) < 1e-5
+        assert h > 1 or off[0] / off[1] == pytest.approx(2**8, rel=0.2)
 
 
 def test_what_happens_between_two_stations_is_found():
