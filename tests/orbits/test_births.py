@@ -66,7 +66,10 @@ def test_following_leads_where_solving_does():
     assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a step of Newton's
 
 
-@pytest.mark.parametrize(("p", "at", "widths"), [(6, 0.3, (0.4, 0.2)), (6, 0.3, (3, 2)), (7, -2.5, (8, 3))])
+@pytest.mark.parametrize(
+    ("p", "at", "widths"),
+    [(6, 0.3, (0.4, 0.2)), (6, 0.3, (3, 2)), (7, -2.5, (8, 3)), (6, -4.5, (6, 3))],
+)
 def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths):
     """Between near ones a quartic error, squared by a step of Newton's; far ones need several steps."""
     for _, legs in cut(representatives(p)):

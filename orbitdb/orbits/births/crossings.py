@@ -181,7 +181,7 @@ def _surely(legs: Chain, stuck: Zeros) -> tuple[Floats, Floats]:
     active = np.arange(len(stuck))
     for _ in range(_SURE_STEPS):
         a, b, f_a, f_b = low[active], high[active], f_low[active], f_high[active]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore"):
             new = (a * f_b - b * f_a) / (f_b - f_a)
         new = np.where((new > a) & (new < b), new, (a + b) / 2)
         f, found = _solved(legs.chain(active), stuck.slack[active], new, alpha[:, active])
