@@ -267,6 +267,15 @@ def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
     assert checks(sound, Selection(periods=((4, 6),)), sample=2)["changes"].rows == 2  # each is born once
 
 
+def test_no_more_windows_are_counted_again_than_a_moment_allows(sound, tmp_path, monkeypatch):
+    """Longer ones take hours: their bounds are compared with those of shorter ones."""
+    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)
+    for name, noticed in ((".windows", False), (" of another version, below all others", True)):
+        path = Path(shutil.copy(sound, tmp_path / "altered.db"))
+        altered(path, ALTERATIONS["entropy_bound" + name][0])
+        assert ("entropy" in found_wrong(path)) == noticed
+
+
 def test_a_file_of_levels_is_sound(sound_levels):
     assert found_wrong(sound_levels) == {}
 

@@ -164,8 +164,7 @@ def _zero_step(legs: Chain, slack: Indices, x: Floats, alpha: Floats) -> tuple[F
     f, gain = (each[own] for each in slacks_and_slopes(legs, here, step))
     slope = slacks_and_slopes(legs, here, drift)[1][own]
     with np.errstate(divide="ignore", invalid="ignore"):
-        dx = np.nan_to_num(-(f + gain) / slope, posinf=1.0, neginf=-1.0)
-    dx = np.clip(dx, -1.0, 1.0)
+        dx = np.clip(np.nan_to_num(-(f + gain) / slope), -1.0, 1.0)
     return dx, here + step + dx * drift
 
 
