@@ -84,11 +84,20 @@ def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths):
         assert h > 1 or off[0] / off[1] == pytest.approx(2**8, rel=0.2)
 
 
-def test_what_happens_between_two_stations_is_found():
-    """The word is an orbit at both, and none for a while between them."""
-    ((_, legs),) = cut(from_strings(["010203113"]))
-    zeros = refine(legs, candidates(legs, follow(legs, np.log([0.8, 0.4]))))
-    assert np.exp(np.sort(zeros.x)) == pytest.approx([0.473270308236, 0.605684335145], rel=1e-11)
+def test_what_happens_between_two_stations_is_found(found):
+    """Also where a word is an orbit at both, and none for a while, or at neither, and one for a while."""
+    dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)
+    for words, changes in [(dying, find_changes(dying)), *found.values()]:
+        for low in rng.uniform(-1.7, -0.4, 8 if words is dying else 2):
+            high = low + rng.uniform(0.1, 1)
+            for rows, legs in cut(words):
+                zeros = refine(legs, candidates(legs, follow(legs, np.array([high, low]))))
+                for row, word in enumerate(rows.tolist()):
+                    places = np.log(changes.a[changes.word == word])
+                    places = places[(low < places) & (places < high)]
+                    here = np.sort(zeros.x[zeros.word == row])
+                    here = here[np.diff(here, prepend=-np.inf) > 1e-9]  # several bounces at once
+                    assert here == pytest.approx(places, abs=1e-11)
 
 
 def test_a_word_dies_and_is_reborn():

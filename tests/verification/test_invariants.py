@@ -126,6 +126,6 @@ def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
     np.testing.assert_allclose(found.lyapunov_error, spread, rtol=1e-6)
     in_run = (found.words == np.roll(found.words, -1, axis=1)).any(axis=1)
     with np.errstate(all="ignore"):  # of bounces on one point nothing is known
-        none = with_bounds(replace(still, error=none[bare], coordinates=0 * found.coordinates), stadium)
-    assert np.isinf(none.error[in_run]).all()
+        lost = with_bounds(replace(still, error=none[bare], coordinates=0 * found.coordinates), stadium)
+    assert np.isinf(lost.error[in_run]).all()
     assert in_run.any()
