@@ -276,6 +276,23 @@ def test_no_more_windows_are_counted_again_than_a_moment_allows(sound, tmp_path,
         assert ("entropy" in found_wrong(path)) == noticed
 
 
+@pytest.mark.parametrize(
+    ("change", "allowed"),
+    [
+        ("windows = windows + 3, undecided = undecided + 3", True),
+        ("lower = lower - 1e-6, upper = upper + 1e-6", True),
+        ("windows = windows - 1, lower = lower - 1e-6", False),
+        ("undecided = undecided - 1", False),
+        ("lower = lower - 1e-6, upper = upper - 1e-6", False),
+    ],
+)
+def test_balls_may_leave_open_what_doubles_decide_and_no_more(sound, tmp_path, change, allowed):
+    for proof, right in (("balls", allowed), ("doubles", False)):
+        path = Path(shutil.copy(sound, tmp_path / "altered.db"))
+        altered(path, f"UPDATE entropy_bound SET {change} WHERE edges = 5 AND proof = '{proof}'")
+        assert ("entropy" not in found_wrong(path)) == right
+
+
 def test_a_file_of_levels_is_sound(sound_levels):
     assert found_wrong(sound_levels) == {}
 
