@@ -4,6 +4,7 @@ import inspect
 import math
 import os
 import pickle
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -233,6 +234,14 @@ def test_criteria_are_those_of_a_selection():
     assert choose(p=range(2, 5)) == choose(p="2-4")
     assert choose(p=(2, 4)) == choose(p=[2, 4]) == choose(p="2,4")
     assert choose(length=None, lambda_c=(None, None)) == Selection()
+
+
+@pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
+def test_one_row_is_told_in_the_singular_and_more_in_the_plural(status):
+    chosen = choose(1.6, status=status, time_reversal="self", exists=(1,))
+    one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
+    assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
+    assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]
 
 
 def test_a_range_without_bounds_is_none(catalogue):
