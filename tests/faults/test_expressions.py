@@ -118,6 +118,7 @@ ALLOWED = {
     "length(code) - length(replace(code, '0', '')) = 1": 50,
     "EXISTS (SELECT 1 FROM catalogue AS b WHERE b.length = catalogue.length AND b.p > 5)": 100,
     "code IN (SELECT representative FROM catalogue WHERE p < 5) AND a = 1.6": 5,
+    f"p IN ({', '.join(['2'] * 3000)})": 1,
     "(p, code) IN (VALUES (2, '13'), (3, '113'))": 1,
     "code GLOB '01*' OR code LIKE '%3_'": 50,
     "round(lambda_c, 2) BETWEEN 0.3 AND 0.4 -- the weak ones": 20,
