@@ -60,11 +60,15 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
 @pytest.mark.slow
 async def test_the_first_trajectories_are_shown_as_they_come_and_kept_while_more_do(filled_once):
     async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
-        for key, share in (("S", r"\d; [5-9]\d%"), ("t", r"bounces followed here; following more: \d+%")):
+
+        async def follows(key: str, share: str) -> None:
             app.post_message(events.Key(key, key))
-            await until(lambda share=share: re.search(share, shown(app)))
+            await until(lambda: re.search(share, shown(app)))
             await settle(pilot)
             assert "bounces followed here  " in shown(app)
+
+        await follows("S", r"\d; [5-9]\d%")
+        await follows("t", r"bounces followed here; following more: \d+%")
 
 
 def test_bars_are_to_scale_and_little_is_seen():
