@@ -137,12 +137,10 @@ logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # a Ctrl-C as a
 def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
     """Return the program with some commands, by default all."""
     app = typer.Typer(
-        name="orbitdb",
         cls=Group,
         help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
         context_settings={"help_option_names": ["-h", "--help"]},
         rich_markup_mode=None,
-        pretty_exceptions_enable=False,
     )
     app.callback()(_options)
     for name in commands:

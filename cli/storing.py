@@ -88,8 +88,8 @@ def show_steps(
 
 
 _MOST_JOBS = 1024
-_WORTH_PROCESSES = 400_000
-"""Words from which on starting further processes pays."""
+_WORTH_PROCESSES = 1.0
+"""Seconds of work from which on starting further processes pays."""
 
 _JOBS = "Worker processes [default: all cores if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
@@ -131,11 +131,8 @@ class Solvers:
         return _MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
-    def at_work(self, words: int, a_block: int) -> "Iterator[Workers]":
-        """Start what solves so many words, or connect to it; end it after use.
-
-        What is no more than a block is solved here, whoever else may be there.
-        """
+    def at_work(self, seconds: float) -> "Iterator[Workers]":
+        """Start what does the work of so many seconds, about, or connect to it; end it after use."""
         from orbitdb.filling.workers import HERE, Processes, cores
 
         if self.scheduler is not None:
@@ -145,8 +142,8 @@ class Solvers:
                 note(f"{self.scheduler}: {_told(*cluster.size())}")
                 yield cluster
             return
-        count = self.jobs or (cores() if words >= _WORTH_PROCESSES else 1)
-        if count == 1 or words <= a_block:
+        count = self.jobs or (cores() if seconds >= _WORTH_PROCESSES else 1)
+        if count == 1:
             yield HERE
             return
         with Processes(count) as processes:

@@ -97,3 +97,12 @@ def test_npz_is_written_piece_by_piece(tmp_path):
     assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
     assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
     assert str(found["metadata"]) == '{"a": 1.6}'
+
+
+def test_npz_without_rows_has_its_columns(tmp_path):
+    with open(tmp_path / "orbits.npz", "wb") as file:
+        column_files.write_npz(file, ("code", "p", "length", "coordinates"), [], {})
+    found = np.load(tmp_path / "orbits.npz")
+    assert {name: found[name].size for name in found} == {
+        "code": 0, "p": 0, "length": 0, "coordinates": 0, "coordinates_start": 1, "metadata": 1,
+    }  # fmt: skip

@@ -46,11 +46,14 @@ class Need(NamedTuple):
         Disk space.
     seconds : float
         Time.
+    alone : float
+        Time that one process takes for it.
     """
 
     words: int
     bytes: int
     seconds: float
+    alone: float
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
@@ -75,8 +78,8 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     fills = [] if method != "newton" else [f for found in known.values() for f in found]
     enumerating, solving, storing = _rates(fills) or _RATES[method]
     solvers, writer = (enumerating + solving) * words, storing * words
-    seconds = max(writer, (solvers + writer) / jobs)
-    return Need(words, round(BYTES * words), seconds)
+    alone = solvers + writer
+    return Need(words, round(BYTES * words), max(writer, alone / jobs), alone)
 
 
 def sweep_need(
@@ -93,7 +96,7 @@ def sweep_need(
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
     swept = sum(each.tally.words for each in large)
     rate = sum(each.processor for each in large) / swept if swept else _SWEEPING
-    return Need(words, 0, rate * words / jobs)
+    return Need(words, 0, rate * words / jobs, rate * words)
 
 
 def _catalogue(path: Path) -> Catalogue | None:

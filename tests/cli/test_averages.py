@@ -51,7 +51,7 @@ def test_errors_are_rounded_up_beside_the_digits_that_they_are_of(error, text):
 @pytest.mark.parametrize(
     ("value", "error", "text"),
     [(0.886767, 2.11e-4, "0.88677(22)"), (0.88382, 0.04818, "0.884(49)"), (0.5, 12.3, "0(13)"),
-     (-0.1, 0.995, "-0.1(10)"), (0.25, 0.0, "0.250000"), (None, None, None)],
+     (-0.1, 0.995, "-0.1(10)"), (0.25, 0.0, "0.250000"), (0.25, math.inf, "0.250000"), (None, None, None)],
 )  # fmt: skip
 def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
     assert concise(value, error) == text

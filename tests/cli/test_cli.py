@@ -6,6 +6,7 @@ import math
 import re
 import subprocess
 from fractions import Fraction
+from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
@@ -130,10 +131,12 @@ def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, co
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 
-def test_another_name_of_browse_is_not_listed(cli):
-    listed = cli("--help").out
-    assert "\n  browse " in listed
-    assert "tui" not in listed
+def test_the_commands_are_listed_in_panels_but_for_another_name_of_browse(cli):
+    _, about, _, *panels = cli("--help").out.split("\n\n")
+    assert " ".join(about.split()) == f"{metadata('orbitdb')['Summary']}."
+    titles = [panel.partition("\n")[0] for panel in panels]
+    assert titles == ["Make data:", "Ask:", "Average:", "Files and figures:", "Maintenance:"]
+    assert [name for panel in panels for name in re.findall(r"\n  (\w+)  ", panel)] == commands()
     assert cli("tui", "--help").code == 0
 
 

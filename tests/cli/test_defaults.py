@@ -1,17 +1,20 @@
-"""What help tells of defaults, and what shells are offered behind an option."""
+"""What help tells of defaults, what comes of them, and what shells are offered behind an option."""
 
 import re
+import time
 from collections.abc import Callable
 from inspect import signature
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from processes import kill_group, start, workers_of
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods
+from orbitdb.filling.workers import cores
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.traces import BOUNCES
 from orbitdb.verification.verify import verify
@@ -90,3 +93,38 @@ def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     context: Any = SimpleNamespace(params={"db": path})
     assert offered_half_lengths(context, "") == []
     assert offered_several_half_lengths(context, "") == ["all"]
+
+
+ALL = cores() if cores() > 1 else 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("fill --p 11", 0),
+        ("fill --p 13", ALL),
+        ("fill --p 9 --method relaxation --jobs 3", 3),
+        ("fill --p 9 --method relaxation", ALL),
+        ("sweep --p 12", 0),
+        ("sweep --p 14", ALL),
+        ("births --p 9", 0),
+        ("births --p 11", ALL),
+        ("births --p 11 --jobs 1", 0),
+        ("levels --k 0:1 --parity ee", 0),
+        ("levels --k 0:24", ALL),
+        ("bounds --a 1:2:2 --window 8", 0),
+        ("bounds --a 1:2:4 --window 14", ALL),
+        ("verify", 0),
+        ("verify --restarts 999", ALL),
+    ],
+)
+def test_much_work_is_done_by_all_cores_and_little_by_one_process(filled, line, expected):
+    seen = 0
+    with start(*line.split(), "--db", filled) as process:
+        while process.poll() is None and (seen < expected or not expected):
+            seen = max(seen, len(workers_of(process.pid)))
+            time.sleep(0.02)
+        if process.poll() is None:
+            kill_group(process)
+    assert seen == expected

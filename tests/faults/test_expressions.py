@@ -41,6 +41,7 @@ ATTACKS = {
     "attach": "(ATTACH 'x.db' AS y)",
     "a comment without end": "1 /*",
     "a row limit": "1 LIMIT 1",
+    "chance, which SQLite asks once for all rows": "random() % 2",
     # growing, or running for ever
     "an endless recursion": f"({ENDLESS}) > 0",
     "a recursion in a subquery": f"p IN (SELECT p FROM catalogue WHERE ({ENDLESS}) > 0)",
@@ -117,10 +118,10 @@ ALLOWED = {
     "length(code) - length(replace(code, '0', '')) = 1": 50,
     "EXISTS (SELECT 1 FROM catalogue AS b WHERE b.length = catalogue.length AND b.p > 5)": 100,
     "code IN (SELECT representative FROM catalogue WHERE p < 5) AND a = 1.6": 5,
+    f"p IN ({', '.join(['2'] * 3000)})": 1,
     "(p, code) IN (VALUES (2, '13'), (3, '113'))": 1,
     "code GLOB '01*' OR code LIKE '%3_'": 50,
     "round(lambda_c, 2) BETWEEN 0.3 AND 0.4 -- the weak ones": 20,
-    "random() % 2 IN (0, 1, -1)": 300,
     "'a:b' = 'a:b' AND code <> 'x -- y' AND \"p\" > 2 /* not the shortest */": 300,
 }  # fmt: skip
 

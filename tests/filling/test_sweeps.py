@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import alter, ask
 from quick import slow_but
 from there import there
 
+from orbitdb.arithmetic import arithmetic
 from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue.catalogue import Catalogue
@@ -101,6 +103,19 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
         assert catalogue.counts(a=1.6).chosen == ()
         known = read_whole(catalogue, Selection(1.6), swept=True)
         assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
+
+
+@pytest.mark.usefixtures("small_sweeps")
+def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    going = sweep_periods(path, 1.6, [7])
+    next(going)
+    going.close()
+    alter(path, "UPDATE run SET parameters = json_set(parameters, '$.arithmetic', 'another')")
+    swept(path, periods=[7])
+    query = "SELECT json_extract(parameters, '$.arithmetic') FROM run WHERE id = (SELECT run FROM sweep)"
+    assert ask(path, query) == [(" | ".join(sorted([arithmetic(), "another"])),)]
 
 
 @pytest.mark.slow

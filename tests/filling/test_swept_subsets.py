@@ -1,5 +1,7 @@
 """Sweeps of chosen orbits: what they choose is what is chosen of stored rows, and has one canonical text."""
 
+import json
+import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -68,6 +70,9 @@ def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, su
 def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> None:
     for _ in sweep_periods(catalogue.path, chosen.a, periods, selection=chosen):
         pass
+    with closing(sqlite3.connect(catalogue.path)) as plain:
+        (last,) = plain.execute("SELECT parameters FROM run ORDER BY id DESC LIMIT 1").fetchone()
+    assert json.loads(last)["selection"] == swept_text(chosen)
     for swept in catalogue.sweeps(chosen.a, chosen):
         here = replace(chosen, periods=((swept.p, swept.p),))
         of_words = replace(here, ranges={})

@@ -67,6 +67,7 @@ def test_an_orbit_is_named_in_one_line():
         ((math.sqrt(3) - 1) / 2, "(sqrt(3) - 1)/2"),
         ((3 * math.sqrt(2) + 2) / 2, "(3 sqrt(2) + 2)/2"),
         ((5 - math.sqrt(5)) / 2, "(5 - sqrt(5))/2"),
+        (math.sqrt(960) - 30, "8 sqrt(15) - 30"),
     ],
 )
 def test_simple_numbers_are_recognised(a, form):

@@ -124,6 +124,9 @@ def test_axes_are_the_given_ones_or_new_ones(ax, rng):
         dots.get_offsets(), np.concatenate([np.reshape(each, (2, -1)).T for each in both])
     )
     assert there(dots.get_array()).tolist() == [c for p in (3, 2) for c in colour for _ in range(p)]
+    pyplot.gcf().draw_without_rendering()
+    names = [text.get_window_extent().y1 for text in cloud.texts]
+    assert cloud.title.get_window_extent().y0 > max(names, default=math.inf)
     steps: Any = paths.draw_titled(
         paths.draw_staircase, (np.array([4.0, 2.0, 3.0]), np.ones(3)), "all the orbits " * 12, None
     )

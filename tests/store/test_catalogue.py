@@ -165,14 +165,14 @@ def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_pa
     assert "137 words take about 137000000 GB" in outcome.err
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
-        check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0))
+        check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0, 1.0))
 
 
 def test_the_journal_needs_room_beside_the_rows(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=150))
-    check_room(tmp_path / "orbits.db", Need(1, 75, 1.0))
+    check_room(tmp_path / "orbits.db", Need(1, 75, 1.0, 1.0))
     with pytest.raises(StoreError, match="no room for"):
-        check_room(tmp_path / "orbits.db", Need(1, 76, 1.0))
+        check_room(tmp_path / "orbits.db", Need(1, 76, 1.0, 1.0))
 
 
 def test_a_large_fill_says_first_what_it_takes(cli):

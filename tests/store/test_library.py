@@ -4,6 +4,7 @@ import inspect
 import math
 import os
 import pickle
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -62,6 +63,11 @@ def test_words_are_keys_in_any_rotation(catalogue):
     assert "3123" in catalogue
     assert catalogue["3123"].coordinates.tolist() == np.roll(catalogue["1233"].coordinates, 1).tolist()
     assert catalogue["(1)^2 3"].code == "113"
+    symmetries = [
+        (catalogue[word].symmetry, solve_word(word, 1.6).symmetry) for word in ("31", "113", "12313")
+    ]
+    assert all(stored == solved for stored, solved in symmetries)
+    assert len(set(symmetries)) == 3
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
     with pytest.raises(KeyError, match="1313 repeats 13: ask for that"):
@@ -233,6 +239,14 @@ def test_criteria_are_those_of_a_selection():
     assert choose(p=range(2, 5)) == choose(p="2-4")
     assert choose(p=(2, 4)) == choose(p=[2, 4]) == choose(p="2,4")
     assert choose(length=None, lambda_c=(None, None)) == Selection()
+
+
+@pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
+def test_one_row_is_told_in_the_singular_and_more_in_the_plural(status):
+    chosen = choose(1.6, status=status, time_reversal="self", exists=(1,))
+    one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
+    assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
+    assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]
 
 
 def test_a_range_without_bounds_is_none(catalogue):

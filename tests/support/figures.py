@@ -7,6 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
+
+COLOURS = {BLUE, ORANGE, GREEN, PURPLE, INK, GREY, FAINT}
 Floats = NDArray[np.float64]
 
 
@@ -46,7 +49,9 @@ def texts(ax: Axes) -> dict[str, tuple[float, float]]:
 
 
 def says(ax: Axes, x: str, y: str) -> None:
+    """Check the labels of the axes, and that lines have colours of the house."""
     assert (ax.get_xlabel(), ax.get_ylabel()) == (x, y)
+    assert {to_hex(each.get_color()) for each in ax.lines} <= COLOURS
 
 
 def by_period(ax: Axes, label: str) -> None:

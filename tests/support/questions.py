@@ -18,8 +18,9 @@ DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
 
 EDGES = [at + times * ERROR for at in (DIED, REBORN) for times in (-3, -2, -1, 0, 1, 2, 3)]
 """At a death and at a birth, and on either side; two errors away they are told."""
-LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1")
-"""Words that have no key: three of one period in the wrong order, a small class, one that is pruned."""
+LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1",
+        "13" * 10 + "0", "1232131" * 3 + "131", "13" * 11 + "31", "0103" * 6 + "13")  # fmt: skip
+"""Words that have no key, of three periods, some in the wrong order: pruned ones, large and small classes."""
 
 
 def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:

@@ -59,6 +59,7 @@ def test_parse_reads(text, word):
     ("text", "message"),
     [
         ("1717", "symbol '7' at place 2 of '1717' is not one of 0 1 2 3 4 5"),
+        ("12  x3", "symbol 'x' at place 5 of '12  x3' is not one of 0 1 2 3 4 5"),
         ("13\u00b2", "symbol '\u00b2' at place 3 of "),
         ("13^\u0663", "'^' at place 3 of "),
         ("13^", "'^' at place 3 of '13^' needs a number after it"),

@@ -22,8 +22,8 @@ EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 
-_WEIGHT = 10
-"""How much longer the births of a word take than its orbit at one a, for what pays in processes."""
+_WORDS_A_SECOND = 40_000
+"""Whose births are found, about."""
 
 
 def births(
@@ -94,7 +94,7 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 
 def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
     from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.filling.births import BLOCK, fill_births
+    from orbitdb.filling.births import fill_births
     from orbitdb.symbols.pruning import count_admissible
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
@@ -103,7 +103,7 @@ def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
     with Catalogue(db) as catalogue:
         stored = {each.p: each.words for each in catalogue.birth_fills()}
     known = sum(stored.get(p, 0) for p in periods)
-    work = _WEIGHT * (sum(totals.values()) - known)
-    with solvers.at_work(work, _WEIGHT * BLOCK) as workers, progress(span) as shown:
+    seconds = (sum(totals.values()) - known) / _WORDS_A_SECOND
+    with solvers.at_work(seconds) as workers, progress(span) as shown:
         show_steps(shown, fill_births(db, periods, workers), "births", totals, known)
     note(f"{span}: {time.monotonic() - start:.1f} s, in {db}")

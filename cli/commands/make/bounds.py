@@ -35,8 +35,8 @@ EXAMPLES = (
 )
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
 _USUAL_WINDOW = 14
-_WORK = 200_000
-"""Sequences that a fill solves while the entropy is enclosed at one a with the usual windows, roughly."""
+_SECONDS = 0.4
+"""In which the entropy is enclosed at one a with the usual windows, about."""
 _WHY = "the time, the length of windows or the memory was not enough"
 
 
@@ -137,9 +137,9 @@ def _solve(
         with progress("windows") as shown:
             yield from ((each, None) for each in search(Stadium(values[0]), *limits, shown.tell, judge))
         return
-    work = _WORK * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
+    seconds = _SECONDS * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
     tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
-    with progress("windows") as shown, solvers.at_work(round(len(tasks) * work), 1) as workers:
+    with progress("windows") as shown, solvers.at_work(len(tasks) * seconds) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
             proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)

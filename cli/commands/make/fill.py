@@ -86,7 +86,7 @@ def fill(
         return
     check_room(db, coming)
     start = time.monotonic()
-    with solvers.at_work(coming.words, METHODS[method].words) as workers:
+    with solvers.at_work(coming.alone) as workers:
         bring(db)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}
@@ -142,7 +142,7 @@ def sweep(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.filling.sweeps import SMALL, sweep_periods
+    from orbitdb.filling.sweeps import sweep_periods
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.asking.sweepable import swept_text
     from orbitdb.symbols.pruning import count_admissible
@@ -154,7 +154,7 @@ def sweep(
     if dry_run:
         return
     start = time.monotonic()
-    with solvers.at_work(coming.words, SMALL) as workers:
+    with solvers.at_work(coming.alone) as workers:
         bring(db)
         with progress(span) as shown:
             words = {p: count_admissible(p) for p in periods}

@@ -26,8 +26,8 @@ EXAMPLES = (
     "levels --k 20:21 --no-store --format csv",
 )
 COLUMNS = ("k", "error", "parity")
-_WORK = 80_000
-"""Sequences that a fill solves while the levels of a full window are found, roughly."""
+_SECONDS = 0.3
+"""In which the levels of a window are found, and more at large k."""
 
 
 def levels(
@@ -128,7 +128,7 @@ def _solve(tasks: "list[LevelTask]", solvers: Solvers, path: Path | None, k: str
     with (
         nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
         progress("levels") as shown,
-        solvers.at_work(_WORK * len(tasks), _WORK) as workers,
+        solvers.at_work(_SECONDS * len(tasks)) as workers,
     ):
         shown.tell("levels", 0, len(tasks))
         for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):

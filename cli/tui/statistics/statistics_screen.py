@@ -118,7 +118,7 @@ class StatisticsScreen(OwnScreen[None]):
         with ScrollBox(id="numbers-box"):
             yield Static("reading …", id="numbers")
         yield Static(id="notes", markup=False)
-        yield Static("trajectories …", id="reference", markup=False)
+        yield Static("trajectories …", id="reference")
         with Horizontal(id="plots"):
             for name in _TITLES:
                 yield Plot(id=f"plot-{name}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import ClassVar
 
 from rich.segment import Segment
@@ -206,10 +207,5 @@ class PagedTable(ScrollView, can_focus=True):
 
 def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
     """Return the first columns that fit into some room, with a blank before each."""
-    found = []
-    for column in columns:
-        room -= column.width + 1
-        if room < 0:
-            break
-        found.append(column)
-    return found
+    ends = accumulate(column.width + 1 for column in columns)
+    return [column for column, end in zip(columns, ends, strict=True) if end <= room]

@@ -29,7 +29,7 @@ FUNCTIONS = {
     "avg", "count", "max", "min", "sum", "total",
     "coalesce", "ifnull", "iif", "nullif", "typeof",
     "glob", "instr", "length", "like", "lower", "replace", "substr", "substring", "upper",
-    "abs", "ceil", "ceiling", "floor", "mod", "pow", "power", "random", "round", "sign", "sqrt", "trunc",
+    "abs", "ceil", "ceiling", "floor", "mod", "pow", "power", "round", "sign", "sqrt", "trunc",
     "exp", "ln", "log", "log10", "log2", "degrees", "pi", "radians",
     "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cos", "cosh", "sin", "sinh", "tan", "tanh",
 }  # fmt: skip
@@ -163,20 +163,18 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
 
     ``shared`` are the columns of the view that all words of a class share.
     """
-    columns, functions, selects = set(), set(), 0
+    columns, selects = set(), 0
 
     def note(action: int, first: str | None, second: str | None, _base: str | None, _view: str | None) -> int:
         nonlocal selects
         if action == sqlite3.SQLITE_READ:
             columns.add(second)
-        elif action == sqlite3.SQLITE_FUNCTION:
-            functions.add(second)
         elif action == sqlite3.SQLITE_SELECT:
             selects += 1
         return sqlite3.SQLITE_OK
 
     _compile(spelled_out(where, parameters), parameters, note)
-    return columns <= shared and selects == 1 and "random" not in functions
+    return columns <= shared and selects == 1
 
 
 def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
@@ -188,8 +186,10 @@ def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
         stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
 
 
-def allowing(readable: Set[str], views: Set[str] = frozenset(), behind: Set[str] = frozenset()) -> Authorizer:
-    """Return what allows computing, calling the functions of the list, and reading some tables and views.
+def allowing(
+    readable: Set[str], views: Set[str] = frozenset(), behind: Set[str] = frozenset(), more: str | None = None
+) -> Authorizer:
+    """Return what allows computing, calling the functions of the list or one more, and reading some tables.
 
     Of the tables behind views, what the views show may be read. SQLite reads no column of a table, and names
     no view, where it but looks whether there is a row.
@@ -202,7 +202,7 @@ def allowing(readable: Set[str], views: Set[str] = frozenset(), behind: Set[str]
         allowed = (
             action == sqlite3.SQLITE_SELECT
             or (action == sqlite3.SQLITE_READ and seen)
-            or (action == sqlite3.SQLITE_FUNCTION and second in FUNCTIONS)
+            or (action == sqlite3.SQLITE_FUNCTION and second in {*FUNCTIONS, more})
         )
         return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
 

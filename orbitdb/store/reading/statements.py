@@ -19,7 +19,7 @@ READABLE = (*VIEWS, "pruned")
 
 _BLOCK = 2000
 _refusal = partial(free.refusal, what="sql", readable=READABLE)
-_authorize = free.allowing(set(READABLE), VIEWS.keys(), TABLES_OF_VIEW)
+_authorize = free.allowing(set(READABLE), VIEWS.keys(), TABLES_OF_VIEW, "random")
 
 
 def run_statement(
@@ -27,7 +27,7 @@ def run_statement(
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
-    It may call the functions that an expression may call (`orbitdb.store.asking.where`), and
+    It may call random() and what an expression may call (`orbitdb.store.asking.where`), and
     ``code('1232131')`` finds a word in any rotation. The connection is in one transaction until all rows
     are fetched. A `SelectionError` tells if it is not one SELECT, reads something else, names two columns
     alike, or takes too long.

@@ -143,7 +143,10 @@ async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, 
         assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
         go_on.clear()
-        await pilot.press("greater_than_sign", "greater_than_sign", "j")
+        await pilot.press("greater_than_sign")
+        await asyncio.sleep(0.2)
+        assert "following …" in shown(app)  # the births are known by now
+        await pilot.press("greater_than_sign", "j")
         assert table.cursor == 1
         assert main.orbit.code == row_of(app)[0]
         go_on.set()

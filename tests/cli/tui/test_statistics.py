@@ -3,7 +3,8 @@
 import re
 
 import pytest
-from screens import browsing, press, screen_lines, shown
+from screens import browsing, press, screen_lines, settle, shown, until
+from textual import events
 
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.catalogue.catalogue import Catalogue
@@ -15,6 +16,7 @@ from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.writer import Writer, add_reference
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
 
 LARGE = (160, 48)
@@ -22,8 +24,9 @@ LARGE = (160, 48)
 
 def test_the_first_periods_come_before_all(filled_once, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST", 4)
-    every, some = Selection(), Selection(periods=((5, 6),))
-    for chosen, parts in ((every, [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]]), (some, [[5, 6]])):
+    of_all, of_some = [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]], [[4], [4, 5, 6]]
+    for periods, parts in (((), of_all), (((4, 6),), of_some), (((5, 6),), [[5, 6]])):
+        chosen = Selection(periods=periods)
         found = statistics.StatisticsScreen(Catalogue(filled_once), chosen).averages(Weight.EXPONENTIAL)
         assert [each["p"] for each in found] == parts
 
@@ -54,6 +57,20 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
         assert "bounces followed here" in shown(app)
 
 
+@pytest.mark.slow
+async def test_the_first_trajectories_are_shown_as_they_come_and_kept_while_more_do(filled_once):
+    async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
+
+        async def follows(key: str, share: str) -> None:
+            app.post_message(events.Key(key, key))
+            await until(lambda: re.search(share, shown(app)))
+            await settle(pilot)
+            assert "bounces followed here  " in shown(app)
+
+        await follows("S", r"\d; [5-9]\d%")
+        await follows("t", r"bounces followed here; following more: \d+%")
+
+
 def test_bars_are_to_scale_and_little_is_seen():
     lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 20, without=1234)
     assert lines == ["      a   800 ██████", "    bcd     1 ▏", "            0", "without 1,234"]
@@ -63,7 +80,12 @@ def test_bars_are_to_scale_and_little_is_seen():
 
 
 @pytest.mark.slow
-async def test_counts_and_histograms_of_the_subset_on_show(filled_once):
+async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
+    some = Selection(periods=((3, 3),), statuses=(Status.ORBIT, Status.GEOMETRIC))
+    async with browsing(varied, selection=some) as (app, pilot):
+        await press(pilot, "d")
+        pruned = count_primitive(3) - count_admissible(3)
+        assert shown(app).count(f"without {pruned} ") == 3  # of symmetry, reversal and length
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
