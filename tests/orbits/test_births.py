@@ -19,7 +19,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits.births import changes as births
 from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
-from orbitdb.orbits.births.continuation import follow, motion
+from orbitdb.orbits.births.continuation import between, follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.single_word import LONGEST
@@ -61,13 +61,43 @@ def test_following_leads_where_solving_does():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
+    ends = [list(follow(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
+    off = [np.abs(end - newton(legs, 1.0).alpha).max() for end in ends]
+    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a step of Newton's
 
 
-def test_what_happens_between_two_stations_is_found():
-    """The word is an orbit at both, and none for a while between them."""
-    ((_, legs),) = cut(from_strings(["010203113"]))
-    zeros = refine(legs, candidates(legs, follow(legs, np.log([0.8, 0.4]))))
-    assert np.exp(np.sort(zeros.x)) == pytest.approx([0.473270308236, 0.605684335145], rel=1e-11)
+@pytest.mark.parametrize(
+    ("p", "at", "widths"),
+    [(6, 0.3, (0.4, 0.2)), (6, 0.3, (3, 2)), (7, -2.5, (8, 3)), (6, -4.5, (6, 3))],
+)
+def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths):
+    """Between near ones a quartic error, squared by a step of Newton's; far ones need several steps."""
+    for _, legs in cut(representatives(p)):
+        off = []
+        for h in widths:
+            low, middle, high = (next(follow(legs, np.array([at + x]))) for x in (-h / 2, 0, h / 2))
+            found = between(legs, low, high)
+            assert found.x == pytest.approx(at)
+            assert found.drift == pytest.approx(middle.drift, abs=3e-3)
+            off.append(np.abs(found.alpha - middle.alpha).max())
+        assert max(off) < 1e-5
+        assert h > 1 or off[0] / off[1] == pytest.approx(2**8, rel=0.2)
+
+
+def test_what_happens_between_two_stations_is_found(found):
+    """Also where a word is an orbit at both, and none for a while, or at neither, and one for a while."""
+    dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)
+    for words, changes in [(dying, find_changes(dying)), *found.values()]:
+        for low in rng.uniform(-1.7, -0.4, 8 if words is dying else 2):
+            high = low + rng.uniform(0.1, 1)
+            for rows, legs in cut(words):
+                zeros = refine(legs, candidates(legs, follow(legs, np.array([high, low]))))
+                for row, word in enumerate(rows.tolist()):
+                    places = np.log(changes.a[changes.word == word])
+                    places = places[(low < places) & (places < high)]
+                    here = np.sort(zeros.x[zeros.word == row])
+                    here = here[np.diff(here, prepend=-np.inf) > 1e-9]  # several bounces at once
+                    assert here == pytest.approx(places, abs=1e-11)
 
 
 def test_a_word_dies_and_is_reborn():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from solutions import representatives
 
-from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
-from orbitdb.orbits.births.cells import Kind, displaced, firmness, forcing, judge, reach_of
+from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, following, half_turns, preceding
+from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.orbits.births.cells import ROUNDING, Kind, displaced, firmness, forcing, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
 from orbitdb.orbits.births.continuation import motion
@@ -123,12 +124,34 @@ def test_of_a_cell_without_width_all_is_said(a):
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 
-def test_a_run_that_may_be_hit_head_on_is_as_stiff_as_one_that_is():
-    """The sine of the turn is largest inside the range, at neither of its ends."""
-    ((_, legs),) = cut(from_strings(["13"]))
-    reach = reach_of(legs, np.array([1.6]), np.array([0.01]), np.zeros((2, 1)), np.full((2, 1), 0.3))
-    assert (reach.stiff >= 0.5).all()
-    assert (reach.soft <= np.sin(np.pi / 2 - 0.3) / 2).all()
+@pytest.mark.parametrize(("a", "r"), [(0.1, 0.0), (0.4, 0.02), (1.2, 0.3)])
+def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
+    """Parts in 1e9, more than rounding takes, and no more than these where a cell has but one point.
+
+    The sine of a turn may be largest inside the range, at neither of its ends.
+    """
+    rng = np.random.default_rng(2)
+    for _, legs in cut(representatives(6)):
+        alpha, size = newton(legs, a).alpha, np.full(len(legs), a)
+        room = np.minimum(r * rng.uniform(size=alpha.shape), HALF_PI - np.abs(alpha))
+        reach = reach_of(legs, size, np.full(len(legs), r), alpha, room)
+        stiff, soft = reach.stiff, reach.soft
+        for _ in range(20):
+            x, here = rng.choice([-r, r]), alpha + room * rng.choice([-1, 0, 1], alpha.shape)
+            at, turned = derivatives(legs, a * np.exp(x), here), np.abs(np.cos(half_turns(legs, here)))
+            along, across = 2 * a * np.exp(x) * np.array([np.cos(here), np.abs(np.sin(here))])
+            lean = np.maximum(np.abs(legs.lift) * np.cos(here), across)
+            most = np.array([reach.pull, reach.drag, reach.lean, reach.bend, stiff, at.stiffness, at.beyond])
+            least = [across, along, lean, turned / (4 * legs.k**2), at.stiffness, soft, reach.beyond]
+            rooms = most - (1 + 5e-10) * np.array(least)
+            assert (rooms > -1e-15).all()
+            assert (rooms.max() < 1e-8) == (r == 0)
+            v = rng.uniform(1, 2, alpha.shape)
+            behind, ahead = v - preceding(v), v - following(v)
+            held = reach.beyond * v + np.minimum(soft * behind, stiff * behind)
+            held += np.minimum(following(soft) * ahead, following(stiff) * ahead)
+            total = (reach.beyond + stiff + following(stiff)) * v
+            assert ((held - firmness(reach, v)) / total) == pytest.approx(ROUNDING, rel=1e-3)
 
 
 @pytest.mark.parametrize("a", [0.4, 1.2])

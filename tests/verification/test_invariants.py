@@ -124,3 +124,7 @@ def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
     np.testing.assert_allclose(still.error, 4 * np.sqrt(6) * place / sizes.min(axis=1), rtol=1e-10)
     spread = [exponents(row_of(found, i, a))[1] for i in range(len(found))]
     np.testing.assert_allclose(found.lyapunov_error, spread, rtol=1e-6)
+    in_run = (found.words == np.roll(found.words, -1, axis=1)).any(axis=1)
+    with np.errstate(all="ignore"):  # of bounces on one point nothing is known
+        lost = with_bounds(replace(still, error=none[bare], coordinates=0 * found.coordinates), stadium)
+    assert np.isinf(lost.error[in_run]).sum() == in_run.sum() > 0

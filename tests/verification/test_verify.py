@@ -34,6 +34,9 @@ def test_a_sound_catalogue_passes_every_check(filled):
     assert set(found) == set(PROMISES) - others
     rows = {name: check.rows for name, check in found.items()}
     assert rows["counts"] == SEQUENCES
+    tables = ask(filled, "SELECT name FROM sqlite_schema WHERE type = 'table' AND name != 'alembic_version'")
+    every = " UNION ALL ".join(f"SELECT count(*) n FROM {name}" for (name,) in tables)
+    assert [(rows["foreign keys"],)] == ask(filled, f"SELECT sum(n) FROM ({every})")
     assert rows["classes"] == rows["values"] == rows["statuses"] == rows["bits"] == CLASSES
     per_orbit = ("bounds", "walls", "margins", "reflection", "lengths", "lambda", "signature", "Hessian")
     orbits = Catalogue(filled).rows(Selection(statuses=(Status.ORBIT,)), ("representative",))

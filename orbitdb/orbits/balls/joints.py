@@ -195,4 +195,4 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
 def _bits(x: arb) -> int:
     """Return to how many binary places a ball knows a number, a little less than all at most."""
     mantissa, exponent = x.rad().man_exp()
-    return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16) if mantissa else ctx.prec - 16
+    return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16)

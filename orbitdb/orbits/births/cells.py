@@ -65,7 +65,7 @@ class Reach(NamedTuple):
 
 def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:
     """Bound curvatures and forces where directions are within some distance, and x within r."""
-    low, high = a * np.exp(-r) / WIDER, a * np.exp(r) * WIDER
+    low, high = a * np.exp(-r), a * np.exp(r)
     size = np.abs(alpha)
     least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
     lift = np.abs(legs.lift)

@@ -105,7 +105,7 @@ def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats])
             return alpha, drift
         active, here, part = active[going], new.take(going, axis=1), part.chain(going)
         limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
-    alpha[:, active] = newton(part, a, _ON_THE_WAY**2, here).alpha
+    alpha[:, active] = newton(part, a, start=here).alpha
     _, drift[:, active] = motion(part, a, alpha[:, active], limits)
     return alpha, drift
 
