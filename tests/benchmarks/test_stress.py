@@ -78,10 +78,15 @@ def test_closed_words_begin_with_a_run_on_the_left(p):
 def test_a_wrong_row_does_not_pass():
     words, _ = representatives(5)
     orbits = solve(words, Stadium())
-    lengths = orbits.length.copy()
-    lengths[3] *= 1 + 1e-12
-    altered: Orbits = dataclasses.replace(orbits, length=lengths)
     assert compare("x", "honest", orbits, Stadium(), 0.0).passed
-    assert not compare("x", "altered", altered, Stadium(), 0.0).passed
+    for name in ("length", "lyapunov"):
+        values = getattr(orbits, name).copy()
+        values[3] *= 1 + 1e-9
+        altered: Orbits = dataclasses.replace(orbits, **{name: values})
+        found = compare("x", "altered", altered, Stadium(), 0.0)
+        assert not found.passed
+        assert getattr(found, name) == pytest.approx(1e-9, rel=1e-4)
     swapped = np.where(orbits.status == Status.ORBIT, Status.DYNAMICAL.value, orbits.status)
-    assert compare("x", "status", dataclasses.replace(orbits, status=swapped), Stadium(), 0.0).wrong > 0
+    found = compare("x", "status", dataclasses.replace(orbits, status=swapped), Stadium(), 0.0)
+    assert found.wrong == found.orbits > 0
+    assert np.isnan(found.coordinates)  # of what is no orbit there is nothing to compare

@@ -64,6 +64,9 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
     assert once == cli("query", "-", "--json")
     assert cli("query", "-h").out == cli("query", "--help").out != ""
+    for p, expected in ((40, [2, 0, 1]), (41, [0, 2, 0])):  # so many symbols, and bounces, can be read
+        told = cli("query", code := (p - 1) * "1" + "3", "--a", "12").out
+        assert [told.count(text) for text in (code, f"1^{p - 1} 3", "wall")] == expected
 
 
 def test_codes_from_stdin(cli, monkeypatch):
@@ -112,13 +115,8 @@ def test_info_tells_the_entropy_of_few_a_one_by_one_and_of_filled_ones_always(cl
     assert told() == [f"a = {a}: {bounds}" for a in (1, 2, 4, 8)]
     cli("bounds", "--window", "2")
     assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other a from 1 to 8"]
-    assert [line.split(maxsplit=1)[0] for line in cli("info").out.splitlines()[:5]] == [
-        "catalogue",
-        "schema",
-        "size",
-        "classes",
-        "orbits",
-    ]
+    names = [line.split()[0] for line in cli("info").out.splitlines()[:5]]
+    assert names == ["catalogue", "schema", "size", "classes", "orbits"]
 
 
 @pytest.mark.parametrize("command", commands())

@@ -95,33 +95,23 @@ def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     assert offered_several_half_lengths(context, "") == ["all"]
 
 
-ALL = cores() if cores() > 1 else 0
+LITTLE = """
+fill --p 11; sweep --p 12; births --p 9; levels --k 0:1 --parity ee; bounds --a 1:2:2 --window 8; verify;
+births --p 11 --jobs 1
+"""
+MUCH = """
+fill --p 13; sweep --p 14; births --p 11; levels --k 0:24; bounds --a 1:2:4 --window 14;
+verify --restarts 999; fill --p 9 --method relaxation; fill --p 9 --method relaxation --jobs 3
+"""
+WORK = [(line.split(), much) for much in (False, True) for line in (LITTLE, MUCH)[much].split(";")]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("fill --p 11", 0),
-        ("fill --p 13", ALL),
-        ("fill --p 9 --method relaxation --jobs 3", 3),
-        ("fill --p 9 --method relaxation", ALL),
-        ("sweep --p 12", 0),
-        ("sweep --p 14", ALL),
-        ("births --p 9", 0),
-        ("births --p 11", ALL),
-        ("births --p 11 --jobs 1", 0),
-        ("levels --k 0:1 --parity ee", 0),
-        ("levels --k 0:24", ALL),
-        ("bounds --a 1:2:2 --window 8", 0),
-        ("bounds --a 1:2:4 --window 14", ALL),
-        ("verify", 0),
-        ("verify --restarts 999", ALL),
-    ],
-)
-def test_much_work_is_done_by_all_cores_and_little_by_one_process(filled, line, expected):
-    seen = 0
-    with start(*line.split(), "--db", filled) as process:
+@pytest.mark.parametrize(("command", "much"), WORK, ids=str)
+def test_much_work_is_done_by_all_cores_and_little_by_one_process(filled, command, much):
+    count = 3 if command[-1] == "3" else cores()
+    seen, expected = 0, count if much and count > 1 else 0
+    with start(*command, "--db", filled) as process:
         while process.poll() is None and (seen < expected or not expected):
             seen = max(seen, len(workers_of(process.pid)))
             time.sleep(0.02)

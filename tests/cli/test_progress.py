@@ -78,12 +78,8 @@ def test_the_line_fits_and_no_number_is_cut():
 
 
 def test_times_are_read_at_a_glance():
-    assert [clock(seconds) for seconds in (0.4, 61, 3600, 360_000)] == [
-        "0:00",
-        "1:01",
-        "1:00:00",
-        "100:00:00",
-    ]
+    told = [clock(seconds) for seconds in (0.4, 61, 3600, 360_000)]
+    assert told == ["0:00", "1:01", "1:00:00", "100:00:00"]
 
 
 def test_a_fill_of_several_periods_is_one_way():

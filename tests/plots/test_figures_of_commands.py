@@ -45,14 +45,7 @@ def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
 
 
-@pytest.mark.parametrize(
-    ("kind", "where"),
-    [
-        ("sheet", LONG),
-        ("sheet", None),
-        ("lyapunov", LONG),
-    ],
-)
+@pytest.mark.parametrize(("kind", "where"), [("sheet", LONG), ("sheet", None), ("lyapunov", LONG)])
 @pytest.mark.slow
 def test_titles_stay_in_their_figure(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)

@@ -71,6 +71,11 @@ def test_a_spectrum_is_complete_below_what_is_not_known(own):
         assert read_classes(Catalogue(own), Selection(1.6))[2] == p - 1
 
 
+def test_a_spectrum_without_orbits_says_what_brings_them(catalogue):
+    with pytest.raises(InputError, match="'orbitdb fill --p 11 --a 3' finds some"):
+        catalogue.spectrum((3, 4), a=3)
+
+
 LIMITS = [
     ("lengths", [(0, 1), (99, 100)], [(-1e-9, 1), (99, 100.1), (2, 2), (3, 2), (1, 2, 3), (math.nan, 2)]),
     ("points", [2], [1, 100_001]),

@@ -45,9 +45,6 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
         told = " ".join(shown(app).split())
         assert f"λ_d {with_error(kept.lambda_d, error).replace('+-', '±')}" in told
         assert "; stored" in told
-        app.screen.take_reference(kept, 0.25, stored=False)
-        await pilot.pause()
-        assert "following more: 25%" in shown(app)
         await press(pilot, "t")
         better = min(error, 0.1)
         assert (app.screen.reference == kept) == (better == error)

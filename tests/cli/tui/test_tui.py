@@ -1,5 +1,6 @@
 """The terminal UI, driven by keys and mouse against a filled catalogue, at two sizes."""
 
+import asyncio
 import csv
 import os
 import re
@@ -64,6 +65,7 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
     async with browsing(filled) as (app, pilot):
         drawing = app.screen.query_one(OrbitDrawing)
         await pilot.press("space")
+        await asyncio.wait_for(until(lambda: drawing.particle > 0), 10)
         before = drawing.particle
         drawing.step()
         way = (drawing.particle - before) % 1 * app.screen.orbit.length
