@@ -22,6 +22,7 @@ from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
 from orbitdb.orbits.births.continuation import between, follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import LONGEST
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -177,6 +178,11 @@ def test_events_are_chains_of_brackets_that_touch(places, error):
 
 def test_words_up_to_the_longest_are_followed():
     assert existence("13" * (LONGEST // 2)) == []  # a repetition has no life
+    for long in ("01" + "5" * 25 + "202", "01" + "5" * 45 + "202"):  # born near 0.13 p^2
+        ((born, died),) = existence(long)
+        assert born > 60
+        around = [solve_word(long, born * (1 + off)).status for off in (-1e-9, 1e-9)]
+        assert (around, died) == ([Status.DYNAMICAL, Status.ORBIT], None)
     with pytest.raises(InputError, match=f"{LONGEST + 1} bounces is too long .* at most {LONGEST}"):
         existence("1" * LONGEST + "3")
 
