@@ -151,7 +151,7 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     margin = (ends - np.abs(x)).min(axis=1)
     allowed = path.place[:, 0]
     sense = np.where(words >= 4, -1.0, 1.0)
-    in_run = path.curved & (words == np.roll(words, -1, axis=1))
+    in_run = words == np.roll(words, -1, axis=1)
     backwards = np.where(in_run, sense * (x - _behind(x)), 0.0).max(axis=1)
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
     yield measured("walls", labels, np.maximum(outside, backwards).clip(0.0), allowed)
