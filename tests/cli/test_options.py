@@ -25,13 +25,6 @@ def test_numbers_are_read_as_people_write_them():
             whole(text)
 
 
-def test_codes_of_forty_symbols_are_written_out_and_longer_ones_in_run_notation(cli, filled):
-    for n, text in ((39, "1" * 39 + "3"), (40, "1^40 3")):
-        found = cli("query", f"(1^{n} 3)^2")
-        assert found.out.splitlines()[0].split(None, 1) == ["code", text]
-        assert f"this is {text}\n" in found.err
-
-
 def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
     for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):
         assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code

@@ -109,8 +109,8 @@ def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
     from matplotlib import pyplot  # it takes as long as ten tests
 
-    given = paths.draw_titled(paths.draw_orbit, (Stadium(1.6), Stadium(1.6).outline()[:3]), "title", ax)
-    assert (given, given.get_title()) == (ax, "title")
+    given = paths.draw_titled(paths.draw_orbit, (Stadium(1.6), Stadium(1.6).outline()[:3]), "$5 or $6", ax)
+    assert (given, given.get_title()) == (ax, r"\$5 or \$6")
     words, x, colour = (
         rng.integers(0, 4, (5, 3)).astype(np.uint8),
         rng.uniform(-1, 1, (5, 3)),

@@ -237,5 +237,7 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
 def test_levels_are_judged_by_weyls_law(parity, change, told):
     smooth = weyl(Stadium(1.6), parity)
     k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
-    with nullcontext() if told is None else pytest.raises(InputError, match=told):
+    with nullcontext() if told is None else pytest.raises(InputError, match=told) as refused:
         check_levels(k, Stadium(1.6), parity)
+    if told == "Weyl's law":
+        assert (" of parity oe at a = 1.6" in str(refused)) == (parity is not None)

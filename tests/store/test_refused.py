@@ -109,6 +109,16 @@ def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
     for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
         with pytest.raises(StoreError, match="no admissible word"):
             list(read_terms(replace(classes, number=wrong), 1.6))
+    one = classes.number.copy()
+    one[4] |= 7
+    with pytest.raises(StoreError, match=f"no admissible word's: '{one[4]}'"):
+        list(read_terms(replace(classes, number=one), 1.6))
+
+
+def test_the_elements_of_a_class_lead_to_its_words(own):
+    alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
+    with pytest.raises(StoreError, match="no image of"), closing(Catalogue(own)) as catalogue:
+        list(catalogue.rows(choose(a=1.6), ("code", "coordinates")))
 
 
 def test_nothing_replaced_is_nothing(varied):

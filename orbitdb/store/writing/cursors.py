@@ -61,7 +61,7 @@ def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> 
 
     The key of its row and what else it begins with are given; what it adds up begins at 0.
     """
-    zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key or c.name in begun)}
+    zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
     cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
     row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
     return cursor if row is None else Cursor(table, dict(row))
