@@ -90,6 +90,8 @@ def show_steps(
 _MOST_JOBS = 1024
 _WORTH_PROCESSES = 1.0
 """Seconds of work from which on starting further processes pays."""
+_STARTING = 0.1
+"""Seconds of work below which none are started, whatever is asked for."""
 
 _JOBS = "Worker processes [default: all cores if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
@@ -143,7 +145,7 @@ class Solvers:
                 yield cluster
             return
         count = self.jobs or (cores() if seconds >= _WORTH_PROCESSES else 1)
-        if count == 1:
+        if count == 1 or seconds < _STARTING:
             yield HERE
             return
         with Processes(count) as processes:

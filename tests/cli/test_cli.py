@@ -64,9 +64,10 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
     assert once == cli("query", "-", "--json")
     assert cli("query", "-h").out == cli("query", "--help").out != ""
-    for p, expected in ((40, [2, 0, 1]), (41, [0, 2, 0])):  # so many symbols, and bounces, can be read
+    for p, as_it_is in ((40, True), (41, False)):  # so many symbols, and bounces, can be read
         told = cli("query", code := (p - 1) * "1" + "3", "--a", "12").out
-        assert [told.count(text) for text in (code, f"1^{p - 1} 3", "wall")] == expected
+        assert told.count(code if as_it_is else f"1^{p - 1} 3") == 2
+        assert (code in told) == ("wall" in told) == as_it_is
 
 
 def test_codes_from_stdin(cli, monkeypatch):

@@ -26,7 +26,7 @@ def test_numbers_are_read_as_people_write_them():
 
 
 def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
-    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):
+    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p is no column, for which SQLite reads texts
         assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code
 
 

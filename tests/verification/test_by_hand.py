@@ -281,7 +281,7 @@ def test_balls_may_leave_open_what_doubles_decide_and_no_more(sound, tmp_path, m
         altered(path, f"UPDATE entropy_bound SET {change} WHERE edges = 5 AND proof = '{proof}'")
         assert ("entropy" not in found_wrong(path)) == right
     monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer ones would take hours
-    assert "entropy" not in found_wrong(path)
+    assert "entropy" not in found_wrong(tmp_path / "altered.db")
 
 
 def test_a_file_of_levels_is_sound(sound_levels):

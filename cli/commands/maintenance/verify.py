@@ -118,7 +118,8 @@ def verify(
                 fills = ((each, fill) for each in chosen for fill in still.fills(each.a))
                 known = sum(fill.words for each, fill in fills if each.includes(fill.p))
                 missing.extend(_gaps(still, chosen, a is not None))
-            with solvers.at_work((4 + restarts) * known / _STARTS_A_SECOND) as workers:
+            checked = known if sample is None else min(sample, known)
+            with solvers.at_work((4 + restarts) * checked / _STARTS_A_SECOND) as workers:
                 here = workers if workers.jobs > 1 else None
                 yield from steps(still, chosen, sample, restarts, seed, births, here)
         if rigorous:

@@ -26,8 +26,8 @@ EXAMPLES = (
     "levels --k 20:21 --no-store --format csv",
 )
 COLUMNS = ("k", "error", "parity")
-_SECONDS = 0.3
-"""In which the levels of a window are found, and more at large k."""
+_SECONDS = 0.6
+"""In which the levels of a window are found, about, and more at large k."""
 
 
 def levels(

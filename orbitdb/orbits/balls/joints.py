@@ -193,6 +193,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
 
 
 def _bits(x: arb) -> int:
-    """Return to how many binary places a ball knows a number, a little less than all at most."""
+    """Return to how many binary places a ball knows a number, a little less than all at most.
+
+    None of an exact one: lengths and directions are none.
+    """
     mantissa, exponent = x.rad().man_exp()
     return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16)

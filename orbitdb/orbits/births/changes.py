@@ -31,8 +31,8 @@ JOINTS = ("bottom left", "bottom right", "top left", "top right")
 
 LOW = 1e-3
 """Below, doubles show zeros that are none: some slacks go like a^5."""
-_HIGH = 60.0
-"""The largest birth of order p is near 0.13 p^2; from here it is doubled until all words are orbits."""
+_HIGH, _HIGH_A_SQUARE = 60.0, 0.2
+"""The largest birth of order p is near 0.13 p^2."""
 _CELL = 0.275
 """Of the grid, in ln a."""
 FINER = (1, 4, 16)
@@ -96,7 +96,7 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
         If births and deaths of a word do not follow one another on the finest grid either.
     """
     least, low = np.zeros((2, len(words)), dtype=bool)
-    high = _HIGH
+    high = max(_HIGH, _HIGH_A_SQUARE * words.shape[1] ** 2)
     for rows, legs in cut(words):
         own, alpha = words[rows], centre_directions(legs, LOW)
         for alive, a in ((low, LOW), (least, MIN_A)):

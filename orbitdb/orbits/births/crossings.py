@@ -29,6 +29,8 @@ _SETTLED = 1e-12
 """A step of this size in x leaves nothing but rounding."""
 _INNER = 1e-12
 """Error of the directions (radians) at which a zero is looked for."""
+_BEYOND = 1e-5
+"""So far (in x) zeros are looked for beyond a cell, as the slacks of stations are not exact."""
 _CLOSE = 1e-9
 """A zero is of interest where all other slacks are above minus this (radians)."""
 
@@ -124,10 +126,12 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
         The N words that the cells number.
     cells : Zeros
     """
-    part, far, x = legs.chain(cells.word), cells.far.copy(), cells.x.copy()
+    part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
+    far, x = cells.far - beyond, cells.x + beyond
     f_far, _ = _solved(part, cells.slack, far, cells.alpha)
     f, alpha = _solved(part, cells.slack, x, cells.alpha)
-    active = np.flatnonzero((f > 0) != (f_far > 0))
+    crossing = (f > 0) != (f_far > 0)
+    active = np.flatnonzero(crossing)
     for _ in range(_STEPS):
         last, f_last, f_other = x[active], f[active], f_far[active]
         step = f_last * (far[active] - last) / (f_last - f_other)
@@ -140,7 +144,8 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
         if not len(active):
             break
     slack, _ = slacks_and_slopes(part, alpha, alpha)
-    return replace(cells, x=x, alpha=alpha).rows(np.flatnonzero((slack > -_CLOSE).all(axis=0)))
+    kept = np.flatnonzero(crossing & (slack > -_CLOSE).all(axis=0))
+    return replace(cells, x=x, alpha=alpha).rows(kept)
 
 
 def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats) -> tuple[Floats, Floats]:

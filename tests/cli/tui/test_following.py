@@ -135,8 +135,7 @@ async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, 
         await pilot.press("greater_than_sign", "greater_than_sign")
         assert main.orbit.a == 1.6
         assert of_one_a(app)
-        await asyncio.sleep(0.2)
-        assert "reading births …" in shown(app)
+        await until(lambda: "reading births …" in shown(app))
         go_on.set()
         await until(lambda: main.orbit.a > 1.69)
         await settle(pilot)
@@ -144,8 +143,7 @@ async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, 
         assert of_one_a(app)
         go_on.clear()
         await pilot.press("greater_than_sign")
-        await asyncio.sleep(0.2)
-        assert "following …" in shown(app)  # the births are known by now
+        await until(lambda: "following …" in shown(app))  # the births are known by now
         await pilot.press("greater_than_sign", "j")
         assert table.cursor == 1
         assert main.orbit.code == row_of(app)[0]
