@@ -137,6 +137,9 @@ def test_a_length_without_a_bound_is_within_the_tolerance_alone(own):
     alter(own, "UPDATE orbit SET length_error = NULL")  # as relaxation leaves it
     near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
     assert [len(each) > 0 for each in near] == [True, False]
+    alter(own, "UPDATE orbit SET length_error = 1e-4")
+    near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (1.09e-3, 1.11e-3)]
+    assert [len(each) > 0 for each in near] == [True, False]
 
 
 def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
