@@ -102,7 +102,5 @@ def test_npz_is_written_piece_by_piece(tmp_path):
 def test_npz_without_rows_has_its_columns(tmp_path):
     with open(tmp_path / "orbits.npz", "wb") as file:
         column_files.write_npz(file, ("code", "p", "length", "coordinates"), [], {})
-    found = np.load(tmp_path / "orbits.npz")
-    assert {name: found[name].size for name in found} == {
-        "code": 0, "p": 0, "length": 0, "coordinates": 0, "coordinates_start": 1, "metadata": 1,
-    }  # fmt: skip
+    sizes = {name: array.size for name, array in np.load(tmp_path / "orbits.npz").items()}
+    assert sizes == {"code": 0, "p": 0, "length": 0, "coordinates": 0, "coordinates_start": 1, "metadata": 1}
