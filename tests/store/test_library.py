@@ -82,7 +82,7 @@ def test_a_word_that_is_not_stored_is_answered_as_by_the_command_line(catalogue,
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
     subset = catalogue.select(p="2-4", status="orbit,dynamical,geometric", coordinates=True, order="length")
     orbits = list(subset)
-    assert [orbit.code for orbit in orbits] == subset.codes.tolist()
+    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.codes]
     for orbit in (orbits[0], orbits[7], orbits[-1]):
         assert orbit == catalogue[orbit.code]
         assert orbit in subset

@@ -82,6 +82,7 @@ def test_a_result_shows_itself(catalogue):
     assert repr(found).splitlines()[0].split() == list(found.columns)
     cells = re.findall("<td>(.*?)</td>", found._repr_html_())
     assert cells == [text for line in repr(found).splitlines()[1 : 1 + len(found)] for text in line.split()]
+    assert max(map(len, cells)) < 12  # six digits
 
 
 def _numbers(values):
