@@ -91,7 +91,7 @@ _MOST_JOBS = 1024
 _WORTH_PROCESSES = 1.0
 """Seconds of work from which on starting further processes pays."""
 _STARTING = 0.1
-"""Seconds of work below which none are started, whatever is asked for."""
+"""Seconds of work that starting further processes takes, about."""
 
 _JOBS = "Worker processes [default: all cores if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
@@ -134,7 +134,10 @@ class Solvers:
 
     @contextmanager
     def at_work(self, seconds: float) -> "Iterator[Workers]":
-        """Start what does the work of so many seconds, about, or connect to it; end it after use."""
+        """Start what does the work of so many seconds, about, or connect to it; end it after use.
+
+        Work that takes no longer than starting does is done here, whatever is asked for.
+        """
         from orbitdb.filling.workers import HERE, Processes, cores
 
         if self.scheduler is not None:

@@ -272,6 +272,7 @@ def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
         ("lower = lower - 1e-6, upper = upper + 1e-6", True),
         ("windows = windows - 1, lower = lower - 1e-6", False),
         ("undecided = undecided - 1", False),
+        ("lower = lower + 1e-6", False),
         ("lower = lower - 1e-6, upper = upper - 1e-6", False),
     ],
 )

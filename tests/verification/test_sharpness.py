@@ -92,6 +92,35 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
             assert getattr(again, name).tobytes() == getattr(orbits.rows(rows), name).tobytes()
 
 
+def moved(orbits: Orbits, name: str, by: float) -> Orbits:
+    """Move one number of the first row by so many times its error bound."""
+    bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
+    values = getattr(orbits, name).copy()
+    values[0] += by * getattr(orbits, bound)[0]
+    return replace(orbits, **{name: values})
+
+
+@pytest.mark.parametrize(
+    ("name", "suspected"),
+    [
+        ("coordinates", {"reflection", "margins"}),
+        ("length", {"lengths"}),
+        ("lyapunov", {"lambda", "Hessian"}),
+    ],
+)
+@pytest.mark.parametrize("a", [0.5, 1.6])
+def test_consistency_alone_finds_a_moved_number(a, name, suspected):
+    """A thousand bounds are enough: the checks by plane geometry are that sharp."""
+    stadium = Stadium(a)
+    orbits = solve(representatives(7), stadium)
+    orbits = orbits.rows(orbits.status == "orbit")
+    for by, expected in ((1e3, suspected), (0.1, set())):
+        found = {c.name: c for c in check_consistency(moved(orbits, name, by), stadium)}
+        failing = {check for check in found if found[check].failures}
+        assert bool(failing & suspected) == bool(expected)
+        assert all(found[check].first == to_strings(orbits.words[:1])[0] for check in failing)
+
+
 EPS = np.finfo(float).eps
 
 
