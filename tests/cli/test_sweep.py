@@ -145,6 +145,9 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err
     assert cli("sweep", "--p", "6", *chosen).code == 0
     assert "births tell" not in cli("entropy", *chosen).err
+    none = ("--a", "0.8", "--range", "length=:7")  # 13 is 7.2 long
+    assert cli("sweep", "--p", "6", *none).code == 0
+    assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err
 
 
 @pytest.mark.slow
