@@ -59,9 +59,9 @@ def test_margins_are_the_smallest_of_their_order():
         assert outcome.asked.endswith(f"of p = {p}, least {margin.min():.1e}")
 
 
-@pytest.mark.parametrize("p", [5, 40])
-def test_closed_words_begin_with_a_run_on_the_left(p):
-    words = closed_words(Stadium(), p, 12)
+@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # where some trajectories hold no such word
+def test_closed_words_begin_with_a_run_on_the_left(a, p):
+    words = closed_words(Stadium(a), p, 12)
     assert words.shape[1] == p
     assert len(words) == 12  # of eight times as many
     on_left = np.isin(words, (1, 4))

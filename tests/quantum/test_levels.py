@@ -1,6 +1,7 @@
 """The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.linalg import qr, svd
 from scipy.optimize import minimize_scalar
 from scipy.special import jv
 
-from orbitdb import InputError, Stadium
+from orbitdb import InputError, Stadium, WorkError
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.levels import LevelTask, levels, windows
@@ -29,6 +30,19 @@ def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
     assert len(finer) == len(found.k)
     assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
     assert found.error.max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_window_that_ends_at_a_level_is_refused():
+    """Where no error tells on which side it is."""
+    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
+    (k,), (error,) = task.solved().k, task.solved().error
+    low, high = k - error, k + error
+    with pytest.raises(WorkError, match="two grids give different numbers of levels"):
+        for _ in range(20):
+            middle = (low + high) / 2
+            above = len(replace(task, high=middle).solved().k)
+            low, high = (low, middle) if above else (middle, high)
 
 
 @pytest.mark.slow
