@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 import pytest
-from contents import ask
+from contents import alter, ask
 from made_levels import keep_made_levels
 
 from orbitdb import Stadium
@@ -69,6 +69,15 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
         worst = f", errors up to {max(own) * 1e-12:.0e}" if own else ""
         count = "1 level" if len(own) == 1 else f"{len(own)} levels"
         assert line == f"{name}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}"
+
+
+@pytest.mark.parametrize(
+    "change", ["k = 4.9 WHERE number = 1", "number = 99 WHERE number = (SELECT max(number) FROM level)"]
+)
+def test_levels_in_another_order_or_with_other_numbers_are_refused(cli, filled, change):
+    keep_made_levels(filled)
+    alter(filled, f"UPDATE level SET {change}")
+    assert cli("levels", "--k", "0:5", "--db", str(filled)).says(3, "altered: levels", "in a window from k =")
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from concurrent.futures import Future
 from functools import partial
@@ -164,8 +165,10 @@ def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
 
 
 def test_what_fails_before_there_is_a_block_is_told_as_it_is():
-    with pytest.raises(KeyError), Processes(2):
+    before, workers = threading.enumerate(), Processes(2)
+    with pytest.raises(KeyError), workers:
         raise KeyError
+    assert {*threading.enumerate()} <= {*before}
 
 
 @pytest.mark.slow

@@ -12,15 +12,7 @@ from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.estimate import (
-    Need,
-    about,
-    check_room,
-    duration,
-    gigabytes,
-    need,
-    sweep_need,
-)
+from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need, sweep_need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.conditions import COLUMNS

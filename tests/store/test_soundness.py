@@ -5,13 +5,7 @@ import pytest
 
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import NUMBERS
-from orbitdb.store.reading.soundness import (
-    are_whole,
-    coordinates_of,
-    is_whole,
-    need_words,
-    sound_words,
-)
+from orbitdb.store.reading.soundness import are_whole, coordinates_of, is_whole, need_words, sound_words
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
 NUMBERS_OF_IT = dict.fromkeys(NUMBERS, 0.5) | {"residual": 0.0, "error": 0.0}

@@ -29,13 +29,7 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
 @pytest.mark.parametrize(
     ("known", "periods", "a", "filled_at", "named"),
     [
-        (
-            KNOWN,
-            [(12, 12)],
-            1.6,
-            [1.0, 1.6],
-            "period 12 |periods 2-8, 10|some at a = 1)|--p 12 --a 1.6",
-        ),
+        (KNOWN, [(12, 12)], 1.6, [1.0, 1.6], "period 12 |periods 2-8, 10|some at a = 1)|--p 12 --a 1.6"),
         ([*KNOWN, fill(9, "filling")], [(9, 9), (11, 11)], 1.6, [1.6], "period 11 |periods 2-8, 10)|--p 11 "),
         (KNOWN, [(3, 9), (8, 12)], 1.6, [1.6], "periods 9, 11-12 are|--p 12 "),
         ([], [], 0.1234567, [], "nothing is filled|--p 11 --a 0.1234567"),
@@ -103,8 +97,7 @@ def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monk
 
 
 @pytest.mark.parametrize(
-    "command",
-    slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 --force -o f.svg"]),
+    "command", slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 --force -o f.svg"])
 )
 def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
@@ -229,3 +222,4 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
+    assert Catalogue(partial).select(p="7-9").table()["p"] == [7, 8]
