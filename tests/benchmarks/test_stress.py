@@ -77,7 +77,10 @@ def test_closed_words_begin_with_a_run_on_the_left(a, p):
 def test_a_wrong_row_does_not_pass():
     words, _ = representatives(5)
     orbits = solve(words, Stadium())
-    assert compare("x", "honest", orbits, Stadium(), 0.0).passed
+    honest = compare("x", "honest", orbits, Stadium(), 0.0)
+    assert honest.passed
+    for wrong in ({"open": 1}, {"wrong": 1}, {"share": 1.01}):
+        assert not dataclasses.replace(honest, **wrong).passed
     for name in ("length", "lyapunov"):
         values = getattr(orbits, name).copy()
         values[3] *= 1 + 1e-9
