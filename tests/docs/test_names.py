@@ -137,10 +137,7 @@ def test_benchmarks_are_of_what_their_page_says():
         return next(iter(inspect.signature(stress.CASES[case]).parameters.values())).default
 
     page = " ".join((pages.ROOT / "docs/benchmarks.md").read_text(encoding="utf-8").split())
-    told = [
-        f"all classes of p = {usual('stadium')} from",
-        f"trajectories of {usual('trajectory')[-1]} bounces",
-    ]
+    told = [f"all classes of p = {usual('stadium')} from", f"trajectories of {usual('trajectory')[-1]} b"]
     told += [f"runs and legs of {10 ** usual(case):_} bounces".replace("_", " ") for case in ("run", "leg")]
     told += [f"tolerance | {methods.TOLERANCES[-1]:g} |", f"force | {methods.EPSILONS[-1]:g} |"]
     told += [f"root, tolerance | {methods.ROOT_TOLERANCES[-1]:g} |", f"bits | {methods.BITS[1]} |"]
