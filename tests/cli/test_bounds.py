@@ -23,6 +23,7 @@ KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
 def test_bounds_are_rounded_outward_in_print(cli):
     rows = json.loads(cli("bounds", "--window", "8", "--json").out)
     assert [list(row) for row in rows] == [KEYS] * 7
+    assert json.loads(cli("bounds", "--time", "1e-9", "--window", "8", "--json").out) == rows[:1]
     header, *lines = cli("bounds", "--window", "8").out.splitlines()
     assert header.split() == KEYS
     for line, row in zip(lines, rows, strict=True):
@@ -77,6 +78,7 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
     assert ("balls prove" in found.err) == bool(jobs)
     assert cli(*asked, "--width", str(max(each.upper - each.lower for each in curve))).code == 0
     assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
+    assert [row["window"] for row in json.loads(cli(*asked, "--time", "1e-9", "--json").out)] == [2, 2, 2]
 
 
 @pytest.mark.slow

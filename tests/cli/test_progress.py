@@ -59,11 +59,8 @@ def test_a_fill_that_goes_on_has_the_rate_of_now():
     assert slower.rate() == pytest.approx(1.0)
 
 
-def test_few_long_steps_have_a_rate():
+def test_few_long_steps_have_a_rate_and_a_new_stage_begins_anew():
     assert paced((0.0, 0.0), (100.0, 100.0), (200.0, 200.0)).rate() == pytest.approx(1.0)
-
-
-def test_a_new_stage_begins_anew():
     pace = paced((0.0, 0.0), (10.0, 1000.0))
     pace.tell(11.0, "orbits", 10.0, 500.0)
     assert pace.rate() == 0.0

@@ -20,7 +20,7 @@ Row = tuple[Any, ...]
 
 _BLOCK = 64
 _KEPT = 32
-_OF_ONE_A = tuple(column.name for column in OF_ORBITS if column.name not in ("a", "status"))
+_OF_ONE_A = tuple(column.name for column in OF_ORBITS if column.name != "status")
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,7 @@ def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
     there = pages.followed(at)
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
+    assert there.columns == [name for name in SHOWN if name != "length"]
     for place in range(0, len(wanted), 7):
         now = dict(zip(SHOWN, there.row(place), strict=True))
         kept = {name: wanted[place][name] for name in SHOWN}
