@@ -82,23 +82,6 @@ def test_npz_refuses_texts_that_would_not_fit(tmp_path):
         column_files.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
 
 
-def test_npz_is_written_piece_by_piece(tmp_path):
-    texts, integers, rules = ["13", "0123", ""], [2, None, 4], [[], [1], [2, 3]]
-    numbers, places = [1.5, None, -1.0], [[0.5, 1.0], None, np.ones(3)]
-    columns = (texts, integers, numbers, rules, places)
-    with open(tmp_path / "orbits.npz", "wb") as file:
-        names = ("code", "p", "length", "rules", "coordinates")
-        column_files.write_npz(file, names, zip(*columns, strict=True), {"a": 1.6})
-    found = np.load(tmp_path / "orbits.npz")
-    assert found["code"].tolist() == ["13", "0123", ""]
-    assert found["p"].tolist() == [2, -1, 4]
-    np.testing.assert_array_equal(found["length"], [1.5, np.nan, -1.0])
-    assert (found["rules"].tolist(), found["rules_start"].tolist()) == ([1, 2, 3], [0, 0, 1, 3])
-    assert found["coordinates"].tolist() == [0.5, 1.0, 1, 1, 1]
-    assert found["coordinates_start"].tolist() == [0, 2, 2, 5]
-    assert str(found["metadata"]) == '{"a": 1.6}'
-
-
 def test_npz_without_rows_has_its_columns(tmp_path):
     with open(tmp_path / "orbits.npz", "wb") as file:
         column_files.write_npz(file, ("code", "p", "length", "coordinates"), [], {})

@@ -278,7 +278,7 @@ class Subset(ByValue):
         from orbitdb.catalogue.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
-        one = np.ones(len(rows), dtype=np.int64)
+        one = np.ones_like(rows)
         least = self.representative[rows].tolist()
         number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
         classes = ChosenClasses(

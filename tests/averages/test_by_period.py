@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
+from scipy.optimize import brentq
 from solutions import class_rows, entropy, lyapunov, words_of
 
 from orbitdb.averages.by_period import lyapunov_of_periods
@@ -30,12 +31,6 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 
 DIRECT = 6
-
-
-def root_between(*arguments, **options):
-    from scipy.optimize import brentq  # takes as long as many a test
-
-    return brentq(*arguments, **options)
 
 
 @cache
@@ -97,7 +92,7 @@ def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weig
         value = np.polynomial.Polynomial(series)
         grid = np.linspace(0, 12, 1201)
         first = np.flatnonzero(value(grid) < 0)[0]
-        return -math.log(root_between(value, grid[first - 1], grid[first], xtol=1e-14))
+        return -math.log(brentq(value, grid[first - 1], grid[first], xtol=1e-14))
 
     averages = lyapunov(class_rows(1.6, DIRECT), DIRECT, weight)
     h = 1e-4

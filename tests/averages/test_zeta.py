@@ -163,6 +163,7 @@ def test_a_cut_by_stability_that_gives_no_average_says_why():
     for found, reason in (
         (lyapunov_by_stability(rows, 2.0, 8), "(its zero"),
         (lyapunov_by_stability(rows, 1e-7, 8), "(no orbit has a lambda up to 1e-07)"),
+        (lyapunov_by_stability(rows, 2.0, 1), "(no orbit has a lambda up to 2)"),
     ):
         assert found.fault.startswith(reason)
         assert np.isnan([found.lambda_d, found.lambda_c, found.mean_path, found.z0]).all()

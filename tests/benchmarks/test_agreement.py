@@ -84,11 +84,14 @@ def test_a_sample_is_spread_over_all_classes():
     assert sizes.sum() == count_admissible(7)
 
 
-def test_newton_is_charged_once_for_a_class(cases):
-    (row,) = newton_rows(cases, (1e-16,))
+@pytest.mark.parametrize(("measure", "setting"), [(newton_rows, 1e-16), (ball_rows, 128)])
+def test_newton_and_balls_are_charged_once_for_a_class(cases, measure, setting):
+    begin = perf_counter()
+    (row,) = measure(cases, (setting,))
+    assert 0 < row.seconds * row.words < perf_counter() - begin
     assert row.failures == 0
     assert row.coordinates_max < 1e-14
-    assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5))
+    assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5), abs=0)
 
 
 def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
@@ -97,23 +100,27 @@ def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
     (row,) = newton_rows(every, (1e-16,))
     assert Counter(each.status for each in every.truth)[Status.BOUNDARY] == len(THROUGH_A_JOINT)
     assert row.failures == 0
-    lengths = solve(every.words, every.stadium).length.tolist()
-    known = zip(every.truth, lengths, strict=True)
-    off = [abs(float(each.length - x)) / x for each, x in known if each.status is Status.ORBIT]
-    assert row.length_max == pytest.approx(max(off), rel=1e-6)
+    solved = solve(every.words, every.stadium)
+    orbits = [n for n, each in enumerate(every.truth) if each.status is Status.ORBIT]
+    for name in ("length", "lyapunov"):
+        values = getattr(solved, name)
+        off = [abs(float(getattr(every.truth[n], name) - values[n])) / values[n] for n in orbits]
+        shown = getattr(row, f"{name}_max"), getattr(row, f"{name}_median")
+        assert shown == pytest.approx((max(off), np.median(off)), rel=1e-6, abs=0)
     (row,) = ball_rows(every, (64,))
     found = [each for each in certificates(every.words, every.stadium, 64) if each.status is Status.ORBIT]
     radii = [max(float(x.rad()) for x in each.coordinates) for each in found]
     assert (row.coordinates_max, row.coordinates_median) == (max(radii), np.median(radii))
-    assert row.length_max == max(float(each.length.rad() / each.length.mid()) for each in found)
-    strict = replace(every, truth=[*every.truth[1:], every.truth[0]])
-    assert next(newton_rows(strict, (1e-16,))).failures > 0
+    for name in ("length", "lyapunov"):
+        balls = [getattr(each, name) for each in found]
+        assert getattr(row, f"{name}_max") == max(float(ball.rad() / ball.mid()) for ball in balls)
+    one, two, *_ = orbits
+    every.truth[one], every.truth[two] = every.truth[two], every.truth[one]
+    assert next(newton_rows(every, (1e-16,))).failures == 2
 
 
 def test_balls_report_radii_that_shrink_with_the_bits(cases):
-    begin = perf_counter()
     rows = list(ball_rows(cases, (64, 128)))
-    assert 0 < sum(row.seconds * row.words for row in rows) < perf_counter() - begin
     assert rows[0].coordinates_max < 1e-15
     assert rows[1].coordinates_max < 1e-30
     assert rows[0].failures == rows[1].failures == 0
@@ -125,17 +132,20 @@ def test_root_is_judged_by_the_orbit_it_finds(cases):
     assert 0 < (loose.seconds + tight.seconds) * 8 < perf_counter() - begin
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
+    assert next(root_rows(sample(5, Stadium(0.3)), (1e-10,))).failures == 0  # places of pruned words, too
 
 
 def test_relaxation_goes_on_to_smaller_forces_and_is_charged_for_the_whole_way(cases):
     few = cases.part(6)
+    begin = perf_counter()
     rows = list(relaxation_rows(few, (1e-8, 1e-3, 1e-6)))
+    assert rows[-1].seconds * len(few.words) < perf_counter() - begin
     assert [row.setting for row in rows] == [1e-3, 1e-6, 1e-8]
     for name in ("seconds", "coordinates_max", "length_max"):
         values = [getattr(row, name) for row in rows]
         assert sorted(values, reverse=name != "seconds") == values
     assert rows[-1].coordinates_max < 1e-6
-    assert rows[-1].seconds == rows[-1].seconds_per_sequence
+    assert rows[-1].seconds == rows[-1].seconds_per_sequence > rows[0].seconds > 0
 
 
 def test_stages_count_what_they_time():

@@ -35,17 +35,22 @@ def test_stadia_from_a_circle_to_a_channel():
     assert outcomes[-1].orbits == outcomes[-1].words
 
 
-SMALL: dict[str, tuple[Any, ...]] = {
-    "stadium": (3,), "joint": ((6,),), "run": (2,), "leg": (2,), "trajectory": ((300,), 2),
-    "margin": ((6, 7), 0.05), "sum": (100_000,),
+SMALL: dict[str, tuple[tuple[Any, ...], str]] = {
+    "stadium": ((3,), "a = 1e6, all classes of p = 3"), "joint": (((6,),), "a = 2.5, all classes of p = 6"),
+    "run": ((2,), "1^100 5^100"), "leg": ((2,), "1 2 (02)^50 3 2 (02)^50"),
+    "trajectory": (((300,), 2), "closed segments of p = 300"), "sum": ((100_000,), "e^-40 .. e^0,"),
+    "margin": (((6, 7), 0.05), "|margin| < 0.05 of p = 7,"),
 }  # fmt: skip
+"""What each case is called with here, and what it asks last."""
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_every_case_passes_and_takes_no_longer_than_it_says(name):
     begin = perf_counter()
     case: Callable[..., Iterator[Outcome]] = CASES[name]
-    outcomes = list(case(*SMALL[name]))
+    arguments, asked = SMALL[name]
+    outcomes = list(case(*arguments))
+    assert outcomes[-1].asked.startswith(asked)
     assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
     assert all(each.passed and each.case == name and each.words for each in outcomes)
     assert max(each.share for each in outcomes) > 1e-3  # bounds that are of use
@@ -59,9 +64,9 @@ def test_margins_are_the_smallest_of_their_order():
         assert outcome.asked.endswith(f"of p = {p}, least {margin.min():.1e}")
 
 
-@pytest.mark.parametrize("p", [5, 40])
-def test_closed_words_begin_with_a_run_on_the_left(p):
-    words = closed_words(Stadium(), p, 12)
+@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # where some trajectories hold no such word
+def test_closed_words_begin_with_a_run_on_the_left(a, p):
+    words = closed_words(Stadium(a), p, 12)
     assert words.shape[1] == p
     assert len(words) == 12  # of eight times as many
     on_left = np.isin(words, (1, 4))
@@ -72,7 +77,10 @@ def test_closed_words_begin_with_a_run_on_the_left(p):
 def test_a_wrong_row_does_not_pass():
     words, _ = representatives(5)
     orbits = solve(words, Stadium())
-    assert compare("x", "honest", orbits, Stadium(), 0.0).passed
+    honest = compare("x", "honest", orbits, Stadium(), 0.0)
+    assert honest.passed
+    for wrong in ({"open": 1}, {"wrong": 1}, {"share": 1.01}):
+        assert not dataclasses.replace(honest, **wrong).passed
     for name in ("length", "lyapunov"):
         values = getattr(orbits, name).copy()
         values[3] *= 1 + 1e-9

@@ -104,10 +104,10 @@ def test_steps_go_on_until_the_sign_is_known_or_the_error_is_that_of_doubles(a):
                 assert ((np.abs(found.value) > found.error) | (found.error < 1e-12)).all()
 
 
-@pytest.mark.parametrize("nearer", [0.9, 1 - 1e-3])
-def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer):
+@pytest.mark.parametrize(("nearer", "a"), [(0.9, 0.05), (1 - 1e-3, 0.05), (0.83, 20.0)])
+def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer, a):
     assert all(limits_hold(40, a) for a in (1e-6, 0.05, 1.0, 1.6, 20.0, 1e6))
     monkeypatch.setattr(
         module, "direction_limits", lambda *at: tuple(nearer * x for x in direction_limits(*at))
     )
-    assert not limits_hold(40, 0.05)
+    assert not limits_hold(40, a)

@@ -252,7 +252,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
     spectrum = subsets.draw_length_spectrum(catalogue, chosen)
-    found = catalogue.spectrum((1.0, 12.0), points=1000)
+    found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
         np.testing.assert_allclose(lengths, np.linspace(1, 12, 1000))

@@ -86,8 +86,13 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     left: Any
     _, (left, right) = pyplot.subplots(1, 2)
     assert subset.plot(ax=left) is left
-    assert len(np.asarray(left.collections[0].get_offsets())) == subset.p[subset.status == "orbit"].sum()
+    orbits, (dots,) = subset[subset.status == "orbit"], left.collections
+    assert there(dots.get_array()).tolist() == np.repeat(orbits.lambda_d, orbits.p).tolist()
+    bounces = [np.stack([there(each.arclength), there(each.sine)], axis=1) for each in orbits]
+    np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.concatenate(bounces), 1e-12, 1e-12)
     assert subset.plot("lengths", ax=right) is right
+    steps = np.asarray(right.lines[0].get_xydata())
+    assert steps.tolist() == [[length, n] for n, length in enumerate(np.sort(orbits.length), 1)]
     for ax in (left, right):
         assert ax.get_title().replace("\n", " ") == subset.selection.describe()
     orbit = Catalogue(varied)["3123"]

@@ -1,15 +1,16 @@
 """The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from quick import fuzz_but
 from scipy.linalg import qr, svd
-from scipy.optimize import minimize_scalar
+from scipy.optimize import bisect, minimize_scalar
 from scipy.special import jv
 
-from orbitdb import InputError, Stadium
+from orbitdb import InputError, Stadium, WorkError
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.levels import LevelTask, levels, windows
@@ -29,6 +30,19 @@ def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
     assert len(finer) == len(found.k)
     assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
     assert found.error.max() < 1e-9
+
+
+@pytest.mark.slow
+def test_a_window_that_ends_at_a_level_is_refused():
+    """Where no error tells on which side it is."""
+    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
+    (k,), (error,) = task.solved().k, task.solved().error
+
+    def above(end: float) -> float:
+        return len(replace(task, high=end).solved().k) - 0.5
+
+    with pytest.raises(WorkError, match="two grids give different numbers of levels"):
+        bisect(above, k - error, k + error, xtol=1e-15)
 
 
 @pytest.mark.slow

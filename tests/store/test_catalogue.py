@@ -106,13 +106,19 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
 
 
-def test_the_sweeps_that_are_stored_are_not_needed_again(filled):
+def test_the_sweeps_that_are_stored_are_not_needed_again_and_give_the_time(filled, monkeypatch):
     whole = sweep_need(filled, 1.6, range(2, 10), 1)
     assert whole.words == sum(map(count_admissible, range(2, 10)))
     made(filled, sweep_periods(filled, 1.6, range(2, 9)))
-    rest = sweep_need(filled, 1.6, range(2, 10), 1)
-    assert rest.words == count_admissible(9)
-    assert rest.seconds / whole.seconds == pytest.approx(rest.words / whole.words)
+    rest = sweep_need(filled, 1.6, range(2, 10), 4)
+    assert (rest.words, rest.bytes) == (count_admissible(9), 0)
+    assert rest.alone / whole.seconds == pytest.approx(rest.words / whole.words)
+    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
+    large = [sweep for sweep in Catalogue(filled).sweeps(1.6) if sweep.p in (7, 8)]
+    rate = sum(sweep.processor for sweep in large) / (712 + 2096)
+    found = sweep_need(filled, 1.6, [9], 4)
+    assert (found.alone, 4 * found.seconds) == pytest.approx([rate * rest.words] * 2)
+    assert sweep_need(filled, 1.6, [9], 4, Selection(contains="13")).alone == rest.alone
 
 
 def test_many_processes_wait_for_the_one_that_writes(tmp_path):

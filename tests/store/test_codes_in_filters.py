@@ -91,6 +91,7 @@ def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
     ("where", "told"),
     [
         ("p = 2 and code = '31'", "no row has code = '31', only least rotations: write code('31')"),
+        ("code = '310245'", "no row has code = '310245', only least rotations: write code('310245')"),
         (
             "\"code\" == 3 or word IN ('13', '1313')",
             "no row has word = '1313', only least rotations: write code('13')",

@@ -192,6 +192,9 @@ ALTERATIONS = {
     "a dangling certificate": ("INSERT INTO certificate VALUES (1, 9999, 0, 128, '0', 1)", "foreign keys"),
     "a certificate beyond the bound": (
         f"UPDATE certificate SET radius = 1e-3 WHERE cycle = {ORBIT}", "radii"),
+    "a certificate of a pruned word": (
+        f"INSERT INTO certificate SELECT 1, {PRUNED}, 1e-9, 128, version, run FROM certificate LIMIT 1",
+        "radii"),
     "no a": ("UPDATE stadium SET a = -1 WHERE a = 0.5", "provenance"),
     "another a": ("UPDATE stadium SET a = 0.5000000000000001 WHERE a = 0.5", "provenance"),
     "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),

@@ -36,24 +36,27 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
     """
     found = tokens(where)
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]
+    said = [found[place] for place in solid]
     parts, done = [], 0
     for rank, place in enumerate(solid):
-        behind = [found[k] for k in solid[rank + 1 :]]
-        if place < done or found[place].keyword != _CALL or [t.text for t in behind[:1]] != ["("]:
+        if (
+            place < done
+            or said[rank].keyword != _CALL
+            or [t.text for t in said[rank + 1 : rank + 2]] != ["("]
+        ):
             continue
-        closing = next((k for k, token in enumerate(behind) if token.text == ")"), None)
+        closing = next((k for k in range(rank + 2, len(said)) if said[k].text == ")"), None)
         if closing is None:
             break  # SQLite says what is missing
-        _check_alone([found[k] for k in solid[:rank]], behind[closing + 1 :])
+        _check_alone(said[max(rank - 1, 0) : rank] + said[closing + 1 : closing + 2])
         parts += [token.text for token in found[done:place]]
-        parts.append(_condition(behind[1:closing], parameters))
-        done = solid[rank + 1 + closing] + 1
+        parts.append(_condition(said[rank + 2 : closing], parameters))
+        done = solid[closing] + 1
     return "".join([*parts, *(token.text for token in found[done:])])
 
 
-def _check_alone(before: Sequence[Token], behind: Sequence[Token]) -> None:
+def _check_alone(beside: Sequence[Token]) -> None:
     """Refuse a comparison of the condition, which is true or false, with a code."""
-    beside = [*before[-1:], *behind[:1]]
     if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
         raise ValueError("code('...') is a condition by itself: write it without a comparison")
 
