@@ -78,6 +78,7 @@ levels --k 5:1 | 2 | 0:30
 levels --k 0:5 --parity xx | 2 | ee, eo, oe or oo
 levels --k 0:5 --a 50 | 2 | 0.05 to 20
 levels --k 0:5000 | 2 | too many
+spectrum --levels nowhere | 2 | nowhere: No such file or directory; give a file
 
 plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned

@@ -229,6 +229,8 @@ def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypat
 def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
     cli("sweep", "--p", "4")
+    cli("births", "--p", "4")
+    assert "11 of 11 classes lack no birth or death between" in cli("verify", "--births").err
     for periods, what in ((["--p", "3"], "the sums of a swept period were"),
                           ([], "the sums of 2 swept periods were")):  # fmt: skip
         done = cli("verify", *periods)
