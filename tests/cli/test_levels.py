@@ -143,6 +143,6 @@ def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parit
     k = [1.0, 2.5, 2.25, 4.0, 5.0, 6.5]
     of = ["ee", "oo", "oe", "ee", "eo", "oo"]
     path = tmp_path / "levels.csv"
-    path.write_text("\n".join(["parity, k", *map("{}, {}".format, of, k)]), encoding="utf-8")
+    path.write_text("\n".join([" ", "parity, k", *map("{}, {}".format, of, k)]), encoding="utf-8")
     wanted = [each for each, one in zip(k, of, strict=True) if parity in (None, one)]
     assert read_file(path, False, parity) == wanted
