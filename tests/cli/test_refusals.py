@@ -116,7 +116,7 @@ export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of t
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
 
 sweep --db new.db --p 21 | 2 | 21
-sweep --db new.db --p 3 --where p>2 | 2 | a subset by where cannot be swept, as that needs stored rows: choose by
+sweep --db new.db --p 3 --where p>2 | 2 | a subset by where cannot be swept, as that needs stored rows: choose
 sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, range of born cannot be swept, as
 sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at cannot be swept, as
 sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | sums are over orbits alone
