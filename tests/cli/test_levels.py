@@ -119,10 +119,7 @@ def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_fil
 def test_files_that_hold_no_levels_get_one_line(cli, filled, levels_file, tmp_path, change, told):
     path = tmp_path / "changed.txt"
     path.write_text("\n".join(change(levels_file.read_text().split())))
-    found = cli("spectrum", "--levels", str(path), "--db", str(filled))
-    assert found.code == 2
-    assert told in found.err
-    assert found.err.count("\n") == 1
+    assert cli("spectrum", "--levels", str(path), "--db", str(filled)).says(2, told)
 
 
 @pytest.mark.slow

@@ -122,6 +122,9 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
+        await hurry(pilot, "R", "5", "j")  # the rows come behind all of them
+        assert len(row_of(app)[0]) != 5
+        await press(pilot, "R", "g")
         await press(pilot, "pagedown")
         assert table.cursor == table.size.height - 2
         assert main.orbit.code == words[table.cursor]
