@@ -1,6 +1,6 @@
 """No stored bound is smaller than the true error, on thousands of rows; and the errors are small."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import mpmath as mp
 import numpy as np
@@ -25,10 +25,10 @@ def sample(p: int, a: float, count: int) -> Orbits:
     return orbits.rows(np.random.default_rng(p).permutation(np.flatnonzero(real(orbits)))[:count])
 
 
-def check_bounds(orbits: Orbits, errors: Sequence[Sequence[float] | np.ndarray]) -> None:
+def check_bounds(orbits: Orbits, errors: Iterable[np.ndarray]) -> None:
     """Check errors of coordinates, length and lambda, one of each orbit."""
     for name, each in zip(("error", "length_error", "lyapunov_error"), errors, strict=True):
-        assert (np.array(each) <= getattr(orbits, name)).all(), (name, to_strings(orbits.words))
+        assert (each <= getattr(orbits, name)).all(), (name, to_strings(orbits.words))
 
 
 def enclosed_errors(orbits: Orbits, a: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
