@@ -54,7 +54,7 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
     return _in_list(incomplete, [*rows, ("all", "every one")])
 
 
-def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
     from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.errors import StoreError
@@ -62,21 +62,21 @@ def offered_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
 
     try:
         with Catalogue(context.params.get("db")) as catalogue:
-            return [text for text in map(exact, catalogue.a_values()) if text.startswith(incomplete)]
+            return [*map(exact, catalogue.a_values())]
     except (InputError, StoreError):
         return []
 
 
-def offered_several_half_lengths(context: typer.Context, incomplete: str) -> list[str]:
+def offered_several_half_lengths(context: typer.Context) -> list[str]:
     """Offer them, and what stands for all of them."""
-    return [*offered_half_lengths(context, incomplete), *(["all"] if "all".startswith(incomplete) else [])]
+    return [*offered_half_lengths(context), "all"]
 
 
 def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Offer names that go on with the last of some, with commas between, each with what it means."""
-    before, comma, begun = incomplete.rpartition(",")
+    """Offer names behind others, with commas between, each with what it means; Typer takes what goes on."""
+    before, comma, _ = incomplete.rpartition(",")
     for name, meaning in known:
-        if name.startswith(begun) and name not in before.split(","):
+        if name not in before.split(","):
             yield f"{before}{comma}{name}", meaning
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pexpect
 import pytest
+from contents import alter
 from terminal import ended, spawn
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -34,7 +35,7 @@ def test_bounds_are_rounded_outward_in_print(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
-def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
+def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli, tmp_path):
     plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")
     assert proved.out == plain.out
@@ -42,6 +43,9 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli):
         r"balls prove (\d+) of \1 windows that doubles decide, 0 left open; \d+\.\d s", proved.err
     )
     assert plain.err.startswith("not kept: there is no catalogue at ")
+    cli("migrate")
+    alter(tmp_path / "orbits.db", "DROP TABLE change")  # before anything is computed, it is told
+    assert cli("bounds", "--window", "4").says(3, "is not as orbitdb made it (table change)")
 
 
 def test_what_balls_leave_open_at_every_a_is_counted():

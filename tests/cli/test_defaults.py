@@ -25,6 +25,7 @@ def of(function: Callable[..., Any], name: str) -> str:
 
 
 A = repr(Stadium().a)
+LOW, HIGH = signature(Catalogue.spectrum).parameters["lengths"].default
 ORDER = of(Catalogue.select, "order")
 DEFAULTS: dict[str, dict[str, str | None]] = {
     "fill": {"--a": A, "--method": of(fill_periods, "method")},
@@ -34,6 +35,8 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
         "--bounces": str(BOUNCES),
         "--tolerance": f"{NEAR:g} for bounces, {SAME_LENGTH:g} for a length",
     },
+    "lyapunov": {"--weight": of(Catalogue.lyapunov, "weight")},
+    "spectrum": {"--points": of(Catalogue.spectrum, "points"), "--range": f"{LOW:g}:{HIGH:g}"},
     "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "True"},
     "export": {"--order": ORDER, "--format": None},
     "verify": {"--restarts": of(verify, "restarts"), "--seed": of(verify, "seed")},
@@ -70,7 +73,7 @@ def test_the_help_tells_the_defaults_that_there_are(command):
         (["query", "--order", "code,length"], ["code,length", "code,length_error"]),
         (["export", "--status", "orbit,bo"], ["orbit,boundary"]),
         (["query", "--status", ""], ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"]),
-        (["table", "--a", "1"], ["1", "1.6"]),
+        (["table", "--a", "1."], ["1.6"]),
         (["query", "--a", ""], ["1", "1.6", "all"]),
         (["browse", "--a", ""], ["1", "1.6"]),
     ],
@@ -91,8 +94,8 @@ def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(b"no catalogue" * 99)
     context: Any = SimpleNamespace(params={"db": path})
-    assert offered_half_lengths(context, "") == []
-    assert offered_several_half_lengths(context, "") == ["all"]
+    assert offered_half_lengths(context) == []
+    assert offered_several_half_lengths(context) == ["all"]
 
 
 LITTLE = """

@@ -54,6 +54,7 @@ plot births 13 -o x.svg | 2 | WORD | plot births
 plot sheet 13 --code 3 -o x.svg | 2 | WORD, --code | plot sheet
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
+browse --port 8001 | 2 | --port does nothing without --web: leave it out
 
 query --a 1_6 | 2 | 1_6
 query --limit 1_0 | 2 | 1_0
@@ -78,6 +79,7 @@ levels --k 5:1 | 2 | 0:30
 levels --k 0:5 --parity xx | 2 | ee, eo, oe or oo
 levels --k 0:5 --a 50 | 2 | 0.05 to 20
 levels --k 0:5000 | 2 | too many
+spectrum --levels nowhere | 2 | nowhere: No such file or directory; give a file
 
 plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned
@@ -104,11 +106,27 @@ simulate --db nowhere/such/new.db | 3 | no folder nowhere/such
 bounds --store --db nowhere/new.db | 3 | no folder nowhere
 migrate --db nowhere/new.db | 3 | no folder nowhere
 export nowhere/orbits.npz | 3 | no folder nowhere
+table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
+query --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
+query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
 export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do
 export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
 export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of them: nothing is written
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
+
+sweep --db new.db --p 21 | 2 | 21
+sweep --db new.db --p 3 --where p>2 | 2 | a subset by where cannot be swept, as that needs stored rows: choose
+sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, range of born cannot be swept, as
+sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at cannot be swept, as
+sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | sums are over orbits alone
+sweep --db new.db --p 3 --contains 1^41 | 2 | contains 41 symbols | no swept word has more than 40
+sweep --db new.db --p 3 --contains 16 | 2 | symbol '6' at place 2
+sweep --db new.db --p 3 --reversal both | 2 | reversal 'both': use self or pair
+sweep --db new.db --p 3 --symmetry z | 2 | symmetry 'z': use 1, or
+sweep --db new.db --p 3 --range length=9:5 | 2 | range 'length=9:5' runs backwards
+sweep --db new.db --p 3 --range class_size=8: | 2 | range 'class_size=8:': name one of
+sweep --db new.db --p 3 --cut 9 | 2 | No such option: --cut
 
 identify --start 0,0 | 2 | three numbers
 identify --start 0,0,½ | 2 | '½' is not a number

@@ -60,12 +60,6 @@ def test_an_orbit_is_followed_in_a(cli, varied):
     assert [line.split()[:2] for line in shown] == [["code", "a"], ["13", "1"], ["13", "1.6"]]
 
 
-@pytest.mark.parametrize("command", ["table", "query", "query 13"])
-def test_all_that_are_stored_are_those_of_a_catalogue(cli, tmp_path, command):
-    done = cli(*command.split(), "--a", "all")
-    assert done.says(3, f"no catalogue at {tmp_path / 'orbits.db'}", "orbitdb fill")
-
-
 def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):
     done = cli("lyapunov", "--a", "1", "--a", "3", "--p", "2-5", "--db", str(varied))
     assert done.code == 0

@@ -6,12 +6,15 @@ import re
 from functools import cache
 from importlib.metadata import metadata
 from pathlib import Path
+from typing import Any
 
 import pages
 import program
 import pytest
 
 import orbitdb
+from orbitdb.benchmarks import stress
+from orbitdb.benchmarks import work_precision as methods
 from orbitdb.store.asking import where
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
@@ -127,6 +130,18 @@ def test_queries_stop_when_the_pages_say():
         page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
         assert "after a minute" in page
     assert where.SECONDS == 60
+
+
+def test_benchmarks_are_of_what_their_page_says():
+    def usual(case: str) -> Any:
+        return next(iter(inspect.signature(stress.CASES[case]).parameters.values())).default
+
+    page = " ".join((pages.ROOT / "docs/benchmarks.md").read_text(encoding="utf-8").split())
+    told = [f"all classes of p = {usual('stadium')} from", f"trajectories of {usual('trajectory')[-1]} b"]
+    told += [f"runs and legs of {10 ** usual(case):_} bounces".replace("_", " ") for case in ("run", "leg")]
+    told += [f"tolerance | {methods.TOLERANCES[-1]:g} |", f"force | {methods.EPSILONS[-1]:g} |"]
+    told += [f"root, tolerance | {methods.ROOT_TOLERANCES[-1]:g} |", f"bits | {methods.BITS[1]} |"]
+    assert [each for each in told if each not in page] == []
 
 
 def test_every_status_and_rule_stands_there():

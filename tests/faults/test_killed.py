@@ -60,6 +60,7 @@ try:
     go_on()
 except (KeyboardInterrupt, Terminated) as end:
     print(repr(end))
+    signal.raise_signal(getattr(signal, sys.argv[1]))  # once is enough
 """
 
 

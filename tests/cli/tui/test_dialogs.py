@@ -58,6 +58,8 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
                 await write(pilot, there, *then.split(), field=field)
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
+            if key == "f" and then != "enter":  # which asks whether it is meant
+                assert [each.disabled for each in app.screen.query(Button)] == [not text, bool(text)]
             assert cut_off(app) == [], (key, text)
             app.fill_state = None
             while len(app.screen_stack) > 1:

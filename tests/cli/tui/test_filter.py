@@ -133,7 +133,8 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         return whole.fget(patience)
 
     monkeypatch.setattr(Patience, "ended", property(look))
-    slow = "(select sum(abs(length * p * lambda_c + b.p)) from catalogue b where b.length > catalogue.p) > p"
+    terms = " + ".join(f"b.length * catalogue.length * {n}" for n in range(60))
+    slow = f"(select sum({terms}) from catalogue b where b.length > catalogue.p) > p"
     async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         app.screen.query_one("Input").value = slow
@@ -141,8 +142,8 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         began = time.monotonic()
         await pilot.press("ctrl+u", *"p = 2")
         assert app.screen.query_one("Input").value == "p = 2"
-        assert time.monotonic() - began < 30
         await typed(pilot, "p = 2")
+        assert time.monotonic() - began < 30
         assert told(app).startswith("1 of ")
         count = len(looks)
         await pilot.pause(0.3)

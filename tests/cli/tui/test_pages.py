@@ -136,7 +136,7 @@ SHIFTS = {"l": 1, "right": 1, "h": -1, "left": -1}
 class Alone(App[None]):
     """A terminal with nothing but the table."""
 
-    CSS = "PagedTable > .table--cursor { background: red; }"
+    CSS = "PagedTable > .table--cursor { background: red; } PagedTable > .table--dim { color: green; }"
 
     def __init__(self) -> None:
         super().__init__()
@@ -172,7 +172,7 @@ async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]
     pages = Pages(catalogue, catalogue.choose(chosen, str(Ordering())), names)
     source = random.Random(7)
-    keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", "pageup", "k", "g", *"llllllllllllll", "h"]
+    keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]
     keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)
 
     app, cursor, top, first = Alone(), 0, 0, 1
@@ -205,6 +205,9 @@ async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
                 assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
             styles = [str(next(iter(line)).style) for line in lines]
             assert table.cursor == cursor
-            assert styles.count(styles[cursor - top]) == 1
+            here = enumerate(rows[top : top + height], top)
+            assert [("#008000" in each, "on #ff0000" in each) for each in styles] == [
+                (row["status"] != "orbit", place == cursor) for place, row in here
+            ]
         await pilot.click(table, offset=(1, 0))
         assert app.clicked == ["code"]

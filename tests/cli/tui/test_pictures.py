@@ -117,12 +117,6 @@ def test_of_a_path_the_first_bounces_are_drawn_and_it_is_closed_if_these_are_all
     assert len(path) == (orbit.p + 1 if more <= 0 else MOST_DRAWN)
 
 
-def test_half_the_way_of_the_orbit_13_is_its_other_end():
-    path = path_of(solved("13"))
-    assert along(path, 0.0) == pytest.approx([-A - 1, 0], abs=1e-12)
-    assert along(path, 0.5) == pytest.approx([A + 1, 0], abs=1e-12)
-
-
 def test_the_picture_marks_start_direction_and_particle():
     orbit = solved("13")
     picture, _ = draw_orbit(A, path_of(orbit), 60, 12, particle=0.5)

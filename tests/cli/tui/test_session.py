@@ -20,6 +20,8 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
 from orbitdb.cli.tui.screens import QuestionDialog
+from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.table import jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
@@ -57,7 +59,11 @@ def test_columns_are_told_with_their_headings():
 
 
 def test_every_key_of_a_screen_is_told_in_its_group():
-    groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
+    parts = [PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS, CountsScreen.KEYS, StatisticsScreen.KEYS]
+    every = [each for keys in parts for group in keys.values() for each in group]
+    untold = [each.key for each in every if not (each.tooltip or each.description)]
+    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d"]
+    groups = groups_of(parts[:3])
     told = {title: dict(lines) for title, lines in groups}
     assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
     assert told["moving"]["j ↓"] == "next row"
@@ -116,6 +122,9 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
+        await hurry(pilot, "R", "5", "j")  # the rows come behind all of them
+        assert len(row_of(app)[0]) != 5
+        await press(pilot, "R", "g")
         await press(pilot, "pagedown")
         assert table.cursor == table.size.height - 2
         assert main.orbit.code == words[table.cursor]

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from screens import browsing, press, screen_lines, settle, shown, until
+from screens import browsing, press, screen_lines, shown, until
 from textual import events
 
 from orbitdb.averages.fixed_points import Weight
@@ -56,13 +56,19 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
 
 @pytest.mark.slow
 async def test_the_first_trajectories_are_shown_as_they_come_and_kept_while_more_do(filled_once):
-    async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
+    async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, _):
 
         async def follows(key: str, share: str) -> None:
+            seen: list[str] = []
+
+            def look() -> str:
+                seen.append(shown(app))
+                return seen[-1]
+
             app.post_message(events.Key(key, key))
-            await until(lambda: re.search(share, shown(app)))
-            await settle(pilot)
-            assert "bounces followed here  " in shown(app)
+            await until(lambda: re.search(share, look()))
+            await until(lambda: "bounces followed here  " in look())
+            assert any("following more: " in text for text in seen) == (key == "t")
 
         await follows("S", r"\d; \d+%")
         await follows("t", r"bounces followed here; following more: \d+%")
