@@ -1,14 +1,13 @@
 """The stadium's shape: points, tangents, outline, area and perimeter."""
 
 import math
-from typing import cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb.billiard.stadium import MAX_A, MIN_A, STRAIGHT, Stadium, StadiumError
+from orbitdb.billiard.stadium import MAX_A, MIN_A, STRAIGHT, Stadium
 
 half_lengths = st.floats(MIN_A, MAX_A)
 SYMBOLS = np.arange(6, dtype=np.uint8)
@@ -25,11 +24,6 @@ def test_points_lie_on_the_boundary(a, u):
             centre = -a if symbol in (1, 4) else a
             assert math.hypot(x - centre, y) == pytest.approx(1, abs=1e-15 * (2 + a))
             assert (x - centre) * centre >= -1e-15 * (a + 1) * a
-
-
-def test_a_text_is_seen_to_be_one():
-    with pytest.raises(StadiumError, match=r"^a = '1\.6' is not a half length"):
-        Stadium(cast(float, "1.6"))
 
 
 def test_coordinates_are_counted_as_the_paper_does():
@@ -79,9 +73,3 @@ def test_area_and_perimeter_are_those_of_the_outline(a):
     assert area == pytest.approx(stadium.area, rel=1e-6)
     assert perimeter == pytest.approx(stadium.perimeter, rel=1e-6)
     assert stadium.mean_free_path == pytest.approx(math.pi * area / perimeter, rel=1e-6)
-
-
-@pytest.mark.parametrize("a", [0, -1.6, 1e-7, 1e7, math.nan, math.inf, -math.inf])
-def test_what_is_no_stadium_is_refused(a):
-    with pytest.raises(StadiumError, match="is not a half length: give a number from 1e-06 to 1e"):
-        Stadium(a)
