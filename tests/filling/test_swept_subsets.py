@@ -185,15 +185,7 @@ def test_a_sweep_of_what_is_no_group_is_still_read():
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "length=:20",
-        "length=:20.0 reversal=self",
-        "born=1.0:",
-        "contains=9",
-        "reversal=x",
-        "symmetry=z",
-        "anything",
-    ],
+    ["length=:20", "length=:2.0 reversal=self", "born=1.0:", "contains=9", "reversal=x", "symmetry=z", "any"],
 )
 def test_a_text_that_no_sweep_has_is_refused(text):
     with pytest.raises(InputError):
