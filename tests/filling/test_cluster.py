@@ -83,8 +83,9 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
             assert told.code == 0
             assert "worker" in told.err
             workers._client.close()
-            with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
-                workers.size()
+            for ask in (workers.size, lambda: next(workers.solved([Counting(0)]))):
+                with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
+                    ask()
         wait_until(lambda: not cluster.scheduler.tasks)
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"answers at {cluster.scheduler_address}: give"):

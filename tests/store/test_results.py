@@ -63,6 +63,7 @@ def test_what_is_missing_is_said(catalogue):
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == [None, None]
     assert len(catalogue.entropy(p=12)) == 0
+    assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")
 
