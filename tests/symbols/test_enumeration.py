@@ -1,4 +1,4 @@
-"""Enumeration, counts, pruning: brute force, the transfer matrix, Moreau's formula."""
+"""Enumeration, counts and pruning: brute force, and the transfer matrix."""
 
 from functools import cache
 from itertools import pairwise, product
