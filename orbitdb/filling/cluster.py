@@ -53,7 +53,6 @@ class Cluster(Workers):
 
     def __init__(self, scheduler: str) -> None:
         self.scheduler = scheduler
-        self.jobs = 1
         self._client: Client
 
     def __enter__(self) -> Self:

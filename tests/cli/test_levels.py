@@ -72,11 +72,14 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
 
 
 @pytest.mark.parametrize(
-    "change", ["k = 4.9 WHERE number = 1", "number = 99 WHERE number = (SELECT max(number) FROM level)"]
-)
-def test_levels_in_another_order_or_with_other_numbers_are_refused(cli, filled, change):
+    "change",
+    ["level SET k = 4.9 WHERE number = 1",
+     "level SET number = 99 WHERE number = (SELECT max(number) FROM level)",
+     "level_fill SET high = 5.5 WHERE low = 0"],
+)  # fmt: skip
+def test_levels_in_another_order_with_other_numbers_or_in_two_windows_are_refused(cli, filled, change):
     keep_made_levels(filled)
-    alter(filled, f"UPDATE level SET {change}")
+    alter(filled, f"UPDATE {change}")
     assert cli("levels", "--k", "0:5", "--db", str(filled)).says(3, "altered: levels", "in a window from k =")
 
 

@@ -53,7 +53,7 @@ class Counting:
 @pytest.mark.usefixtures("small_blocks")
 def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
     """Where it is, what it solves, what it cannot solve, how much it holds, and that it is gone."""
-    from distributed import LocalCluster
+    from distributed import LocalCluster, default_client
 
     file = tmp_path / "scheduler.json"
     for content in ("", "{}", "[]", "\0"):
@@ -66,6 +66,8 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
         file.write_text(json.dumps({"address": cluster.scheduler_address}))
         with Cluster(str(file)) as workers:
             assert (workers.jobs, workers.size()) == (1, (1, 2))
+            with pytest.raises(ValueError, match="No client"):
+                default_client()  # somebody's own may be there
             assert rows(filled_by(workers, tmp_path / "shared.db", periods=(6,))) == rows(alone)
             blocks = (Counting(i) for i in range(20))
             going = workers.solved(blocks)
@@ -100,6 +102,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
         with pytest.raises(WorkError, match="died 2 times on one block"):
             list(workers.solved([Deadly()]))
         client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
+    wait_until(lambda: not {key for key in local_cluster.scheduler.clients if "Client" in key})
 
 
 def wait_until(happened: Callable[[], bool], seconds: float = 120) -> None:

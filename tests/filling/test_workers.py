@@ -48,6 +48,7 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
         shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
         assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
+        assert workers.jobs == jobs
         filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
     assert not workers_of(os.getpid())
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
@@ -162,6 +163,8 @@ def next_worker() -> int:
 def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {5, 7, 11}, raising=False)
     assert cores() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert cores() == os.cpu_count()
 
 
 def test_what_fails_before_there_is_a_block_is_told_as_it_is():
@@ -194,6 +197,10 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
                 list(workers.solved([Failing()]))
             assert "in __call__" in "".join(told.value.__notes__)
         assert len(list(workers.solved(cut_into_blocks(1.6, "newton", 4)))) > 0
+        blocks: list[Task[None]] = [Failing(), *[partial(time.sleep, 20)] * 9]
+        with pytest.raises(ZeroDivisionError):
+            list(workers.solved(blocks))
+    assert not workers_of(os.getpid())  # nobody waits for the blocks that are under way
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
