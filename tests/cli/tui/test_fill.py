@@ -100,15 +100,17 @@ async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monke
 async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
     async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
-        for key in ("d", "S"):
+        for key, told in (("d", "key f fills"), ("S", "key f fills"), ("v", "press c and type a code")):
             app.clear_notifications()
             await press(pilot, key)
             [note] = app._notifications
-            assert "nothing is stored yet: the key f fills" in note.message
+            assert told in note.message
         await press(pilot, "y")  # there is no word to copy yet
         assert app.clipboard == ""
         app.clear_notifications()
         await ask(pilot, "c", "1232131")
+        await press(pilot, "ctrl+r")
+        assert "Press f" not in shown(app)
         assert [note.message for note in app._notifications] == ["not stored: solved on the spot"]
         app.clear_notifications()
         await press(pilot, "f", *"2-7", "enter")

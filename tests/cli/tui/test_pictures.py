@@ -27,7 +27,8 @@ from orbitdb.cli.tui.orbit.pictures import (
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole
 from orbitdb.numerals import upwards
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.symbols.symmetry import REVERSE, images_of, members
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
+from orbitdb.symbols.words import least_rotation
 
 A = 1.6
 WORDS = ["13", "1232131", "0132", "113", "1554455", "1111113"]
@@ -181,9 +182,9 @@ def test_a_curve_of_one_period_begins_at_the_axis():
     assert "".join(picture.text[-2]).split() == ["5", "6"]
 
 
-def text_of(orbit, partners=()):
+def text_of(orbit, partners=(), width=70):
     shown = StringIO()
-    console = Console(file=shown, width=70)
+    console = Console(file=shown, width=width)
     console.print(Group(*whole(orbit, (2e-30, 128), partners)))
     return [line.rstrip() for line in shown.getvalue().splitlines()]
 
@@ -201,11 +202,15 @@ def test_everything_known_of_an_orbit_is_in_the_lines():
     again = " ".join(" ".join(text_of(several)).split())
     assert "to a = 0.41, and from a = 0.61 to 1.71, and from a = 1.81 on" in again
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
-    assert {line.split()[0] for line in part if line[0] != " "} == set(members("01552"))
-    bounces = [line.split() for line in texts[texts.index("bounces") + 2 :]]
-    assert "".join(row[1] for row in bounces) == "01552"
-    assert [float(row[2]) for row in bounces] == pytest.approx(orbit.coordinates, abs=1e-6)
-    assert float(bounces[0][4]) == -1  # symbol 0 is the bottom wall
+    words = dict(line.split(maxsplit=1) for line in part)
+    assert words.keys() == set(members("01552"))
+    by = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
+    assert [words[least_rotation(images_of("01552")[each])] for each in by] == [*by.values()]
+    for lines, xy in ((texts, there(orbit.points).T), (text_of(orbit, width=50), ())):
+        bounces = np.array([line.split() for line in lines[lines.index("bounces") + 2 :]], dtype=float).T
+        known = orbit.coordinates, *xy, orbit.arclength, orbit.sine
+        assert "".join(f"{symbol:g}" for symbol in bounces[1]) == "01552"
+        assert bounces[2:] == pytest.approx(np.array(known), abs=1e-6)
 
 
 def test_a_pruned_word_and_a_long_one_have_what_there_is():

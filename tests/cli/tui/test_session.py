@@ -158,6 +158,8 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert main.query_one(OrbitDrawing).particle is not None
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
+        await hurry(pilot, "M", *"jmjmjmjmjmjmjm")
+        assert [orbit.code for orbit in main.compared] == words[3:8]  # with the one on show they are six
 
 
 @pytest.mark.slow
@@ -170,9 +172,11 @@ async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, mon
         line, seen = app.screen.query_one(Input), []
         for step in (1, 1, 1, -1, -1, -1):
             app.screen.action_older(step)
-            seen.append((line.value, line.cursor_position))
-        lines = ["later", "old", "old", "later", "new", "new"]
-        assert seen == [(text, len(text)) for text in lines]
+            listed = app.screen.query_one(NameList).highlighted
+            seen.append((line.value, line.cursor_position, listed))
+        lines = {"later": 1, "old": 0, "new": None}
+        told = ["later", "old", "old", "later", "new", "new"]
+        assert seen == [(text, len(text), lines[text]) for text in told]
         await press(pilot, "escape")
         await press(pilot, "ctrl+p")
         listed, places = app.screen.query_one(CommandList), []

@@ -27,7 +27,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.words import parse
+from orbitdb.symbols.words import parse, primitive_root
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 WRITE = "ORBITDB_WRITE_SNAPSHOTS"
@@ -48,11 +48,12 @@ def filled(tmp_path_factory):
         ("1232131", Selection(periods=((2, 4),)), True, "1232131 is not among the rows"),
         ("1232131", Selection(where="p > 50"), False, "1232131 is not among the rows"),
         ("1^20 3", Selection(periods=((2, 4),)), True, "not stored: solved on the spot"),
+        ("3131", Selection(), True, "3131 repeats 31 (twice): this is 31"),
     ],
 )
 async def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told):
     async with browsing(filled, code=code, selection=chosen, notifications=True) as (app, pilot):
-        assert app.screen.orbit.code == parse(code)
+        assert app.screen.orbit.code == primitive_root(parse(code))
         assert [note.message for note in app._notifications] == [told]
         assert (table_of(app).row is not None) == rows
         await press(pilot, "escape")
