@@ -93,7 +93,7 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
 def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, subset):
     chosen = choose(1.6, p="2-6", **subset)
     migrate(tmp_path / "swept.db")
-    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 7), selection=replace(chosen, periods=())):
+    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 8), selection=replace(chosen, periods=())):
         pass
     with closing(Catalogue(tmp_path / "swept.db")) as swept, closing(Catalogue(filled_once)) as filled:
         for averages in (Catalogue.entropy, Catalogue.lyapunov, statistics):

@@ -223,4 +223,5 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
-    assert Catalogue(partial).select(p="7-9").table()["p"] == [7, 8]
+    rows = Catalogue(partial).select(p="7-9")
+    assert rows.table()["p"] == rows.entropy()["p"] == [7, 8]
