@@ -127,6 +127,8 @@ def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
     surer = there(catalogue.entropy_bounds(1.6, "balls"))
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
+    (line,) = catalogue.table(p=3).facts
+    assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
     assert [each.a for each in catalogue.entropy_curve("balls")] == [1.6]
     assert catalogue.entropy_bounds(3) is None
@@ -140,3 +142,5 @@ def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
     alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(filled))
     assert catalogue.entropy_bounds() == closest
+    alter(filled, "DELETE FROM entropy_bound WHERE proof = 'doubles'")
+    assert catalogue.table(p=3).facts[0].endswith(f"{surer.between}, proved by {surer.basis}")
