@@ -1,4 +1,4 @@
-"""Enumeration, counts, pruning: brute force, the transfer matrix, Moreau's formula, and the paper's N_t."""
+"""Enumeration, counts and pruning: brute force, and the transfer matrix."""
 
 from functools import cache
 from itertools import pairwise, product
@@ -13,9 +13,6 @@ from orbitdb.symbols.enumeration import Span, class_spans, least_words, primitiv
 from orbitdb.symbols.pruning import count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
-
-N_T = {2: 1, 3: 8, 4: 32, 5: 96, 6: 252, 7: 712, 8: 2096, 9: 6440, 10: 19664, 11: 60488}
-"""Biham and Kvale, Table 1."""
 
 
 @cache
@@ -42,10 +39,6 @@ def test_counts_under_every_set_of_rules(p):
     for bits in range(64):
         rules = frozenset(number for number in range(1, 7) if bits >> (number - 1) & 1)
         assert count_admissible(p, rules) == sum(not (numbers & rules) for numbers in broken), rules
-
-
-def test_table_1():
-    assert {p: count_admissible(p) for p in N_T} == N_T
 
 
 def classes_in(span: Span) -> list[tuple[str, int]]:
