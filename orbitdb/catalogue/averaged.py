@@ -190,9 +190,7 @@ def _of_periods(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dic
     return {name: [values[place] for place in kept] for name, values in columns.items()}
 
 
-def read(
-    catalogue: "Catalogue", chosen: Selection, notes: list[str], swept: bool = False
-) -> WholePeriods | None:
+def read(catalogue: "Catalogue", chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
     """Return the chosen classes of whole periods, None if there is none; note what is left out."""
     subset = read_whole(catalogue, chosen, swept)
     notes += gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)

@@ -7,7 +7,7 @@ from orbitdb.catalogue.counts import Counted, count
 from orbitdb.catalogue.gaps import describe_lacking, describe_unfilled
 from orbitdb.catalogue.opened import OpenedCatalogue
 from orbitdb.column_files import ColumnBlock
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.conditions import COLUMNS, asks_of_lives
 from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
@@ -23,8 +23,6 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 _ALL = 2**63 - 1
 """SQLite's largest integer."""
-
-_SOLVED = tuple(status for status in Status if status is not Status.GEOMETRIC)
 
 
 class StoredWords(OpenedCatalogue):
@@ -205,11 +203,11 @@ class StoredWords(OpenedCatalogue):
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words by period, as least rotations."""
-        return (word for (word,) in self.rows(Selection(self.a, statuses=_SOLVED), ("code",)))
+        return (word for (word,) in self.rows(Selection(self.a), ("code",)))
 
     def __len__(self) -> int:
         """Return how many words it holds, without those that are geometrically pruned."""
-        return self.count(Selection(self.a, statuses=_SOLVED))
+        return self.count(Selection(self.a))
 
     def __bool__(self) -> bool:
         return True

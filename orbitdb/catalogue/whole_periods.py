@@ -94,10 +94,7 @@ def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
 
 def _sound(selection: Selection, values: NDArray[np.generic], least: bool = False) -> Floats:
     """Return numbers as they are, unless they are none that anything in a catalogue has."""
-    try:
-        numbers = values.astype(np.float64)
-    except (TypeError, ValueError):
-        numbers = np.full(len(values), np.nan)
+    numbers = values.astype(np.float64)
     possible = (np.abs(numbers) < _IMPOSSIBLE) & (not least or numbers > 1 / _IMPOSSIBLE)
     if not possible.all():
         raise unsound("impossible numbers among", selection.describe())

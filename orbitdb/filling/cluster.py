@@ -91,9 +91,7 @@ class Cluster(Workers):
     def size(self) -> tuple[int, int]:
         """Count the workers there are, each of which solves one block at a time, and their threads."""
         try:
-            if self._client.status != "running":
-                raise ConnectionError  # else the question would wait for the scheduler to come back
-            threads = self._client.nthreads().values()
+            threads = self._running().nthreads().values()
         except Exception as error:
             raise _failure(error) from error
         return len(threads), sum(threads)
@@ -101,9 +99,14 @@ class Cluster(Workers):
     def _begun(self, block: Task[Any]) -> "DaskTask":
         """Begin with a block."""
         try:
-            return self._client.submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
+            return self._running().submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
         except Exception as error:
             raise _failure(error) from error
+
+    def _running(self) -> "Client":
+        if self._client.status != "running":
+            raise ConnectionError  # else a question would wait for the scheduler to come back
+        return self._client
 
 
 class _Call:

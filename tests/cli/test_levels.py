@@ -105,6 +105,9 @@ def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_fil
         assert one["quantum_re"] == pytest.approx(two["quantum_re"], abs=1e-6)
     partial = cli("spectrum", "--levels", str(levels_file), "--range", "9:16", "--db", str(filled))
     assert "partial" in partial.err
+    assert cli("spectrum", "--levels", str(levels_file), "--k-max", "9", "--db", str(filled)).says(
+        2, "the levels end at k = 7.9"
+    )
     peaks = cli("spectrum", "--levels", str(levels_file), "--peaks", *asked[:2], *asked[4:])
     assert json.loads(peaks.out)[0]["code"] == "02"
 

@@ -6,6 +6,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import pytest
@@ -32,23 +34,6 @@ def local_cluster() -> Iterator["LocalCluster"]:
         yield cluster
 
 
-class Lacking:
-    """A block that fails as all do where orbitdb is not installed."""
-
-    def __call__(self) -> None:
-        raise ModuleNotFoundError("No module named 'orbitdb'", name="orbitdb")
-
-
-class Counting:
-    """A block that says how many are under way."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
-
-    def __call__(self) -> "Counting":
-        return self
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
@@ -69,22 +54,23 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
             with pytest.raises(ValueError, match="No client"):
                 default_client()  # somebody's own may be there
             assert rows(filled_by(workers, tmp_path / "shared.db", periods=(6,))) == rows(alone)
-            blocks = (Counting(i) for i in range(20))
+            blocks = (partial(int, i) for i in range(20))
             going = workers.solved(blocks)
-            assert [next(going).number for _ in range(3)] == [0, 1, 2]
-            assert next(blocks).number == 7  # two a thread under way, beside the one that was wanted
+            assert [next(going) for _ in range(3)] == [0, 1, 2]
+            assert next(blocks)() == 7  # two a thread under way, beside the one that was wanted
             assert all(str(key).startswith("orbitdb-") for key in cluster.scheduler.tasks)
             for _ in range(2):  # a task of its own each, or what failed once would have failed
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
                     list(workers.solved([Failing()]))
             with pytest.raises(WorkError, match=f"install orbitdb {__version__} there"):
-                list(workers.solved([Lacking()]))
+                list(workers.solved([partial(import_module, "orbitdb.nothing")]))
             told = cli("fill", "--p", "5", "--a", "1", "--scheduler", str(file))
             assert told.code == 0
             assert "worker" in told.err
             workers._client.close()
-            with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
-                workers.size()
+            for ask in (workers.size, lambda: next(workers.solved([int]))):
+                with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
+                    ask()
         wait_until(lambda: not cluster.scheduler.tasks)
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"answers at {cluster.scheduler_address}: give"):

@@ -161,10 +161,6 @@ def test_blocks_are_cut_the_same_behind_any_of_them():
         assert list(class_spans(9, sweeps.CLASSES, blocks[number].after)) == blocks[number:]
 
 
-def test_a_low_period_is_one_block():
-    assert [len(list(class_spans(p, sweeps.CLASSES))) for p in (3, 9)] == [1, 1]
-
-
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.symbols.enumeration.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")

@@ -93,7 +93,7 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
 def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, subset):
     chosen = choose(1.6, p="2-6", **subset)
     migrate(tmp_path / "swept.db")
-    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 7), selection=replace(chosen, periods=())):
+    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 8), selection=replace(chosen, periods=())):
         pass
     with closing(Catalogue(tmp_path / "swept.db")) as swept, closing(Catalogue(filled_once)) as filled:
         for averages in (Catalogue.entropy, Catalogue.lyapunov, statistics):
@@ -185,15 +185,7 @@ def test_a_sweep_of_what_is_no_group_is_still_read():
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "length=:20",
-        "length=:20.0 reversal=self",
-        "born=1.0:",
-        "contains=9",
-        "reversal=x",
-        "symmetry=z",
-        "anything",
-    ],
+    ["length=:20", "length=:2.0 reversal=self", "born=1.0:", "contains=9", "reversal=x", "symmetry=z", "any"],
 )
 def test_a_text_that_no_sweep_has_is_refused(text):
     with pytest.raises(InputError):

@@ -105,5 +105,8 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
         solve_word("1001", 1.6).plot()
     with pytest.raises(ValueError, match="coordinates=True"):
         Catalogue(varied).select(p=3).plot()
+    kind: Any = "circle"
+    with pytest.raises(ValueError, match="'phase space' or the 'lengths'"):
+        subset.plot(kind)
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")

@@ -178,6 +178,7 @@ REFUSED = [
     ({"points": [PATH[0], PATH[1], PATH[1]]}, "points 2 and 3 are the same"),
     ({"points": PATH, "bounces": 3}, "goes with a start"),
     ({"length": 0}, "length 0"),
+    ({"length": True}, "length True"),
     ({"length": "10.4"}, "length 10.4"),
     ({"length": 3, "tolerance": 1.5}, "tolerance 1.5"),
 ]

@@ -39,15 +39,16 @@ def test_fills_count_the_words_that_break_each_rule(catalogue):
         assert (fill.primitive, fill.pruned) == (len(words), tuple(broken[rule] for rule in range(1, 7)))
 
 
-def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue):
-    chosen = catalogue.select(p="2-8", status="orbit")
+def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue, varied):
+    chosen = catalogue.select(p="2-8")
     entropies, averages = catalogue.entropy(p="2-8"), catalogue.lyapunov(p="2-8")
     for name in ("p", "N", "K_0", "h_zeta"):
         assert chosen.entropy()[name] == entropies[name]
     found = chosen.averages()
     for name in found.columns:
         np.testing.assert_allclose(_numbers(found[name]), _numbers(averages[name]), rtol=1e-14, atol=1e-15)
-    assert chosen.table()["N_c"] == catalogue.table()["N_c"]
+    for each in (catalogue, Catalogue(varied, a=1.0)):  # of words through a joint, too
+        assert each.select(p="2-8").table().columns == each.table().columns
 
 
 def test_a_part_of_the_rows_is_averaged_without_sum_rules(catalogue):
@@ -63,6 +64,7 @@ def test_what_is_missing_is_said(catalogue):
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == [None, None]
     assert len(catalogue.entropy(p=12)) == 0
+    assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")
 
@@ -125,6 +127,8 @@ def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
     surer = there(catalogue.entropy_bounds(1.6, "balls"))
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
+    (line,) = catalogue.table(p=3).facts
+    assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
     assert [each.a for each in catalogue.entropy_curve("balls")] == [1.6]
     assert catalogue.entropy_bounds(3) is None
@@ -138,3 +142,5 @@ def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
     alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
     cli("bounds", "--window", "6", "--db", str(filled))
     assert catalogue.entropy_bounds() == closest
+    alter(filled, "DELETE FROM entropy_bound WHERE proof = 'doubles'")
+    assert catalogue.table(p=3).facts[0].endswith(f"{surer.between}, proved by {surer.basis}")

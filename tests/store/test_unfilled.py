@@ -72,6 +72,7 @@ def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
     made(path, fill_periods(path, 2.0, [2]))
     with pytest.raises(InputError, match=r"^orbits are stored at a = 0\.5, 2: name one with --a"):
         Catalogue(path).select(p=2)
+    assert repr(Catalogue(path)) == "<Catalogue orbits.db: no whole period at a = 0.5; period 2 at a = 2>"
     assert len(Catalogue(path, a=2.0).select(p=2)) == len(Catalogue(path).select(p=2, a=2.0)) == 1
     made(path, fill_periods(path, 1.6, [2]))
     assert Catalogue(path).a == 1.6
@@ -222,4 +223,5 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
-    assert Catalogue(partial).select(p="7-9").table()["p"] == [7, 8]
+    rows = Catalogue(partial).select(p="7-9")
+    assert rows.table()["p"] == rows.entropy()["p"] == [7, 8]
