@@ -54,6 +54,7 @@ plot births 13 -o x.svg | 2 | WORD | plot births
 plot sheet 13 --code 3 -o x.svg | 2 | WORD, --code | plot sheet
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
+browse --code 19 | 2 | symbol '9' at place 2
 browse --port 8001 | 2 | --port does nothing without --web: leave it out
 
 query --a 1_6 | 2 | 1_6

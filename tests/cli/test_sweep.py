@@ -98,10 +98,6 @@ def test_a_life_that_ends_is_a_line(cli, born):
     assert ",".join(json.loads(ended.out)[0]) == "p,word,class_size,born,dies,dies_error,reborn"
 
 
-def test_no_zero_has_a_sign_in_a_table(cli):
-    assert "-0.000000000000" not in cli("query", "13", "--bounces").out
-
-
 KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds"]
 
 

@@ -165,17 +165,20 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypa
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_ctrl_c_is_no_refusal(filled):
+@pytest.mark.parametrize(
+    ("name", "code", "told"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")]
+)
+def test_ctrl_c_is_no_refusal(filled, name, code, told):
     """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # it takes a minute or more
     slow = f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0"
     process = start("query", "--where", slow, "--db", filled)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(3)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(signal.Signals[name])
     _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert err.startswith("orbitdb: interrupted")
+    assert process.returncode == code
+    assert err == f"orbitdb: {told}\n"
 
 
 @pytest.mark.slow

@@ -61,6 +61,7 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
             if key == "f" and then != "enter":  # which asks whether it is meant
                 buttons = [(each.disabled, each.has_focus) for each in app.screen.query(Button)]
                 assert buttons == [(not text, False), (bool(text), not text)]
+                assert app.screen.query_one("#cost").display == bool(text)
                 assert text or app.screen.query_one(ProgressBar).progress == RUNNING.done
             assert cut_off(app) == [], (key, text)
             app.fill_state = None

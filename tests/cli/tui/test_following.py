@@ -178,9 +178,10 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
         assert [field.value for field in app.screen.query(Input)] == ["2", "2-11", ""]
+        app.screen.query_one("#a", Input).value = "3"  # where nothing is shown, what is filled will be
         await write(pilot, "2-4", "enter", "escape", field="#periods")
         assert len(table_of(app).source) == 41
-        assert stadiums_of(app) == {2.0}
+        assert stadiums_of(app) == {3.0}
         assert "not filled" not in shown(app)
 
 

@@ -114,14 +114,6 @@ def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
         assert path.read_bytes() == text.encode("latin-1")
 
 
-@pytest.mark.slow
-async def test_a_state_file_that_is_none_is_told(tmp_path, filled_once):
-    path = tmp_path / "browse.json"
-    path.touch()
-    async with browsing(filled_once, state=path) as (app, _):
-        assert any("move it away" in note.message for note in app._notifications)
-
-
 def test_two_sessions_keep_each_others_marks(tmp_path):
     told: list[str] = []
     one, other = (Kept(tmp_path / "browse.json", told.append) for _ in range(2))

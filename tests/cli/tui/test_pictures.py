@@ -194,7 +194,7 @@ def test_everything_known_of_an_orbit_is_in_the_lines():
     [(born, _)] = there(orbit.exists)
     texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
     text = " ".join(" ".join(texts).split())
-    assert ", 128 bits" in text
+    assert f", 128 bits solver {orbit.solver} symmetry class" in text
     assert "from a = 1.15470053838 on" in text
     assert "1.15470054 2 sqrt(3)/3, recognised numerically" in text
     assert "born at 1.15470054 with 01234" in text

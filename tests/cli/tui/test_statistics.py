@@ -12,6 +12,7 @@ from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, lines_of
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
@@ -110,3 +111,8 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # as the rows are sorted, if it can
+            app.screen.ordering = Ordering(column)
+            await press(pilot, "d")
+            assert app.screen.column == drawn
+            await press(pilot, "q")
