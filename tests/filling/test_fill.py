@@ -178,6 +178,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     """Orbits through a joint among them."""
     before = Catalogue(born).counts(a=a)
     assert before.from_births == tuple(range(2, 7))
+    assert Catalogue(born).counts(a=a, p="3-4").from_births == (3, 4)
     made(born, fill_periods(born, a, [p]))
     after = Catalogue(born).counts(a=a)
     assert p not in after.from_births
