@@ -108,10 +108,3 @@ def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
     assert json.loads(cli("lyapunov", "--json", "--db", str(filled)).out)[0]["lambda_d_trajectory"] == (
         best.lambda_d
     )
-
-
-def test_eighty_columns_hold_it(cli):
-    for bounces in ("100", "20000"):
-        done = cli("simulate", "--a", "0.3660254037844386", "--bounces", bounces)
-        assert done.code == 0
-        assert max(map(len, (done.out + done.err).splitlines())) <= 80

@@ -20,22 +20,6 @@ from orbitdb.symbols.pruning import count_admissible, count_primitive
 ROOT = Path(__file__).parents[2]
 
 
-def test_fill_table_query(cli):
-    assert cli("fill", "--p", "7").code == 0
-    table = cli("table")
-    assert table.out.split()[:8] == ["p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved"]
-    assert table.out.splitlines()[-1].split()[:5] == ["7", "712", "376", "2632", "1.125"]
-    again = cli("fill", "--p", "7")
-    assert again.code == 0
-    assert again.out == ""
-    (found,) = json.loads(cli("query", "--code", "1232131", "--json").out)
-    assert found["stored"] is True
-    assert found["status"] == "orbit"
-    assert found["rules"] == []
-    assert len(found["coordinates"]) == 7
-    assert list(json.loads(cli("query", "--limit", "1", "--json").out)[0]) == [*found][:-3]
-
-
 def test_columns_are_told_once_and_everywhere(cli):
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
@@ -96,6 +80,9 @@ def test_eighty_columns_hold_what_is_filled_swept_and_enclosed(cli):
     assert cli("sweep", "--p", "12", *half).code == 0
     assert cli("sweep", "--p", "9", *half, "--reversal", "self", "--range", "lambda_c=:0.5").code == 0
     assert cli("bounds", *half, "--window", "6", "--prove").code == 0
+    for bounces in ("100", "20000"):
+        done = cli("simulate", *half, "--bounces", bounces)
+        assert max(map(len, (done.out + done.err).splitlines())) <= 80
     facts, *tables = cli("info").out.split("\n\n")
     assert max(map(len, [*facts.splitlines()[1:], *"\n".join(tables).splitlines()])) <= 80
     assert [len(table.splitlines()) for table in tables] == [1 + 11, 2 + 3]

@@ -303,12 +303,9 @@ def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
 
 
 @pytest.mark.slow
-def test_methods_and_their_figure(cli, tmp_path, monkeypatch):
+def test_the_figure_of_methods(cli, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "REPEATS", 1)
     figure = tmp_path / "methods.svg"
-    drawn = cli("bench", "--p", "3", "--json", "--plot", str(figure))
-    rows = json.loads(drawn.out)
-    assert {row["method"] for row in rows} == {"newton", "relaxation", "root", "balls"}
-    assert {row["words"] for row in rows} == {2}
+    drawn = cli("bench", "--p", "3", "--plot", str(figure))
     assert "run time against error, p = 3 at a = 1.6" in figure.read_text()
     assert f"p = 3 at a = 1.6, in {figure}" in drawn.err

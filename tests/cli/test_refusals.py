@@ -83,6 +83,8 @@ spectrum --levels nowhere | 2 | nowhere: No such file or directory; give a file
 
 plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned
+plot life 0011 -o x.svg | 2 | 0011 has no life
+plot life 13 113 -o x.svg | 2 | name one orbit to draw: plot life
 plot sheet -o x.svg | 2 | --p
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw

@@ -118,14 +118,7 @@ Catalogue(sys.argv[1]).select(p=3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "lines",
-    [
-        pytest.param(READING, id="reading"),
-        pytest.param(WRITING, id="writing"),
-        pytest.param(DRAWING, id="drawing"),
-    ],
-)
+@pytest.mark.parametrize("lines", [READING, WRITING, DRAWING], ids=["reading", "writing", "drawing"])
 def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, monkeypatch):
     monkeypatch.setenv("ORBITDB_DB", str(filled))
     done = run(command=CHAIN, input=lines.format(folder=tmp_path).strip())

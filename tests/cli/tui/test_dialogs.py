@@ -2,7 +2,7 @@
 
 import pytest
 from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown, write
-from textual.widgets import Button, Label
+from textual.widgets import Button, Label, ProgressBar
 from textual.widgets._toast import Toast
 
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish
@@ -59,7 +59,9 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
             if key == "f" and then != "enter":  # which asks whether it is meant
-                assert [each.disabled for each in app.screen.query(Button)] == [not text, bool(text)]
+                buttons = [(each.disabled, each.has_focus) for each in app.screen.query(Button)]
+                assert buttons == [(not text, False), (bool(text), not text)]
+                assert text or app.screen.query_one(ProgressBar).progress == RUNNING.done
             assert cut_off(app) == [], (key, text)
             app.fill_state = None
             while len(app.screen_stack) > 1:

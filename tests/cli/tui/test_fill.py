@@ -13,6 +13,7 @@ from orbitdb.cli.tui.dialogs import fill
 from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
+from orbitdb.store.asking.selection import Selection
 
 
 def cost(app):
@@ -21,7 +22,7 @@ def cost(app):
 
 @pytest.mark.slow
 async def test_it_says_what_the_fields_take(filled_once):
-    async with browsing(filled_once) as (app, pilot):
+    async with browsing(filled_once, selection=Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
         said = f"{coming.words:,} words to come at a = 1.6: under a second, "
@@ -119,11 +120,14 @@ async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_p
         await settle(pilot)
         assert "done: 1,101 words" in shown(app)
         assert "nothing is left to do" in cost(app)
+        await write(pilot, "2-8", "enter", field="#periods")  # at once, and its rows are shown, too
+        await until(lambda: app.fill_state.wish.periods[-1] == 8 and not app.fill_state.runs)
+        await settle(pilot)
         await press(pilot, "escape", "f")
         assert "done" not in shown(app)
         await press(pilot, "escape")
         main = app.screen
-        assert len(table_of(app).source) == 1101
+        assert len(table_of(app).source) == app.catalogue.count(Selection()) > 1101
         assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"
         assert "not stored" not in "".join(note.message for note in app._notifications)

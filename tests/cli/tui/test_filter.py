@@ -35,7 +35,7 @@ async def test_rows_and_count_follow_what_is_typed(filled_once):
         await typed(pilot, "p < 3")
         assert told(app) == f"1 of {everything:,} words"
         await typed(pilot, "length < 1")
-        assert len(table_of(app).source) == 0
+        assert (len(table_of(app).source), main.orbit) == (0, None)
         assert told(app) == f"0 of {everything:,} words"
         await typed(pilot, "code = '31'")
         assert told(app).startswith(f"0 of {everything:,} words; no row has code = '31'")
@@ -162,29 +162,24 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         assert len(table_of(app).source) == app.catalogue.count(Selection())
 
 
-@pytest.mark.parametrize(
-    ("where", "expected"),
-    [
-        ("lambda_c <", True),
-        ("lambda", True),
-        ("time_reversal = 'se", True),
-        ("(p = 3", True),
-        ("p = 1e", True),
-        ("p = 3 an", True),
-        ("p = :", True),
-        ("p = :lo", True),
-        ("p = :lo and lenght", False),
-        ("lenght", False),
-        ("p = 3)", False),
-        ("p 3", False),
-        ("load_extension('x')", False),
-        ("lenght < 3 and p", False),
-    ],
-)
-def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where, expected):
+BEGUN = [
+    "lambda_c <",
+    "lambda",
+    "time_reversal = 'se",
+    "(p = 3",
+    "p = 1e",
+    "p = 3 an",
+    "p = :",
+    "p = :lo",
+]
+WRONG = ["p = :lo and lenght", "lenght", "p = 3)", "p 3", "load_extension('x')", "lenght < 3 and p"]
+
+
+@pytest.mark.parametrize("where", [*BEGUN, *WRONG])
+def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where):
     with pytest.raises(SelectionError) as refused:
         check(where, {})
-    assert unfinished(where, str(refused.value)) is expected
+    assert unfinished(where, str(refused.value)) is (where in BEGUN)
 
 
 @pytest.mark.slow

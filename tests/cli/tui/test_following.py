@@ -94,6 +94,7 @@ async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
             assert len(alive) == counts_at(connection, screen.here, 5).n_c
         assert all(row[2] is row[4] is row[10] is None for row in rows)
         assert f"{len(alive)} orbits at a = {screen.here:.9g}" in shown(app)
+        assert f"facts at a = {screen.here:.9g}" in shown(app)
         assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
         assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
         await press(pilot, "escape")
@@ -176,7 +177,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         assert "so does the key f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
-        assert app.screen.query_one("#a", Input).value == "2"
+        assert [field.value for field in app.screen.query(Input)] == ["2", "2-11", ""]
         await write(pilot, "2-4", "enter", "escape", field="#periods")
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {2.0}

@@ -217,6 +217,7 @@ def test_a_pruned_word_and_a_long_one_have_what_there_is():
     texts = text_of(solve_word("00123", 1.6, exists=True))
     assert any("hits one straight wall twice" in line for line in texts)
     assert not {"symmetry class", "bounces"} & set(texts)
+    assert phase_points(solve_word("00123", 1.6)).shape == (0, 2)
     code = "1" * 40 + "3"
     assert code in "".join(text_of(solve_word(code, 1.6)))
 

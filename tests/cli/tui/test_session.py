@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from typing import Any
 
 import pytest
 from screens import browsing, press, row_of, screen_lines, settle, table_of, until
@@ -19,7 +20,8 @@ from orbitdb.cli.tui.dialogs.lists import NameList
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
-from orbitdb.cli.tui.screens import QuestionDialog
+from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
+from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.table import jumping
@@ -59,11 +61,13 @@ def test_columns_are_told_with_their_headings():
 
 
 def test_every_key_of_a_screen_is_told_in_its_group():
-    parts = [PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS, CountsScreen.KEYS, StatisticsScreen.KEYS]
-    every = [each for keys in parts for group in keys.values() for each in group]
-    untold = [each.key for each in every if not (each.tooltip or each.description)]
-    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d"]
-    groups = groups_of(parts[:3])
+    own: list[Any] = [PagedTable, MainScreen, BrowseApp]
+    parts = [*own, CountsScreen, StatisticsScreen, WholeOrbitScreen, ScrollBox]
+    every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
+    untold = [each.key for _, each in every if not (each.tooltip or each.description)]
+    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d", "enter"]
+    assert all(hasattr(part, f"action_{each.action.partition('(')[0]}") for part, each in every)
+    groups = groups_of(part.KEYS for part in own)
     told = {title: dict(lines) for title, lines in groups}
     assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
     assert told["moving"]["j ↓"] == "next row"

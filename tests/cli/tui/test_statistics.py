@@ -11,7 +11,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen, lines_of
+from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, lines_of
 from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
@@ -105,5 +105,8 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         await press(pilot, "escape")
         assert app.screen.column == "symmetry"
         assert "xyT " in shown(app)
+        app.screen.column = DRAWN[-1]
+        await press(pilot, "right_square_bracket")
+        assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
