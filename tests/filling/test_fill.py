@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from contents import alter, content, made
+from contents import alter, ask, content, made
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -151,10 +151,9 @@ def test_deaths_are_counted_apart(born):
     """Of p = 9, where two classes die and are born again."""
     made(born, fill_births(born, [9]))
     found = Catalogue(born).birth_fills()[-1]
-    with closing(sqlite3.connect(born)) as plain:
-        asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
-        births = plain.execute(f"{asked} WHERE p = 9 AND kind = 'born' AND a > 0").fetchone()
-        deaths = plain.execute(f"{asked} WHERE p = 9 AND kind = 'died'").fetchone()
+    asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
+    (births,) = ask(born, f"{asked} WHERE p = 9 AND kind = 'born' AND a > 0")
+    (deaths,) = ask(born, f"{asked} WHERE p = 9 AND kind = 'died'")
     assert (found.births, found.least, found.largest) == (births[0], *births[2:])
     assert found.deaths == deaths[1] > 0
 
@@ -169,8 +168,7 @@ def test_all_words_of_a_period_are_gone_through_for_the_pruned_ones(tmp_path):
 
 
 def test_the_run_says_what_it_was_asked_to_do(born):
-    with closing(sqlite3.connect(born)) as plain:
-        ((parameters,),) = plain.execute("SELECT DISTINCT parameters FROM run").fetchall()
+    ((parameters,),) = ask(born, "SELECT DISTINCT parameters FROM run")
     asked = json.loads(parameters)
     assert (asked["command"], asked["periods"]) == ("births", list(range(2, 7)))
 
@@ -188,11 +186,11 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
 
 
 def test_partners_share_an_event(born):
-    with closing(sqlite3.connect(born)) as plain:
-        events = plain.execute(
-            "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
-            " JOIN cycle ON id = cycle WHERE p = 6 AND event IS NOT NULL GROUP BY event"
-        ).fetchall()
+    events = ask(
+        born,
+        "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"
+        " JOIN cycle ON id = cycle WHERE p = 6 AND event IS NOT NULL GROUP BY event",
+    )
     assert len(events) == 11
     assert {count for count, *_ in events} == {2, 3, 7}
     assert all(width <= 4 * error for _, width, error in events)
