@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 from contents import alter, ask
 from quick import slow_but
 from there import there
@@ -35,8 +36,7 @@ def swept(
     path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE, selection: Selection | None = None
 ) -> dict[int, Sweep]:
     migrate(path)
-    for _ in sweep_periods(path, a, periods, workers, selection):
-        pass
+    list(sweep_periods(path, a, periods, workers, selection))
     with closing(Catalogue(path)) as catalogue:
         return {each.p: each for each in catalogue.sweeps(a, selection)}
 
@@ -52,8 +52,7 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     with closing(Catalogue(path)) as catalogue:
         swept_rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
         swept_counts = catalogue.counts(a=a)
-    for _ in fill_periods(path, a, PERIODS):
-        pass
+    list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
         rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
@@ -105,6 +104,22 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
         assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
 
 
+def test_sums_of_a_period_that_another_process_closes_first_are_kept(tmp_path):
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    others = iter([HERE])
+
+    def close_first(_: sa.Connection) -> None:
+        if ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
+            swept(path, periods=[5], workers=other)
+
+    sa.event.listen(sa.Engine, "begin", close_first)
+    try:
+        assert found(path, periods=[5]) == found(tmp_path / "alone.db", periods=[5])
+    finally:
+        sa.event.remove(sa.Engine, "begin", close_first)
+
+
 @pytest.mark.usefixtures("small_sweeps")
 def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
     path = tmp_path / "orbits.db"
@@ -136,8 +151,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     with closing(Catalogue(path)) as catalogue:
         assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
         found = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
-    for _ in fill_periods(path, 0.5, range(2, 8)):
-        pass
+    list(fill_periods(path, 0.5, range(2, 8)))
     with closing(Catalogue(path)) as catalogue:
         expected = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
     beginning.cache_clear()

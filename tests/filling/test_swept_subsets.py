@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import made
 from hypothesis import given
 from hypothesis import strategies as st
 from quick import slow_but
@@ -27,7 +28,6 @@ from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
-from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.enumeration import LeastWords, Span, least_words
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
@@ -59,17 +59,14 @@ MORE = [
 def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
     """To the word, and sums to the last digits."""
     path, periods = tmp_path / "orbits.db", (2, highest)
-    migrate(path)
-    for _ in fill_periods(path, a, periods):
-        pass
+    made(path, fill_periods(path, a, periods))
     with closing(Catalogue(path)) as catalogue:
         for subset in subsets:
             agree(catalogue, choose(a, **subset), periods)
 
 
 def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> None:
-    for _ in sweep_periods(catalogue.path, chosen.a, periods, selection=chosen):
-        pass
+    list(sweep_periods(catalogue.path, chosen.a, periods, selection=chosen))
     with closing(sqlite3.connect(catalogue.path)) as plain:
         (last,) = plain.execute("SELECT parameters FROM run ORDER BY id DESC LIMIT 1").fetchone()
     assert json.loads(last)["selection"] == swept_text(chosen)
@@ -92,10 +89,9 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
 @pytest.mark.parametrize("subset", [SUBSETS[0], SUBSETS[-1]])
 def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, subset):
     chosen = choose(1.6, p="2-6", **subset)
-    migrate(tmp_path / "swept.db")
-    for _ in sweep_periods(tmp_path / "swept.db", 1.6, range(2, 8), selection=replace(chosen, periods=())):
-        pass
-    with closing(Catalogue(tmp_path / "swept.db")) as swept, closing(Catalogue(filled_once)) as filled:
+    path = tmp_path / "swept.db"
+    made(path, sweep_periods(path, 1.6, range(2, 8), selection=replace(chosen, periods=())))
+    with closing(Catalogue(path)) as swept, closing(Catalogue(filled_once)) as filled:
         for averages in (Catalogue.entropy, Catalogue.lyapunov, statistics):
             found, wanted = averages(swept, chosen), averages(filled, chosen)
             for name in set(wanted.columns) - {"classes", *PROVED}:

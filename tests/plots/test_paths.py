@@ -102,6 +102,8 @@ def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
         labels = [label.get_window_extent() for label in ax.get_xticklabels()]
         assert all(right.x0 - left.x1 > 3 for left, right in pairwise(labels)), a
         counts.add(len(labels))
+        (begin, _), (end, _) = ax.transData.transform([(0, 0), (min(a, 1), 0)])
+        assert len(labels) == 5 or end - begin < 1.5 * max(label.width for label in labels), a
         assert (ax.get_xticks()[0], ax.get_xticks()[-1]) == (-a - 1, a + 1)
     assert counts == {3, 5}
 

@@ -144,6 +144,10 @@ def test_what_is_not_installed_is_named_with_what_brings_it(catalogue, monkeypat
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ModuleNotFoundError, match=r"to_pandas\(\) needs pandas: pip install 'orbitdb"):
         subset.to_pandas()
+    monkeypatch.setitem(sys.modules, "matplotlib.axes", None)
+    monkeypatch.delitem(sys.modules, "orbitdb.plots.paths", raising=False)
+    with pytest.raises(ModuleNotFoundError, match=r"plot\(\) needs matplotlib: pip install 'orbitdb\[plot\]"):
+        subset.plot()
 
 
 def test_a_subset_shows_itself_in_a_notebook(catalogue):

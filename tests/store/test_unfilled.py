@@ -13,6 +13,7 @@ from orbitdb.catalogue.gaps import describe_unfilled
 from orbitdb.catalogue.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
+from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
@@ -225,3 +226,5 @@ def test_whole_periods_are_read_without_their_neighbours_parts(partial):
     assert len(read_whole(Catalogue(partial), NINE).classes) == 0
     rows = Catalogue(partial).select(p="7-9")
     assert rows.table()["p"] == rows.entropy()["p"] == [7, 8]
+    alter(partial, "DELETE FROM fill WHERE p = 8")
+    assert LEFT_OUT in Catalogue(made(partial, sweep_periods(partial, 1.6, [8]))).entropy().notes

@@ -14,8 +14,7 @@ from orbitdb.store.file.migrate import migrate
 
 def filled_by(workers: Workers, path: Path, a: float = 1.6, periods: Sequence[int] = (7, 8)) -> Path:
     migrate(path)
-    for _ in fill_periods(path, a, periods, workers=workers):
-        pass
+    list(fill_periods(path, a, periods, workers=workers))
     return path
 
 

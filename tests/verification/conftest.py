@@ -4,21 +4,17 @@ import shutil
 from pathlib import Path
 
 import pytest
+from contents import made
 
 from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
-from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import parse
 
 
 @pytest.fixture(scope="session")
 def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("small") / "orbits.db"
-    migrate(path)
-    for a, periods in ((1.6, (5, 6)), (1.0, (6,))):
-        for _ in fill_periods(path, a, periods):
-            pass
-    for _ in fill_geometric(path, range(2, 4)):
-        pass
+    fills = (fill_periods(path, a, periods) for a, periods in ((1.6, (5, 6)), (1.0, (6,))))
+    made(path, *fills, fill_geometric(path, range(2, 4)))
     fill_word(path, parse("1^30 5^29"), 1.6)
     return path
 

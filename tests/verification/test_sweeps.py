@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contents import alter
+from contents import alter, made
 from solutions import representatives
 from there import there
 
@@ -34,11 +34,7 @@ BOTH = [Selection(1.6), Selection(1.0)]
 @pytest.fixture(scope="module")
 def swept_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("swept") / "orbits.db"
-    Catalogue.create(path)
-    for going in (sweep_periods(path, 1.6, [4, 5]), sweep_periods(path, 1.0, [4])):
-        for _ in going:
-            pass
-    return path
+    return made(path, sweep_periods(path, 1.6, [4, 5]), sweep_periods(path, 1.0, [4]))
 
 
 @pytest.fixture
@@ -122,8 +118,7 @@ def test_sums_are_those_of_new_solutions_to_their_rounding(swept, tmp_path):
     "fill", [lambda path: fill_periods(path, 1.6, [5]), lambda path: fill_births(path, [5])]
 )
 def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
-    for _ in fill(tmp_path / "orbits.db"):
-        pass
+    list(fill(tmp_path / "orbits.db"))
     assert not told(swept())
     alter(
         tmp_path / "orbits.db",
@@ -137,9 +132,7 @@ def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
 @pytest.fixture(scope="module")
 def begun_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("begun") / "orbits.db"
-    Catalogue.create(path)
-    for _ in fill_births(path, [4, 5]):
-        pass
+    made(path, fill_births(path, [4, 5]))
     alter(path, "UPDATE birth_fill SET state = 'filling' WHERE p = 4")
     return path
 
@@ -151,8 +144,7 @@ def begun(begun_once: Path, tmp_path: Path) -> Path:
 
 
 def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
-    for _ in fill_periods(begun, 1.6, [5]):
-        pass
+    list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
     with Catalogue(begun).reading() as connection:
@@ -170,8 +162,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
 
 
 def test_only_the_births_of_chosen_periods_are_looked_at(begun):
-    for _ in fill_births(begun, [6]):
-        pass
+    list(fill_births(begun, [6]))
     for chosen, expected in (((), [5, 6]), ([choose(p=6)], [6]), ([choose(p=7), choose(a=1, p="4-5")], [5])):
         with Catalogue(begun).reading() as connection:
             assert [found.p for found in whole_births(connection, chosen)] == expected
