@@ -210,4 +210,5 @@ async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
                 (row["status"] != "orbit", place == cursor) for place, row in here
             ]
         await pilot.click(table, offset=(1, 0))
-        assert app.clicked == ["code"]
+        await pilot.click(table, offset=(1, 1))
+        assert (app.clicked, table.cursor) == (["code"], top)

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from screens import browsing, press, screen_lines, shown, until
+from screens import LARGE, browsing, press, screen_lines, shown, until
 from textual import events
 
 from orbitdb.averages.fixed_points import Weight
@@ -19,8 +19,6 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
-
-LARGE = (160, 48)
 
 
 def test_the_first_periods_come_before_all(filled_once, monkeypatch):
