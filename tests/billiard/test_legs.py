@@ -5,10 +5,7 @@ import numpy as np
 import pytest
 from solutions import words_of
 
-from orbitdb.billiard.bounces import (
-    slack_errors,
-    slacks,
-)
+from orbitdb.billiard.bounces import slack_errors, slacks
 from orbitdb.billiard.legs import (
     Chain,
     Legs,

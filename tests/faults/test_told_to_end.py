@@ -83,10 +83,7 @@ def at_a_moment(folder, arguments, catalogue, moment):
 
 @pytest.mark.parametrize(
     ("name", "turn"),
-    fuzz_but(
-        [(name, at % 4) for at, name in enumerate(COMMANDS)],
-        list(product(COMMANDS, range(8))),
-    ),
+    fuzz_but([(name, at % 4) for at, name in enumerate(COMMANDS)], list(product(COMMANDS, range(8)))),
 )
 def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1

@@ -147,10 +147,7 @@ def test_seed_decides_and_every_part_is_a_result():
     assert abs(first.lambda_d - 0.887) < 6 * first.lambda_d_error
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [{"bounces": 0}, {"trajectories": 1}, {"trajectories": 0}],
-)
+@pytest.mark.parametrize("wrong", [{"bounces": 0}, {"trajectories": 1}, {"trajectories": 0}])
 def test_senseless_numbers_are_refused(wrong):
     with pytest.raises(ValueError, match="two trajectories"):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
