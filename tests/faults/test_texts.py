@@ -10,6 +10,7 @@ from contents import alter
 from quick import slow_but
 from screens import browsing, press, settle, shown, table_of
 
+from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.plaintext import cell, printable, shortened
 
 FORMULAS = ["=1+1", "+1", "-1+cmd", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("x")', "＝1", "－1"]
@@ -121,4 +122,6 @@ async def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, n
     async with browsing(Path(f"{name}.db"), size=(160, 48)) as (app, pilot):
         assert name[:3] in shown(app)
         app.notify(f"[/b] {name}")
+        app.push_screen(QuestionDialog(f"{name}?", yes="fill", no="stay"))
         await settle(pilot)
+        assert f"{name}?" in shown(app)

@@ -257,8 +257,10 @@ def altered(path: Path, statement: str) -> None:
             plain.execute(each)
 
 
-def test_a_file_of_everything_is_sound(sound):
+def test_a_file_of_everything_is_sound(sound, cli):
     assert found_wrong(sound) == {}
+    listed = cli("births", "--deaths", "--json", "--db", str(sound))
+    assert (listed.code, listed.out) == (0, "[]\n")  # none of the period under way
 
 
 def test_births_of_the_chosen_periods_alone_are_decided_again(sound):

@@ -169,6 +169,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
     path = tmp_path / "orbits.db"
     made(path, fill_periods(path, 1.0, range(2, 6)))
     async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
+        main = app.screen
         assert stadiums_of(app) == {2.0}
         assert len(table_of(app).source) == 0
         assert app.screen.orbit is None
@@ -183,6 +184,9 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {3.0}
         assert "not filled" not in shown(app)
+        main.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
+        await settle(pilot)
+        assert app.catalogue.lacking_births(main.selection) in shown(app)
 
 
 @pytest.mark.slow
