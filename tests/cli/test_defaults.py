@@ -4,6 +4,7 @@ import re
 import time
 from collections.abc import Callable
 from inspect import signature
+from itertools import chain
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from processes import kill_group, start, workers_of
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
+from orbitdb.cli.app import PANELS
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import cores
@@ -64,6 +66,14 @@ def test_the_help_tells_the_defaults_that_there_are(command):
     for name, expected in DEFAULTS.items():
         found = {each.opts[0]: told(each) for each in command.commands[name].params}
         assert {each: found[each] for each in expected} == expected, name
+
+
+def test_the_line_of_a_command_is_about_it(command):
+    """It has more words of what the command's own help begins with than of any other's."""
+    begins = {name: {*each.help.partition(".")[0].lower().split()} for name, each in command.commands.items()}
+    for name, line in chain.from_iterable(each.items() for each in PANELS.values()):
+        shared = {other: len(words & {*line.lower().split()}) for other, words in begins.items()}
+        assert shared[name] == max(shared.values()), name
 
 
 @pytest.mark.parametrize(
