@@ -43,11 +43,7 @@ def test_a_tilt_makes_the_means_vanish_with_positive_weights():
 
 @pytest.mark.parametrize(
     "x",
-    [
-        [[1.0, 2.0, 0.5]],
-        [[1.0, -1.0, 2.0, -2.0], [1.0, 3.0, 0.0, 2.0]],
-        [[1.0, -1.0], [1.0, -1.0]],
-    ],
+    [[[1.0, 2.0, 0.5]], [[1.0, -1.0, 2.0, -2.0], [1.0, 3.0, 0.0, 2.0]], [[1.0, -1.0], [1.0, -1.0]]],
     ids=["on one side", "on one side of a line", "on a line"],
 )
 def test_no_tilt_where_none_exists(x):
