@@ -105,7 +105,7 @@ def _catalogue(path: Path) -> Catalogue | None:
 
 def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
     """Return the processor time per word of enumerating, solving and storing; empty without large fills."""
-    large = [f for f in fills if f.words >= ENOUGH]
+    large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     if not large:
         return ()
     words, *seconds = map(

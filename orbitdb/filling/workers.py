@@ -176,6 +176,7 @@ class _Process:
 
     def __init__(self) -> None:
         if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # from the tracker, too
             resource_tracker.ensure_running()  # as it starts, it lets signals through that are held back
             signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
         fresh = multiprocessing.get_context("spawn")  # a fork would share open databases

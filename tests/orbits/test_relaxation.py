@@ -47,10 +47,13 @@ def test_the_way_to_rest_is_that_of_the_differential_equation():
     """Of eq. (2), solved by another method; those of lower order than the fourth are off by 1e-5 and more."""
     words, stadium = representatives(4)[0], Stadium(0.5)
     relaxed = relax(words, stadium, 0.1)
+
+    def velocity(_, x, word):
+        return np.where(STRAIGHT[word], -1, 1) * forces(stadium, word[None], x[None])[0]
+
     for row, (word, start) in enumerate(zip(words, starting_points(words, stadium), strict=True)):
-        way, time = np.where(STRAIGHT[word], -1, 1), STEP * relaxed.iterations[row]
-        field = lambda _, x, w=word, way=way: way * forces(stadium, w[None], x[None])[0]  # noqa: E731
-        found = solve_ivp(field, (0, time), start, "DOP853", rtol=1e-10, atol=1e-10).y[:, -1]
+        ends = 0, STEP * relaxed.iterations[row]
+        found = solve_ivp(velocity, ends, start, "DOP853", args=(word,), rtol=1e-10, atol=1e-10).y[:, -1]
         assert relaxed.coordinates[row] == pytest.approx(found, abs=2e-6)
 
 

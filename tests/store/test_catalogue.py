@@ -145,6 +145,8 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
+    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # what schema 2 did not know
+    assert need(filled, 1.6, [12], 1).seconds == need(filled.with_name("none.db"), 1.6, [12], 1).seconds
 
 
 def test_estimates_are_told_in_few_words():

@@ -38,12 +38,9 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]
     said = [found[place] for place in solid]
     parts, done = [], 0
-    for rank, place in enumerate(solid):
-        if (
-            place < done
-            or said[rank].keyword != _CALL
-            or [t.text for t in said[rank + 1 : rank + 2]] != ["("]
-        ):
+    for rank, (token, opening) in enumerate(pairwise(said)):
+        place = solid[rank]
+        if place < done or token.keyword != _CALL or opening.text != "(":
             continue
         closing = next((k for k in range(rank + 2, len(said)) if said[k].text == ")"), None)
         if closing is None:
