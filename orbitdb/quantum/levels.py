@@ -1,8 +1,8 @@
 """The Dirichlet levels of a stadium: the k at which Laplace psi = -k^2 psi, psi = 0 on the boundary.
 
-They are found window by window of k. A window is solved on two grids: all levels of the finer one are kept,
-and twice their distance from those of the coarser one, which has polynomials of lower degree and fewer cells
-at the joint, is taken for their error.
+They are found window by window of k. A window is solved on two grids. The finer one gives the levels, and
+decides which of them lie in the window. The error of a level is twice its distance from the level with the
+same number on the coarser grid, which has polynomials of lower degree and fewer cells at the joint.
 """
 
 import math
@@ -38,6 +38,11 @@ _PHASE = 10.5
 _SAFETY = 2.0
 ROUNDING = 2e-12
 """Relative error that rounding may add: what three grids differ by, and something to spare."""
+_ON_END = 1e-10
+"""Relative distance below which a level is taken to lie on an end of a window; grids differ by less."""
+_BEYOND = 1e-6
+"""Relative distance beyond the ends of a window at which levels are counted; grids differ by less, so that
+all of them give a level the same number."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,13 +95,15 @@ class LevelTask:
             If the grids do not agree in the number of levels.
         """
         began = time.process_time()
-        (below, k), (fewer, coarse) = self.on_grid(*_FINE), self.on_grid(*_COARSE)
-        if (below, len(k)) != (fewer, len(coarse)):
+        below, k = self.on_grid(*_FINE)
+        fewer, coarse = self._around(*_COARSE)
+        same = coarse[max(below - fewer, 0) : below - fewer + len(k)]
+        if below < fewer or len(same) < len(k):
             raise WorkError(
                 f"two grids give different numbers of levels {self.parity} with k from {self.low:g} to "
                 f"{self.high:g}: change the ends of the range slightly"
             )
-        error = _SAFETY * np.abs(k - coarse) + ROUNDING * k
+        error = _SAFETY * np.abs(k - same) + ROUNDING * k
         seconds = time.process_time() - began
         return Levels(
             self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
@@ -105,10 +112,18 @@ class LevelTask:
     def on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
         """Return how many levels lie below the window, and those in it.
 
-        The grid is given by the degree of its polynomials and the divisions of its cells at the joint.
+        The grid is given by the degree of its polynomials and the divisions of its cells at the joint. A
+        level on an end belongs to the window above it, whichever way it was rounded.
         """
+        before, k = self._around(order, layers)
+        first, last = np.searchsorted(k, np.array([self.low, self.high]) * (1 - _ON_END))
+        return before + int(first), np.maximum(k[first:last], self.low)
+
+    def _around(self, order: int, layers: int) -> tuple[int, Floats]:
+        """Return how many levels lie below a slightly wider window, and those in it."""
         cells = quarter_stadium(self.a, _PHASE / self.high, layers)
-        below, values = eigenvalues(gradient(cells, order, self.fixed), self.low**2, self.high**2)
+        low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
+        below, values = eigenvalues(gradient(cells, order, self.fixed), low**2, high**2)
         return below, np.sqrt(values)
 
     def fixed(self, points: Floats) -> NDArray[np.bool_]:

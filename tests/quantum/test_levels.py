@@ -1,16 +1,15 @@
 """The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from quick import fuzz_but
 from scipy.linalg import qr, svd
-from scipy.optimize import bisect, minimize_scalar
+from scipy.optimize import minimize_scalar
 from scipy.special import jv
 
-from orbitdb import InputError, Stadium, WorkError
+from orbitdb import InputError, Stadium
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.levels import LevelTask, levels, windows
@@ -32,17 +31,36 @@ def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
     assert found.error.max() < 1e-9
 
 
+_GRID = (12, 2)
+
+
+def _number(low: float, high: float, order: int = 12) -> tuple[int, int]:
+    """Return how many levels lie below a window, and how many in it."""
+    below, k = LevelTask(0.5, Parity.EE, low, high).on_grid(order, 2)
+    assert ((low <= k) & (k < high)).all()
+    return below, len(k)
+
+
+@pytest.mark.parametrize("places", [-2, 0, 2])
+def test_a_level_on_an_end_belongs_to_the_window_above_it(places):
+    """So does a level a few floats away, as another grid or processor may give it."""
+    _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
+    end = k + places * np.spacing(k)
+    assert _number(0.0, end) == (0, 0)
+    assert _number(end, 2.0) == (0, 1)
+    assert _number(end, 2.0, order=14) == (0, 1)
+
+
+@pytest.mark.parametrize("off", [-1e-8, 1e-8])
+def test_a_level_close_to_an_end_stays_on_its_side(off):
+    _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
+    assert _number(k * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
+
+
 @pytest.mark.slow
-def test_a_window_that_ends_at_a_level_is_refused():
-    """Where no error tells on which side it is."""
-    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
-    (k,), (error,) = task.solved().k, task.solved().error
-
-    def above(end: float) -> float:
-        return len(replace(task, high=end).solved().k) - 0.5
-
-    with pytest.raises(WorkError, match="two grids give different numbers of levels"):
-        bisect(above, k - error, k + error, xtol=1e-15)
+def test_a_window_from_a_level_to_a_level_is_solved():
+    task = LevelTask(1.6, Parity.OE, 2.0265300566195372, 2.4751285339189684)
+    assert task.solved().k == pytest.approx([2.0265300566], abs=1e-9)
 
 
 @pytest.mark.slow
