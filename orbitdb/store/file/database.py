@@ -12,6 +12,7 @@ from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import refuse_tampered
+from orbitdb.store.file.journal import refuse_foreign
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
@@ -101,8 +102,13 @@ def _marks(path: Path) -> tuple[int, ...]:
     if not path.with_name(path.name + "-wal").exists():
         with suppress(sqlite3.Error, UnicodeDecodeError):  # damage, or a writer at this very moment
             return _pragmas(_uri(path) + "&immutable=1")
+    _refuse_foreign_journal(path)
     with plain_errors(path):
         return _pragmas(_uri(path))
+
+
+def _refuse_foreign_journal(path: Path) -> None:
+    refuse_foreign(path, lambda: _open(_uri(path) + "&immutable=1"), lambda: _open(_uri(path)))
 
 
 def _pragmas(uri: str) -> tuple[int, ...]:
@@ -122,7 +128,7 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
     What it connects to must be a catalogue of the newest schema and hold nothing that acts
     (`orbitdb.store.file.guard`).
     """
-    uri = _uri(path)
+    uri = _uri(path, "rw")  # whoever closes the file last removes the journal, which takes the right to write
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
@@ -180,7 +186,11 @@ def _open(uri: str) -> sqlite3.Connection:
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
-    """Connect so that nothing in the file acts, and refuse a file in which something would."""
+    """Connect so that nothing in the file acts, and refuse a file in which something would.
+
+    A file with the journal of another is refused, too.
+    """
+    _refuse_foreign_journal(path)
     connection = _open(uri)
     try:
         connection.execute("PRAGMA cell_size_check = ON")

@@ -13,7 +13,9 @@ import sqlalchemy as sa
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
+from orbitdb.errors import StoreError
 from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.journal import COUNT_COMMIT, Place, beside, place
 from orbitdb.store.file.tables import (
     entropy_bound,
     level,
@@ -44,14 +46,27 @@ class Writer:
         self._parameters = parameters
         self._run_ids: dict[str, int] = {}
         self._written = False
+        self._place = place(path)
+        self._beside: dict[Path, Place | None] = {}
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """Give a connection that holds the write lock; all is written, or nothing."""
+        """Give a connection that holds the write lock; all is written, or nothing.
+
+        Raises
+        ------
+        StoreError
+            If the file cannot be written, or is no longer in its place.
+        """
         noted = dict(self._run_ids)
         try:
+            self._need_place()
             with plain_errors(self.path), self._engine.begin() as connection:
                 yield connection
+                if self._run_ids:
+                    connection.exec_driver_sql(COUNT_COMMIT, (next(iter(self._run_ids.values())),))
+                self._need_place()
+                self._beside = {part: place(part) for part in beside(self.path)}
         except BaseException:
             self._run_ids = noted  # what was noted since is gone with the rest
             raise
@@ -60,6 +75,7 @@ class Writer:
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """Give a connection that sees one moment and lets others write meanwhile."""
+        self._need_place()
         with plain_errors(self.path), self._reading.begin() as connection:
             yield connection
 
@@ -69,8 +85,16 @@ class Writer:
             connection.execute(sa.delete(run).where(sa.false()))
 
     def close(self) -> None:
-        """Close the file, with all that was written in it and not in the journal, whoever reads it still."""
-        if self._written:
+        """Close the file, with all that was written in it and not in the journal, whoever reads it still.
+
+        Raises
+        ------
+        StoreError
+            If the file is no longer in its place. Its journal is then removed: it would be taken for that of
+            the file which has the name now.
+        """
+        here = place(self.path) == self._place
+        if self._written and here:
             with (
                 suppress(sa.exc.DBAPIError, sqlite3.Error),
                 closing(self._engine.raw_connection()) as connection,
@@ -78,6 +102,21 @@ class Writer:
                 connection.execute("PRAGMA wal_checkpoint")
         self._reading.dispose()
         self._engine.dispose()
+        if not here:
+            for part, was in self._beside.items():
+                if was is not None and place(part) == was:
+                    part.unlink(missing_ok=True)
+            self._need_place()
+
+    def _need_place(self) -> None:
+        """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
+        now = place(self.path)
+        if now != self._place:
+            what = "moved or deleted" if now is None else "replaced by another file"
+            raise StoreError(
+                f"{self.path} was {what} while this command wrote to it: what it had stored is in the old "
+                "file; give the same command again to write to the file you mean"
+            )
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
         """Return the number of this run, noting it on its first write.
@@ -88,7 +127,7 @@ class Writer:
         computed = computed or arithmetic()
         if computed not in self._run_ids:
             provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
-            started = datetime.now(UTC).isoformat(timespec="seconds")
+            started = datetime.now(UTC).isoformat()  # to the microsecond: it tells runs apart
             values = {"started": started, "version": __version__, "parameters": provenance}
             fresh = sa.insert(run).values(**values).returning(run.c.id)
             self._run_ids[computed] = int(connection.execute(fresh).scalar_one())
