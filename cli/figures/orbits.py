@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import shortened
@@ -45,9 +46,9 @@ def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.f
     """Draw an orbit with its numbers above it, and label the figure; return its bounces."""
     assert found.points is not None
     paths.draw_orbit(ax, Stadium(found.a), found.points)
-    numbers = f"$a = {found.a:g}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
+    numbers = f"$a = {exact(found.a)}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
     ax.set_title(f"{which}{short(found.code)},  {numbers}")
-    made.set_label(f"orbit {code_text(found.code)} at a = {found.a:g}")
+    made.set_label(f"orbit {code_text(found.code)} at a = {exact(found.a)}")
     return found.points
 
 

@@ -18,6 +18,7 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import paths
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, figure
@@ -121,7 +122,7 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
     found = catalogue.spectrum(_LENGTHS, points=1000, a=chosen.a)
     for said in found.notes():
         note(said)
-    with figure(7.2, 4.8, f"length spectrum at a = {chosen.a:g}, k below {found.k_max:.4g}") as made:
+    with figure(7.2, 4.8, f"length spectrum at a = {exact(chosen.a)}, k below {found.k_max:.4g}") as made:
         ax = made.add_subplot()
         side = -1 if found.quantum is None else 1
         if found.quantum is not None:
@@ -145,14 +146,14 @@ def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
     """Draw the number of levels, and its fluctuations beside those that the orbits give."""
     known = read_levels(catalogue, chosen.a, None)
     if known is None:
-        raise InputError(f"no levels to draw: 'orbitdb levels --k 0:30 --a {chosen.a:g}' finds them")
+        raise InputError(f"no levels to draw: 'orbitdb levels --k 0:30 --a {exact(chosen.a)}' finds them")
     k, end = known
     at, stadium = np.linspace(0.5, end, _PLACES), Stadium(chosen.a)
     classes, _, highest = read_classes(catalogue, chosen)
     smooth, family = weyl(stadium, None)(at), family_count(stadium, at, _LENGTHS[1])
     orbits = counted(orbit_terms(classes, _LENGTHS[1]), at)
     note(f"orbits and bouncing balls of lengths up to {_LENGTHS[1]:g}: a partial sum")
-    with figure(7.2, 6.0, f"{len(k)} levels at a = {chosen.a:g}, k below {end:.4g}") as made:
+    with figure(7.2, 6.0, f"{len(k)} levels at a = {exact(chosen.a)}, k below {end:.4g}") as made:
         above, below = made.subplots(2, 1, sharex=True)
         above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
         above.plot(at, smooth, color=ORANGE, linestyle="--", linewidth=1, label="Weyl's law")

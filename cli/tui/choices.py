@@ -7,7 +7,7 @@ from typing import Any
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.errors import InputError
-from orbitdb.numerals import real
+from orbitdb.numerals import exact, real
 from orbitdb.orbits.orbit import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
@@ -50,7 +50,7 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     several = f", one of {len(a_values)}" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
-        ("choose_a", f"a = {selection.a:g}{stored}"),
+        ("choose_a", f"a = {exact(selection.a)}{stored}"),
         ("period(1)", f"p {spans or 'all'}"),
         ("status", status),
         ("reversal", reversal[selection.time_reversal]),

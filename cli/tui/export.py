@@ -14,6 +14,7 @@ from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
 from orbitdb.extras import load
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
@@ -81,7 +82,7 @@ def _draw(path: Path, orbit: Orbit | None) -> str:
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     code = code_text(orbit.code)
-    title = f"The orbit {code} at a = {orbit.a:g}"
+    title = f"The orbit {code} at a = {exact(orbit.a)}"
     with complete(path) as draft:
         if path.suffix == ".svg":
             drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)

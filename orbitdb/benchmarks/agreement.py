@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
@@ -99,7 +100,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     for row, error, clear in zip(rows.tolist(), errors.tolist(), explained.tolist(), strict=True):
         why = f"margin {margin[row]:.1e}, and the force leaves an error of {error:.1e}"
         said.append(
-            f"{to_strings(words[row : row + 1])[0]} at a = {stadium.a:g}: {proved[row]} by proof, "
+            f"{to_strings(words[row : row + 1])[0]} at a = {exact(stadium.a)}: {proved[row]} by proof, "
             f"{relaxed.status[row]} by the relaxation"
             f"{f', {doubles[row]} in doubles' if newton_is_wrong[row] else ''}; "
             f"{'it runs through a joint' if proved[row] == Status.BOUNDARY else why}"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium, written
+from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
@@ -181,7 +182,7 @@ def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
     for p in orders:
         words, _ = representatives(p)
         for a in (0.5, 1.0, 2.5):
-            yield judge("joint", f"a = {a:g}, all classes of p = {p}", words, Stadium(a))
+            yield judge("joint", f"a = {exact(a)}, all classes of p = {p}", words, Stadium(a))
 
 
 def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:

@@ -159,7 +159,7 @@ def lyapunov(
     reference, facts = catalogue.reference(chosen.a), [subset.selection.describe()]
     if reference is None:
         a = exact(chosen.a)
-        notes.append(f"no trajectory value at a = {chosen.a:g}: 'orbitdb simulate --a {a}' makes one")
+        notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' makes one")
     else:
         told = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
                 for name in ("lambda_d", "lambda_c"))  # fmt: skip
@@ -209,7 +209,7 @@ def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
     if not (born := tuple(p for p in born if p not in known)):
         return []
     return [
-        f"births tell how many orbits of {written_periods(born)} there are at a = {chosen.a:g}, "
+        f"births tell how many orbits of {written_periods(born)} there are at a = {exact(chosen.a)}, "
         "and not which of them are chosen: leave out all but --p, or fill them"
     ]
 
@@ -240,8 +240,9 @@ def _up_to(
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
-                f"complete, by proof, up to lambda = {complete:.3f} at a = {a:g}: up to the cut {cut:g}, "
-                f"orbits of periods above {subset.highest} may be missing, and the average changes with them"
+                f"complete, by proof, up to lambda = {complete:.3f} at a = {exact(a)}: up to the cut "
+                f"{cut:g}, orbits of periods above {subset.highest} may be missing, and the average changes "
+                "with them"
             )
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     row = [cut, *(None if subset.missing or value != value else value for value in values)]

@@ -101,9 +101,10 @@ def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) ->
     many = len(fills) > 1
     periods = ", ".join(str(fill.p) for fill in fills)
     return (
-        f"period{'s' * many} {periods} at a = {a:g} {'are' if many else 'is'} partial"
+        f"period{'s' * many} {periods} at a = {exact(a)} {'are' if many else 'is'} partial"
         f"{' and left out' * left_out}: a fill goes on or was stopped; "
-        f"'orbitdb fill --p {max(fill.p for fill in fills)} --a {a:g}' completes {'them' if many else 'it'}"
+        f"'orbitdb fill --p {max(fill.p for fill in fills)} --a {exact(a)}' completes "
+        f"{'them' if many else 'it'}"
     )
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import Classes, Parity, Terms, orbit_terms
@@ -55,7 +56,9 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
         found = still.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
         filled = {fill.p for fill in still.fills(chosen.a) if fill.whole and not fill.unresolved}
     if not len(found.ids):
-        raise InputError(f"no orbits at a = {chosen.a:g}: 'orbitdb fill --p 11 --a {chosen.a:g}' finds some")
+        raise InputError(
+            f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
+        )
     highest = 1
     while highest + 1 in filled:
         highest += 1
@@ -122,12 +125,12 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
     for low, high, below, seconds in connection.execute(query):
         number, k, error = known[(known[:, 1] >= low) & (known[:, 1] < high)].T
         if not np.array_equal(number, np.arange(below + 1, below + 1 + len(k))) or (np.diff(k) < 0).any():
-            raise unsound(f"levels {parity} at a = {a:g} in a window from k =", low)
+            raise unsound(f"levels {parity} at a = {exact(a)} in a window from k =", low)
         found.append(Levels(a, parity, low, high, below, k, error, seconds))
     for one, other in pairwise(found):
         whole = one.below + len(one.k) == other.below
         if one.high > other.low or (one.high == other.low and not whole):
-            raise unsound(f"levels {parity} at a = {a:g} in a window from k =", other.low)
+            raise unsound(f"levels {parity} at a = {exact(a)} in a window from k =", other.low)
     if sum(len(each.k) for each in found) != len(known):
         raise unsound(f"levels {parity} outside all windows at a =", a)
     return found

@@ -14,6 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
+from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
@@ -334,8 +335,8 @@ class Orbit:
     def __repr__(self) -> str:
         code = self.code if self.p <= _SHOWN else f"{self.code[:_SHOWN]}... of {self.p} bounces"
         if self.length is None or self.lyapunov is None:
-            return f"<Orbit {code} at a = {self.a:g}: {self.status.sentence}>"
-        return f"<Orbit {code} at a = {self.a:g}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
+            return f"<Orbit {code} at a = {exact(self.a)}: {self.status.sentence}>"
+        return f"<Orbit {code} at a = {exact(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
 
     def _repr_svg_(self) -> str | None:
         """Draw the orbit in its stadium, for notebooks; None where there is nothing that could be seen."""
@@ -343,7 +344,7 @@ class Orbit:
 
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
-        return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {self.a:g}")
+        return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the orbit in its stadium with matplotlib, as in the paper's Fig. 1.
@@ -366,7 +367,9 @@ class Orbit:
         """
         points = self.points
         if points is None:
-            raise ValueError(f"{self.code:.40} at a = {self.a:g} cannot be drawn: {self.status.sentence}")
+            raise ValueError(
+                f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
+            )
         paths = load("orbitdb.plots.paths", "plot()", "plot")
         return paths.draw_titled(paths.draw_orbit, (Stadium(self.a), points), shortened(self.code), ax)
 

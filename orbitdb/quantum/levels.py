@@ -17,6 +17,7 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
+from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.mesh import quarter_stadium
@@ -145,14 +146,14 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
-            f"no levels at a = {stadium.a:g}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
+            f"no levels at a = {exact(stadium.a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
         )
     if not 0 <= low < high < math.inf:
         raise InputError(f"k from {low:g} to {high:g} is not a range: give one such as 0:30")
     whole, smooth = weyl(stadium, None), weyl(stadium, parity)
     if whole(high) > MOST_LEVELS:
         most = math.floor(wavenumber(whole, MOST_LEVELS))
-        raise InputError(f"too many levels up to k = {high:g} at a = {stadium.a:g}: give k up to {most}")
+        raise InputError(f"too many levels up to k = {high:g} at a = {exact(stadium.a)}: give k up to {most}")
     while low < high:
         end = wavenumber(smooth, max(smooth(low), 0.0) + _IN_WINDOW)
         if smooth(high) - smooth(end) < _IN_WINDOW / 4:

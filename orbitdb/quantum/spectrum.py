@@ -12,6 +12,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import load
+from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity, Terms, weyl
 from orbitdb.quantum.lengths import peak_of_each
 
@@ -105,7 +106,10 @@ class Spectrum(ByValue):
             said = ["complete: no orbit of these lengths is missing"]
         if self.misfit is None:
             of = "" if self.parity is None else f" --parity {self.parity}"
-            return [*said, f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {self.a:g}{of}'"]
+            return [
+                *said,
+                f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {exact(self.a)}{of}'",
+            ]
         return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 
     def rows(self) -> list[tuple[float | None, ...]]:
@@ -157,5 +161,5 @@ def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
         of = "" if parity is None else f" of parity {parity}"
         raise InputError(
             f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{stadium.a:g}: see --energies, --parity and --a, and that k is in 1/radius"
+            f"{exact(stadium.a)}: see --energies, --parity and --a, and that k is in 1/radius"
         )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.trajectories.rays import Rays, bounce
 
 Floats = NDArray[np.float64]
@@ -93,7 +94,7 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
     off = math.hypot(x - centre, y)
     if off > 1 + _ROUNDED:
         raise InputError(
-            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {stadium.a:g}: "
+            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {exact(stadium.a)}: "
             "x and y count from its middle, in units of the radius"
         )
     scale = 1 / max(1.0, off)
@@ -200,5 +201,5 @@ def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> No
         where = "outside" if off[worst] > 0 else "inside"
         raise InputError(
             f"point {worst + 1}, ({x[worst]:g}, {y[worst]:g}), lies {abs(off[worst]):.2g} {where} the "
-            f"stadium at a = {stadium.a:g}, more than the tolerance {tolerance:g}: points are bounces"
+            f"stadium at a = {exact(stadium.a)}, more than the tolerance {tolerance:g}: points are bounces"
         )

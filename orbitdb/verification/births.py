@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.numerals import exact
 from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.changes import JOINTS, events, joints
 from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
@@ -77,7 +78,9 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
         yield listed("births", len(rows), wrong)
         for fill in fills:
             if fill["p"] == found.p:
-                yield single("births", f"p = {fill['p']} at a = {fill['a']:g}", _against(connection, fill))
+                yield single(
+                    "births", f"p = {fill['p']} at a = {exact(fill['a'])}", _against(connection, fill)
+                )
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
@@ -193,7 +196,7 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
         those = from_strings([row.word for row in known])
         failed = _wrong_sides(those, known) | _wrong_bounces(those, known)
         wrong |= {id(known[i]) for i in np.flatnonzero(failed)}
-    labels = [f"{row.word} at a = {row.a:g}" for row in rows]
+    labels = [f"{row.word} at a = {exact(row.a)}" for row in rows]
     yield judged("changes", labels, [id(row) in wrong for row in rows])
 
 

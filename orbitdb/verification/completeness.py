@@ -8,16 +8,18 @@ a period are complete if their words are as many as the transfer matrix says.
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import sqlalchemy as sa
 
+from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import DONE, FILLING, LONG
-from orbitdb.store.file.tables import birth_fill, cycle, element, metadata, pruned
+from orbitdb.store.file.tables import birth_fill, cycle, element, fill, metadata, orbit, pruned
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lives import birth_fills
@@ -31,11 +33,13 @@ from orbitdb.symbols.words import (
     are_primitive,
     from_strings,
     key,
+    keys_of_period,
     least_rotation,
     least_rotations,
     pack,
 )
 from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, single
+from orbitdb.verification.provenance import parameters_of
 
 Row = tuple[Any, ...]
 
@@ -69,24 +73,45 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
     fills, births = audit.fills(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
-    whole = {fill["p"] for fill in fills if fill["state"] == DONE} | {each.p for each in births if each.whole}
-    for p in sorted(whole | words.keys()):
+    done = {row["p"] for row in fills if row["state"] == DONE} | {each.p for each in births if each.whole}
+    for p in sorted(done | words.keys()):
         if is_chosen(p, selections):
-            yield _count(p, words[p][1], p in whole)
+            yield _count(p, words[p][1], p in done)
     chosen = {s.a: s for s in selections}
-    here = [fill for fill in fills if fill["a"] in chosen and chosen[fill["a"]].includes(fill["p"])]
-    solved = {n: status_counts(connection, n) for n in {fill["stadium"] for fill in here}}
-    for fill in here:
-        if fill["state"] == DONE:
-            statuses = solved[fill["stadium"]].get(fill["p"], {})
-            wrong = _wrong_counts(fill, statuses, words[fill["p"]][0])
+    here = [row for row in fills if row["a"] in chosen and chosen[row["a"]].includes(row["p"])]
+    numbers = {a: audit.stadium_id(connection, a) for a in chosen}
+    known = {a: number for a, number in numbers.items() if number is not None}
+    solved = {number: status_counts(connection, number) for number in known.values()}
+    for a, number in known.items():
+        named = {row["p"] for row in here if row["a"] == a}
+        others = [p for p in solved[number] if chosen[a].includes(p) and p not in named]
+        for p in _unnamed(connection, number, others):
+            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row that says so")
+    wrong: Iterator[str]
+    for row in here:
+        if row["state"] == DONE:
+            statuses = solved[row["stadium"]].get(row["p"], {})
+            wrong = chain(wrong_end(row), _wrong_counts(row, statuses, words[row["p"]][0]))
         else:
-            wrong = _wrong_cursor(connection, fill, fill["stadium"])
-        yield single("fills", f"p = {fill['p']} at a = {fill['a']:g}", wrong)
-    begun = sa.select(birth_fill).where(birth_fill.c.state != DONE).order_by(birth_fill.c.p)
-    for row in connection.execute(begun).mappings().all():
+            wrong = _wrong_cursor(connection, fill, row, row["stadium"])
+        yield single("fills", f"p = {row['p']} at a = {exact(row['a'])}", wrong)
+    for row in map(dict, connection.execute(sa.select(birth_fill).order_by(birth_fill.c.p)).mappings()):
         if is_chosen(row["p"], selections):
-            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, dict(row), None))
+            whole = row["state"] == DONE
+            wrong = wrong_end(row) if whole else _wrong_cursor(connection, birth_fill, row, None)
+            yield single("births", f"p = {row['p']}", wrong)
+
+
+def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
+    """Yield the periods among some of which a fill has stored rows; single words need no row of `fill`."""
+    asked = parameters_of(connection)
+    for p in periods:
+        runs = [number for number, by in asked.items() if p in by.get("periods", ())]
+        if not runs:
+            continue
+        here = (orbit.c.stadium == stadium) & orbit.c.cycle.between(*keys_of_period(p))
+        if connection.scalar(sa.select(sa.exists().where(here, orbit.c.run.in_(runs)))):
+            yield p
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
@@ -96,18 +121,42 @@ def _count(p: int, words: int, whole: bool) -> Check:
     return Check("counts", words, abs(words - expected), first=first)
 
 
-def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], stadium: int | None) -> Iterator[str]:
-    """Yield what is wrong with a period in the making: all classes up to its cursor must be there."""
+def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what is wrong with the cursor and the words of a period that is done."""
+    p, cursor, words = (row[name] for name in ("p", "cursor", "words"))
+    if cursor != (last := f"{Span.whole(p).upto:0{p}o}"):
+        yield f"cursor {shortened(str(cursor))} instead of {last}"
+    if words != (total := count_admissible(p)):
+        yield f"{words} words instead of {total}"
+
+
+def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = None) -> Iterator[str]:
+    """Yield what is wrong with a period in the making.
+
+    All words up to its cursor must be counted, and stored if they are, and its results must not be there yet.
+    """
     p, cursor = row["p"], row["cursor"]
+    early = [c.name for c in table.c if c.nullable and c.name not in ("cursor", "run")]
     if row["state"] != FILLING:
         yield f"state {row['state']}"
+    elif any(row[name] is not None for name in early):
+        yield "counts of a period that is not done"
     elif cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor) is None:
         yield f"cursor {shortened(cursor)}"
     else:
         parts = least_words(Span(p, -1, -1 if cursor is None else int(cursor, 8)))
         expected = sum(int(symmetry.SIZES[part.stabiliser].sum()) for part in parts)
-        stored = 0 if cursor is None else words_up_to(connection, stadium, p, cursor)
-        yield from (f"{n} words instead of {expected}" for n in (stored, row["words"]) if n != expected)
+        found = (row["words"],) if stored is None else (stored, row["words"])
+        yield from (f"{n} words instead of {expected}" for n in found if n != expected)
+
+
+def _wrong_cursor(
+    connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], stadium: int | None
+) -> Iterator[str]:
+    """Yield what is wrong with a period in the making, whose words up to its cursor must be stored."""
+    cursor, p = row["cursor"], row["p"]
+    is_code = cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor)
+    yield from wrong_cursor(table, row, words_up_to(connection, stadium, p, cursor) if is_code else 0)
 
 
 def _wrong_counts(

@@ -9,6 +9,8 @@ import sqlalchemy as sa
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
+from orbitdb.entropy.bounds import BALLS
+from orbitdb.numerals import exact
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.plaintext import shortened
 from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -73,12 +75,19 @@ def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> 
             if number is not None and asked.get(number, {}).get("command") != command
         ]
         yield listed("provenance", 0, strange)
+    proved = sa.select(entropy_bound.c.a, entropy_bound.c.proof, entropy_bound.c.run)
+    strange = [
+        f"entropy bounds at a = {exact(a)}"
+        for a, proof, number in connection.execute(proved)
+        if (proof == BALLS) != bool(asked.get(number, {}).get("prove"))
+    ]
+    yield listed("provenance", 0, strange)
     columns = orbit.c.run, orbit.c.solver, stadium.c.a
     query = sa.select(*columns, sa.func.min(orbit.c.cycle), sa.func.count()).join_from(orbit, stadium)
     for number, solver, a, first, count in connection.execute(query.group_by(*columns)):
         by = asked.get(number, {})
         fits = (by.get("method"), by.get("a")) == (solver, a)
-        named = None if fits else f"{_word(connection, first)} at a = {a:g}, solver {solver!r}"
+        named = None if fits else f"{_word(connection, first)} at a = {exact(a)}, solver {solver!r}"
         yield Check("provenance", count, 0 if fits else count, first=named)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.asking.selection import Selection
@@ -177,8 +178,10 @@ def certify(
             with writer.writing() as connection:
                 ids = block.ids.tolist()
                 replace_certificates(writer, connection, number, ids, proved, __version__)
-            check = replace(check, first=check.first and f"{check.first} at a = {selection.a:g}")
-            yield Step(f"proofs at a = {selection.a:g}, p = {block.p}", block.done, block.total, (check,))
+            check = replace(check, first=check.first and f"{check.first} at a = {exact(selection.a)}")
+            yield Step(
+                f"proofs at a = {exact(selection.a)}, p = {block.p}", block.done, block.total, (check,)
+            )
 
 
 def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, list[tuple[int, float, int]]]:

@@ -22,6 +22,7 @@ from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
+from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import ROUNDING, Levels, windows
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
@@ -67,14 +68,14 @@ def record_parts(connection: sa.Connection) -> Iterator[Part]:
         yield Part("entropy", partial(_bounds, a))
     named = sa.union(*(sa.select(table.c.a, table.c.parity) for table in (level_fill, level)))
     for a, parity in sorted(map(tuple, connection.execute(named))):
-        yield Part(f"levels {parity} at a = {a:g}", partial(_levels, a, parity))
+        yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
 
 
 def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
     found, table = bounds_stored(connection, a=a), entropy_bound.c
     made = sa.select(table.proof, table.edges).where(table.a == a, table.run.in_(runs_of_here(connection)))
     wrong = _wrong_bounds(found, {(proof, edges) for proof, edges in connection.execute(made)})
-    labels = [f"windows of {each.window} edges at a = {a:g}" for each in wrong]
+    labels = [f"windows of {each.window} edges at a = {exact(a)}" for each in wrong]
     yield listed("entropy", len(found), labels)
 
 
@@ -116,7 +117,7 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
         for stored in stored_levels(connection, a, Parity(parity)):
             yield from _window(stored)
     except (StoreError, InputError, ValueError):
-        yield Check("levels", 1, 1, first=f"levels {parity} at a = {a:g}")
+        yield Check("levels", 1, 1, first=f"levels {parity} at a = {exact(a)}")
 
 
 def _window(stored: Levels) -> Iterator[Check]:
@@ -142,7 +143,7 @@ def _trajectories(a: float, connection: sa.Connection) -> Iterator[Check]:
     query = sa.select(trajectory).join(stadium).where(stadium.c.a == a).order_by(trajectory.c.id)
     runs = parameters_of(connection)
     for row in connection.execute(query).mappings():
-        yield single("trajectories", f"at a = {a:g}", _faults(a, dict(row), runs.get(row["run"], {})))
+        yield single("trajectories", f"at a = {exact(a)}", _faults(a, dict(row), runs.get(row["run"], {})))
 
 
 def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterator[str]:

@@ -5,17 +5,20 @@ from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
+import sqlalchemy as sa
 
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
+from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE
+from orbitdb.store.file.tables import stadium, sweep, sweep_block
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.lives import birth_fills, counts_at
 from orbitdb.store.reading.sweeps import Sweep
@@ -24,6 +27,7 @@ from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.verification.check import Check, measured, single
+from orbitdb.verification.completeness import wrong_cursor, wrong_end
 
 SWEPT_ANEW = 11
 """The highest period that is solved anew, in half a second."""
@@ -40,18 +44,44 @@ def check_sweeps(catalogue: Catalogue, selections: Sequence[Selection]) -> Itera
 
     All subsets that are swept there are checked, whatever else is chosen.
     """
+    with catalogue.reading() as connection:
+        yield from _cursors(connection, {each.a: each for each in selections})
     for selection in selections:
         a = selection.a
         try:
             found = list(_swept(catalogue, selection))
         except StoreError as error:
-            yield Check("sweeps", 1, 1, first=f"at a = {a:g}: {error}")
+            yield Check("sweeps", 1, 1, first=f"at a = {exact(a)}: {error}")
             continue
         for each, subset in found:
             others = _others(catalogue, each, subset) if each.whole else ()
             yield single("sweeps", _label(each, a), _wrong_counts(each, others))
             if each.whole and each.p <= SWEPT_ANEW:
                 yield from _anew(each, subset)
+
+
+def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> Iterator[Check]:
+    """Check how far each sweep of a chosen period says it has come, and in how many blocks so far."""
+    blocks = sa.select(sweep_block.c.stadium, sweep_block.c.p, sweep_block.c.selection, sa.func.count())
+    kept = {
+        tuple(key): count for *key, count in connection.execute(blocks.group_by(*blocks.selected_columns[:3]))
+    }
+    query = sa.select(sweep, stadium.c.a).join(stadium).where(stadium.c.a.in_(chosen))
+    for row in map(dict, connection.execute(query).mappings().all()):
+        if not chosen[row["a"]].includes(row["p"]):
+            continue
+        if row["state"] == DONE:
+            wrong = list(wrong_end(row))
+        else:
+            stored = kept.get((row["stadium"], row["p"], row["selection"]), 0)
+            wrong = list(wrong_cursor(sweep, row))
+            wrong += [f"{row['blocks']} blocks instead of {stored}"] if row["blocks"] != stored else []
+        yield Check(
+            "sweeps",
+            0,
+            len(wrong),
+            first=f"p = {row['p']} at a = {exact(row['a'])}: {wrong[0]}" if wrong else None,
+        )
 
 
 def _swept(catalogue: Catalogue, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
@@ -138,4 +168,4 @@ def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
 
 
 def _label(swept: Sweep, a: float) -> str:
-    return f"p = {swept.p} at a = {a:g}" + (f", {swept.selection}" if swept.selection else "")
+    return f"p = {swept.p} at a = {exact(a)}" + (f", {swept.selection}" if swept.selection else "")

@@ -17,6 +17,7 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
@@ -133,7 +134,7 @@ def verify(
             [Part("provenance", check_provenance)],
             class_parts(connection, selections),
             (
-                block.part(f"orbits at a = {a:g}", partial(_orbits, a, restarts, seed))
+                block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
                 for a, ids in classes.items()
                 for block in blocks(ids)
             ),
@@ -167,7 +168,7 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Con
             rng = np.random.default_rng([seed, block.done - len(block.ids)])
             checks.append(restart(orbits.words, stadium, restarts, rng))
     for check in checks:
-        yield replace(check, first=check.first and f"{check.first} at a = {a:g}")
+        yield replace(check, first=check.first and f"{check.first} at a = {exact(a)}")
 
 
 def _block(

@@ -1,14 +1,17 @@
 """Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
 
+import sqlite3
 from typing import Any
 
 import pytest
+import sqlalchemy as sa
 from contents import ask
 
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.tables import orbit, pruned
 from orbitdb.store.writing.classes import NULL, insert
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
@@ -32,8 +35,9 @@ def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     half, ones, texts = [[0.5] * ROWS] * 6, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
     wanted: list[list[Any]] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
     given = [[NULL if value is None else value for value in column] for column in wanted]
-    insert(connection, "orbit", given)
-    insert(connection, "orbit", given)  # they are there: nothing is inserted again
+    columns = dict(zip(orbit.c.keys(), given, strict=True))
+    insert(connection, orbit, columns)
+    insert(connection, orbit, columns)  # they are there: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
     assert found == list(zip(*wanted, strict=True))
 
@@ -42,13 +46,24 @@ def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
 def test_columns_must_be_of_one_length(connection, short):
     columns = [[1] * (ROWS - (place == short)) for place in range(3)]
     with pytest.raises(ValueError, match="zip"):
-        insert(connection, "pruned (id, p, word)", columns)
+        insert(connection, pruned, dict(zip(("id", "p", "word"), columns, strict=True)))
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
 def test_no_rows_at_all(connection):
-    insert(connection, "pruned", ([], [], [], []))
+    insert(connection, pruned, {"id": [], "p": [], "word": [], "rules": []})
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
+
+
+def test_a_row_that_lacks_a_value_is_refused_and_not_dropped(connection):
+    rows: dict[str, list[Any]] = {"id": [1, 2], "p": [3, 3], "word": ["001", "010"], "rules": ["1", NULL]}
+    with pytest.raises(sqlite3.IntegrityError, match=r"NOT NULL constraint failed: pruned\.rules"):
+        insert(connection, pruned, rows)
+
+
+def test_columns_may_come_in_any_order(connection):
+    insert(connection, pruned, {"rules": ["1"], "word": ["001"], "id": [-1], "p": [3]})
+    assert connection.execute(sa.select(pruned)).all() == [(-1, 3, "001", "1")]
 
 
 def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
@@ -56,8 +71,8 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]
-    pruned = ["001" * 7 + "1", "0" * 29 + "1"]
-    for word in (*words, words[0], *pruned, pruned[1]):
+    broken = ["001" * 7 + "1", "0" * 29 + "1"]
+    for word in (*words, words[0], *broken, broken[1]):
         fill_word(path, word, 1.6)
     catalogue = Catalogue(path)
     assert len({catalogue[word].length for word in words}) == len(words)

@@ -150,6 +150,18 @@ ALTERATIONS = {
     "certificate.radius": ("UPDATE certificate SET radius = -radius", "provenance"),
     "run.parameters": ("UPDATE run SET parameters = '{}'", "provenance"),
     "sweep.n_c": ("UPDATE sweep SET n_c = n_c - 1 WHERE p = 7", "sweeps"),
+    "sweep.state": ("UPDATE sweep SET state = 'filling' WHERE p = 7", "sweeps"),
+    "sweep.cursor": ("UPDATE sweep SET cursor = '0313131' WHERE p = 7", "sweeps"),
+    "fill.words of a whole period": ("UPDATE fill SET words = words + 1 WHERE p = 5", "fills"),
+    "fill.state": ("UPDATE fill SET state = 'filling' WHERE p = 5", "fills"),
+    "fill.cursor of a whole period": ("UPDATE fill SET cursor = '03132' WHERE p = 5", "fills"),
+    "fill deleted": ("DELETE FROM fill WHERE p = 5", "fills"),
+    "all fills deleted": ("DELETE FROM fill", "fills"),
+    "birth_fill.cursor of a whole period": (
+        "UPDATE birth_fill SET cursor = '0313131' WHERE p = 7", "births"),
+    "birth_fill.state": ("UPDATE birth_fill SET state = 'filling' WHERE p = 7", "births"),
+    "entropy_bound.proof": (
+        "UPDATE entropy_bound SET proof = 'balls' WHERE edges = 6 AND proof = 'doubles'", "provenance"),
     "fill.n_c": ("UPDATE fill SET n_c = n_c - 1 WHERE p = 5", "fills"),
     "fill.words": ("UPDATE fill SET state = 'filling', words = words - 1 WHERE p = 5", "fills"),
     "fill.cursor": ("UPDATE fill SET state = 'filling', cursor = '0x' WHERE p = 5", "fills"),

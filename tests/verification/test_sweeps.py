@@ -28,6 +28,9 @@ from orbitdb.verification.check import Check
 from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import verify
 
+BEGUN = "state = 'filling', sums = NULL, blocks = 0"
+"""As a sweep is before it is done."""
+
 BOTH = [Selection(1.6), Selection(1.0)]
 
 
@@ -71,10 +74,14 @@ def test_what_is_sound_passes_and_is_counted_once(swept):
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
-        ("words = 97, state = 'filling'", "97 words instead of 96"),
-        ("n_c = 97, state = 'filling'", "more words have a status than there are"),
-        ("unresolved = 17, state = 'filling'", "more words have a status than there are"),
-        ("classes = 81, state = 'filling'", "more words have a status than there are"),
+        ("state = 'filling'", "counts of a period that is not done"),
+        ("cursor = '03132'", "cursor 03132 instead of 77777"),
+        (f"{BEGUN}, cursor = '03132'", "96 words instead of 76"),
+        (f"{BEGUN}, blocks = 1", "1 blocks instead of 0"),
+        (f"words = 97, {BEGUN}", "97 words instead of 96"),
+        (f"n_c = 97, {BEGUN}", "more words have a status than there are"),
+        (f"unresolved = 17, {BEGUN}", "more words have a status than there are"),
+        (f"classes = 81, {BEGUN}", "more words have a status than there are"),
     ],
 )
 def test_counts_that_cannot_be_are_found(swept, change, first):
@@ -82,7 +89,7 @@ def test_counts_that_cannot_be_are_found(swept, change, first):
 
 
 def test_a_period_in_the_making_may_have_counted_little(swept):
-    assert not told(swept("state = 'filling', words = 30, n_c = 30, classes = 30"))
+    assert not told(swept(f"{BEGUN}, cursor = NULL, words = 0, n_c = 0, classes = 0"))
 
 
 @pytest.mark.parametrize("change", ["n_c = -2", "sums = x'00'"])
@@ -126,7 +133,7 @@ def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
         "UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)",
     )
     assert there(told(swept())[0][1]).startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
-    assert not told(swept("state = 'filling'"))
+    assert not told(swept(BEGUN))
 
 
 @pytest.fixture(scope="module")

@@ -138,9 +138,19 @@ def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
 
 def test_what_cannot_be_compared_is_left(small):
     """Counts of a fill that goes on, and bits of another version."""
+    counts = (
+        "primitive",
+        *(f"rule_{n}" for n in range(1, 7)),
+        "n_t",
+        "n_c",
+        "classes",
+        "boundary",
+        "unresolved",
+    )
+    no_counts = ", ".join(f"{name} = NULL" for name in counts)
     alter(
         small,
-        "UPDATE fill SET state = 'filling', n_c = NULL, classes = 0 WHERE p = 6 AND stadium = 2",
+        f"UPDATE fill SET state = 'filling', {no_counts} WHERE p = 6 AND stadium = 2",
         "UPDATE orbit SET iterations = 9, run = (SELECT min(id) FROM run)",
         "UPDATE run SET version = '0.0.1' WHERE id = (SELECT min(id) FROM run)",
     )

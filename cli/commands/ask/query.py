@@ -26,6 +26,7 @@ from orbitdb.cli.reading import (
 from orbitdb.cli.render import Format, code_text, note, write_facts
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -140,7 +141,7 @@ def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, out
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
     for orbit in found:
         if orbit.coordinates is None:
-            at = f" at a = {orbit.a:g}" if many else ""
+            at = f" at a = {exact(orbit.a)}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
     return count
 

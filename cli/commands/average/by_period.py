@@ -12,7 +12,7 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, reading
 from orbitdb.cli.render import note
-from orbitdb.numerals import concise
+from orbitdb.numerals import concise, exact
 
 if TYPE_CHECKING:
     from orbitdb.catalogue.results import Result
@@ -130,7 +130,7 @@ def _rows_of(
     """
     for each in found:
         for text in (*each.notes, *(each.facts if output.table else ())):
-            here = f"a = {each.selection.a:g}"
+            here = f"a = {exact(each.selection.a)}"
             note(f"{here}: {text}" if many and here not in text else text)
     there = [each for each in found if len(each)]
     if not there:

@@ -18,6 +18,7 @@ from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -163,7 +164,7 @@ def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure"
         found = find_or_solve(known_catalogue(db), primitive(codes[0]), at)
         if found.coordinates is None:
             raise InputError(
-                f"{code_text(found.code)} at a = {at:g} cannot be drawn: {found.status.sentence}"
+                f"{code_text(found.code)} at a = {exact(at)} cannot be drawn: {found.status.sentence}"
             )
         return orbits.draw_orbit(found) if kind == "orbit" else orbits.draw_reverse(found)
     with progress("following"):

@@ -13,6 +13,7 @@ from orbitdb.cli.progress import aside, progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +92,7 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
 
     if len(periods) > 1:
         raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
-    said = f"p = {periods[0]} at a = {stadium.a:g}"
+    said = f"p = {periods[0]} at a = {exact(stadium.a)}"
     if picture is None:
         note(f"{said}: times in seconds, errors of length and lambda relative")
         _write(output, WorkPrecision, _compared(periods[0], stadium))

@@ -17,6 +17,7 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, bring
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
@@ -143,7 +144,7 @@ def _solve(
         for done, solved in enumerate(workers.solved(tasks), 1):
             proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
-            shown.tell(f"a = {solved.levels[-1].a:g}", done, len(tasks))
+            shown.tell(f"a = {exact(solved.levels[-1].a)}", done, len(tasks))
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
 from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 
 EXAMPLES = {
@@ -80,7 +81,7 @@ def fill(
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     periods = asked_periods(context, asked, first)
-    span, coming = f"p = {written(periods)} at a = {a:g}", need(db, a, periods, solvers.number(), method)
+    span, coming = f"p = {written(periods)} at a = {exact(a)}", need(db, a, periods, solvers.number(), method)
     announce(span, coming, db, dry_run)
     if dry_run:
         return
@@ -108,7 +109,7 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
     from orbitdb.filling.fill import fill_word
 
     if dry_run:
-        note(f"{len(words)} words to solve at a = {a:g}, in {db}")
+        note(f"{len(words)} words to solve at a = {exact(a)}, in {db}")
         return
     bring(db)
     for word in words:
@@ -148,7 +149,7 @@ def sweep(
     from orbitdb.symbols.pruning import count_admissible
 
     chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
-    span = f"p = {written(periods)} at a = {a:g}"
+    span = f"p = {written(periods)} at a = {exact(a)}"
     coming = sweep_need(db, a, periods, solvers.number(), chosen)
     announce(span, coming, db, dry_run)
     if dry_run:

@@ -11,7 +11,7 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
-from orbitdb.numerals import with_error
+from orbitdb.numerals import exact, with_error
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
@@ -91,7 +91,7 @@ def simulate(
 def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
     """Return the result in words."""
     return [
-        ("a", f"{a:g}"),
+        ("a", f"{exact(a)}"),
         ("lambda_d", with_error(found.lambda_d, found.lambda_d_error)),
         ("lambda_c", with_error(found.lambda_c, found.lambda_c_error)),
         ("mean free path", with_error(found.mean_free_path, found.mean_free_path_error)),

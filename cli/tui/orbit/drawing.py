@@ -20,6 +20,7 @@ from orbitdb.cli.tui.orbit.pictures import (
     path_of,
     phase_points,
 )
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 
 _FRAMES_PER_SECOND = 20
@@ -100,7 +101,7 @@ class OrbitDrawing(PictureWidget):
             self._entitle("phase space: sine of angle, way along wall")
             return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
-        self._entitle(f"stadium, a = {self.a:g}" + ("" if true else " (not to scale)"))
+        self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))
         return picture
 
     def _entitle(self, title: str) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.catalogue.gaps import describe_lacking
 from orbitdb.cli.tui.table.pages import Pages
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -130,7 +131,7 @@ class Following:
         panel, (standings, without) = self._screen.rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():
-            panel.say_standing(f"the rows stay at a = {self._screen.selection.a:g}: {lacking}")
+            panel.say_standing(f"the rows stay at a = {exact(self._screen.selection.a)}: {lacking}")
             self.away = None
             self._screen.leave_the_row()
         else:

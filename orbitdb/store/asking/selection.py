@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import STORED, Status
 from orbitdb.plaintext import printable, several, shortened
 
@@ -91,7 +92,7 @@ class Selection(ByValue):
             parts.append(f"containing {shortened(self.contains, 60)}")
         if self.exists or self.not_at:
             known = (("", self.exists), ("not " if self.exists else "", self.not_at))
-            spans = [f"{no}at a = {', '.join(f'{a:g}' for a in values)}" for no, values in known if values]
+            spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in known if values]
             alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
             parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}

@@ -78,7 +78,7 @@ def check(where: str, parameters: Parameters) -> None:
         for text in (plain, f"(\n{plain}\n)"):
             _compile(text, parameters, allowing({catalogue.name}))
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
-        message = str(error)
+        message = "it is not text in UTF-8" if isinstance(error, UnicodeError) else str(error)
         if message.endswith('\n"'):  # the end of line that `_compile` has set behind the expression
             message = f'{message[:-2]}"'
         raise refusal(where, message) from error

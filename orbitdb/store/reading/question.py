@@ -85,7 +85,7 @@ def choose(
     if most is not None and not (counted or by_words or divided.patterns or sorted_far):
         query = query.limit(most)  # every class has a row
     with answering(connection, divided.conditions, cancelled):
-        coded, *more = _arrays(connection, query, columns, divided.conditions.where is not None)
+        coded, *more = _arrays(connection, query, columns)
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
     ids = np.right_shift(coded, 2, out=coded)
@@ -164,18 +164,8 @@ def _has_long(connection: sa.Connection) -> bool:
     return connection.scalar(sa.select(sa.exists().where(cycle.c.id >= LONG))) or False
 
 
-def _arrays(
-    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str], free: bool
-) -> list[NDArray[Any]]:
-    """Return the columns of a query as arrays.
-
-    Integers alone come as one text: SQLite, asked row by row, keeps Python from all else. Where an expression
-    is free, texts have a limit.
-    """
-    if not (columns or free):
-        rows = query.subquery().c  # in the order of the subquery, which SQLite keeps for this function
-        text = connection.scalar(sa.select(sa.func.group_concat(rows.coded)))
-        return [np.fromstring(text or "", dtype=np.int64, sep=",")]
+def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str]) -> list[NDArray[Any]]:
+    """Return the columns of a query as arrays."""
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)

@@ -5,7 +5,7 @@ the word, and the table holds classes in the order of their words. Classes of lo
 `LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import repeat
 from typing import Any
 
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
 from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
-from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, pruned
+from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
@@ -46,9 +46,10 @@ def add_classes(
     )
     walls = ((least == 0) | (least == 2)).sum(axis=1).tolist()
     texts = [joined[:p] for joined in words]
-    insert(
-        connection, "cycle", (numbers, repeat(p, len(texts)), texts, sizes, walls, reversals, labels, words)
-    )
+    insert(connection, cycle, {
+        "id": numbers, "p": repeat(p, len(texts)), "word": texts, "class_size": sizes, "walls": walls,
+        "time_reversal": reversals, "symmetry": labels, "words": words,
+    })  # fmt: skip
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
@@ -81,7 +82,7 @@ def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: S
         last = connection.scalar(sa.select(sa.func.min(pruned.c.id))) or 0
         first = min(-LONG, last - 1)
         numbers = list(range(first, first - len(words), -1))
-    insert(connection, "pruned", (numbers, repeat(p, len(words)), words, rules))
+    insert(connection, pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
 
 
 def add_orbits(
@@ -99,12 +100,12 @@ def add_orbits(
     """
     count = len(orbits)
     kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])  # isin sorts many texts
-    numbers = (_or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS)
-    columns = (
-        repeat(stadium_id, count), cycles, orbits.status.tolist(), _blobs(orbits.coordinates, kept), *numbers,
-        orbits.iterations.tolist(), repeat(solver, count), repeat(writer.run_id(connection, computed), count),
-    )  # fmt: skip
-    insert(connection, "orbit", columns)
+    numbers = {name: _or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS}
+    insert(connection, orbit, {
+        "stadium": repeat(stadium_id, count), "cycle": cycles, "status": orbits.status.tolist(),
+        "coordinates": _blobs(orbits.coordinates, kept), **numbers, "iterations": orbits.iterations.tolist(),
+        "solver": repeat(solver, count), "run": repeat(writer.run_id(connection, computed), count),
+    })  # fmt: skip
 
 
 def add_changes(
@@ -131,7 +132,8 @@ def add_changes(
         kind = BORN if born else DIED
         rows.append((numbers[word], count[word], a, error, kind, bounce, JOINTS[joint], None, slope, run))
     if rows:
-        insert(connection, "change", list(zip(*rows, strict=True)))
+        named = ("cycle", "number", "a", "error", "kind", "bounce", "joint", "event", "slope", "run")
+        insert(connection, change, dict(zip(named, zip(*rows, strict=True), strict=True)))
 
 
 def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
@@ -162,8 +164,14 @@ def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[by
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
-def insert(connection: sa.Connection, table: str, columns: Sequence[Iterable[Any]]) -> None:
-    """Insert rows that are not there yet, column by column, through SQLite's own driver."""
+def insert(connection: sa.Connection, table: sa.Table, columns: Mapping[str, Iterable[Any]]) -> None:
+    """Insert rows that are not there yet, column by column, through SQLite's own driver.
+
+    Raises
+    ------
+    sqlite3.IntegrityError
+        If a row breaks a rule of the table other than that its key comes once.
+    """
     marks = ", ".join("?" * len(columns))
-    statement = f"INSERT OR IGNORE INTO {table} VALUES ({marks})"
-    driver(connection).executemany(statement, list(zip(*columns, strict=True)))
+    statement = f"INSERT INTO {table.name} ({', '.join(columns)}) VALUES ({marks}) ON CONFLICT DO NOTHING"
+    driver(connection).executemany(statement, list(zip(*columns.values(), strict=True)))

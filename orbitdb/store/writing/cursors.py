@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.symbols.enumeration import Span
@@ -83,7 +84,7 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
     table, row = cursor.table, dict(cursor.row)
     added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
     if row["cursor"] is None:
-        connection.execute(sa.insert(table).prefix_with("OR IGNORE").values(**row))
+        connection.execute(insert(table).values(**row).on_conflict_do_nothing())
     connection.execute(sa.update(table).where(cursor.rows(table)).values(**added))
     return replace(cursor, row=row | added)
 

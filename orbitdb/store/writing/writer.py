@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
@@ -135,7 +136,7 @@ class Writer:
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
         """Return the number of a stadium, adding it if it is new."""
-        connection.execute(sa.insert(stadium).prefix_with("OR IGNORE").values(a=a))
+        connection.execute(insert(stadium).values(a=a).on_conflict_do_nothing())
         return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())
 
 
