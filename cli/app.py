@@ -44,6 +44,8 @@ PANELS = {
     "Maintenance": {
         "info": "Show where the catalogue is and what it holds",
         "verify": "Recompute the catalogue and compare",
+        "migrate": "Bring an older catalogue to the newest schema",
+        "bench": "Measure run time against error, and hard cases",
     },
 }
 """The commands by panel, in their order, each with one line; commands that are not here work unlisted."""
@@ -51,8 +53,8 @@ PANELS = {
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
-_MODULES |= {"info": "maintenance.file", "sweep": "make.fill"}
-_UNLISTED = {"bench": "maintenance.bench", "migrate": "maintenance.file", "tui": "ask.browse"}
+_MODULES |= {"info": "maintenance.file", "migrate": "maintenance.file", "sweep": "make.fill"}
+_UNLISTED = {"tui": "ask.browse"}
 _MODULES |= _UNLISTED
 """The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, or of
 several by name, and maybe an `AFTERWORD`."""

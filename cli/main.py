@@ -12,6 +12,7 @@ from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
 from typing import TYPE_CHECKING
 
+from orbitdb.cli.advice import completed, remember
 from orbitdb.cli.interrupts import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
@@ -55,6 +56,9 @@ def execute(arguments: list[str]) -> int:
     """Run one command in this process; return its exit code, whatever happens."""
     if any("\0" in argument for argument in arguments):
         return _say("an argument contains a NUL character", USAGE)
+    if arguments[0] == "help":
+        arguments = [*arguments[1:2], "--help"]
+    remember(arguments)
     try:
         from orbitdb.cli.app import call
 
@@ -117,6 +121,11 @@ def _advice(error: "ParsingError") -> str:
     context = getattr(error, "ctx", None)
     if context is not None and context.parent is None and hasattr(error, "option_name"):
         return "options go after the command, as in 'orbitdb table --db PATH'"
+    mistyped = getattr(error, "option_name", None)
+    if context is not None and mistyped and not getattr(error, "possibilities", None):
+        known = [name for each in context.command.params for name in each.opts if name.startswith("--")]
+        if meant := [name for name in known if mistyped.startswith(name) or name.startswith(mistyped)]:
+            return f"did you mean {' or '.join(meant)}? --help shows the options"
     return "--help shows the options"
 
 
@@ -135,7 +144,7 @@ def _unwritten(error: OSError) -> int:
 def _say(message: str, code: int) -> int:
     over = "\r" if code == INTERRUPTED and sys.stderr.isatty() else ""  # the terminal has written ^C here
     with suppress(OSError):
-        print(over + line(f"orbitdb: {message}"), file=sys.stderr)
+        print(over + line(f"orbitdb: {completed(message)}"), file=sys.stderr)
     return code
 
 

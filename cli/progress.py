@@ -33,6 +33,8 @@ _STEPS = 3
 _TELLING, _LONG = 0.01, 10.0
 """Which part of the work, or how many seconds of it, tell how long all of it takes: a fill begins with small
 periods, which would let it take hours."""
+_EXPECTED = 0.1
+"""Which part of the work tells more than an estimate that was made before."""
 _NARROWEST, _WIDEST = 8, 40
 """Columns of the bar, which has a third of the line."""
 
@@ -49,10 +51,11 @@ class Progress:
 
 
 @contextmanager
-def progress(text: str, to_stdout: bool = False) -> Iterator[Progress]:
+def progress(text: str, to_stdout: bool = False, expected: float | None = None) -> Iterator[Progress]:
     """Show how far the work is while the context lasts, if it takes long and somebody watches.
 
-    The text stands there until a step says more. Where rows that go to stdout meanwhile are seen, or go to a
+    The text stands there until a step says more. The bar keeps to the seconds that the work is expected to
+    take until enough of it is done to tell. Where rows that go to stdout meanwhile are seen, or go to a
     pager, no line may stand among them.
     """
     global _on_screen
@@ -60,7 +63,7 @@ def progress(text: str, to_stdout: bool = False) -> Iterator[Progress]:
     if not watched or (to_stdout and _seen(sys.stdout)):
         yield Progress()
         return
-    _on_screen = line = _Line(sys.stderr, text)
+    _on_screen = line = _Line(sys.stderr, text, expected)
     try:
         with line.shown():
             yield line
@@ -76,8 +79,8 @@ def aside() -> AbstractContextManager[None]:
 class Pace:
     """How much of a piece of work is done, of a total that is 0 if nobody knows, and how fast it has been."""
 
-    def __init__(self, text: str) -> None:
-        self.text, self.done, self.total = text, 0.0, 0.0
+    def __init__(self, text: str, expected: float | None = None) -> None:
+        self.text, self.done, self.total, self.expected = text, 0.0, 0.0, expected
         self._marks: deque[tuple[float, float]] = deque()
 
     def tell(self, now: float, text: str, done: float = 0.0, total: float = 0.0) -> None:
@@ -102,6 +105,8 @@ class Pace:
 
     def left(self, now: float) -> float | None:
         """Return the seconds that are left; None if nobody knows yet."""
+        if self.expected is not None and self.total and self.share < _EXPECTED:
+            return max(1.0, self.expected * (1 - self.share))
         rate, marks = self.rate(), tuple(self._marks)
         if rate <= 0 or self.done >= self.total:
             return None
@@ -153,10 +158,10 @@ def clock(seconds: float) -> str:
 class _Line(Progress):
     """The line, on a terminal."""
 
-    def __init__(self, terminal: TextIO, text: str) -> None:
+    def __init__(self, terminal: TextIO, text: str, expected: float | None = None) -> None:
         self._terminal = terminal
         self._signs = _SIGNS if terminal.encoding.lower().startswith("utf") else _IN_ASCII
-        self._pace = Pace(text)
+        self._pace = Pace(text, expected)
         self._began = time.monotonic()
         self._drawn = False
         self._mine = threading.RLock()

@@ -143,6 +143,15 @@ def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "")
             note(f"{told}{more}")
 
 
+def note_complete(catalogue: "Catalogue", stadiums: "Sequence[Selection]") -> None:
+    """Say at each a up to which length a list of orbits is complete."""
+    from orbitdb.catalogue.gaps import complete_length, describe_complete
+
+    for chosen in stadiums:
+        told = describe_complete(complete_length(catalogue.fills(chosen.a), chosen))
+        note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
+
+
 _falling: Callable[[Any], Any] = cmp_to_key(
     lambda one, other: 0 if one == other else 1 if one < other else -1
 )

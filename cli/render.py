@@ -2,12 +2,14 @@
 
 import contextlib
 import math
+import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
 from typing import Any, TextIO
 
+from orbitdb.cli.advice import completed
 from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv, write_jsonl
 from orbitdb.numerals import as_sure, exact, outward, upwards
@@ -53,7 +55,7 @@ _TIMES = (
 def note(message: str) -> None:
     """Write a message, which is no data, as one line to stderr if that can be written to."""
     with aside(), contextlib.suppress(OSError):
-        print(line(message), file=sys.stderr)
+        print(line(completed(message)), file=sys.stderr)
 
 
 def number(name: str, value: Any) -> str:
@@ -181,10 +183,39 @@ def _markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequenc
         yield f"| {' | '.join(texts)} |"
 
 
+_MATHEMATICS = {
+    "a": "a", "p": "p", "length": "L", "lyapunov": r"\lambda", "lambda_d": r"\lambda_d",
+    "lambda_c": r"\lambda_c", "N": "N", "N_t": "N_t", "N_c": "N_c", "K_0": "K_0", "h_zeta": r"h_\zeta",
+    "x": "x", "y": "y", "k": "k",
+}  # fmt: skip
+"""Columns whose headings are formulas in a paper."""
+
+_POWER = re.compile(r"(-?[0-9.]+)e([+-])0*([0-9]+)")
+
+
 def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
-    """Yield the lines of a tabular in LaTeX, which needs no package."""
-    heading, *lines = [
-        " & ".join(text.translate(_IN_LATEX) for text in row) + r" \\" for row in (names, *rows)
-    ]
+    """Yield the lines of a tabular for LaTeX's package booktabs."""
+    lines = [" & ".join(map(_latex_heading, names)) + r" \\"]
+    for row in rows:
+        cells = map(_latex_cell, names, row, left)
+        lines.append(" & ".join(cells) + r" \\")
+    yield r"% \usepackage{booktabs}"
     yield rf"\begin{{tabular}}{{{''.join('l' if of_texts else 'r' for of_texts in left)}}}"
-    yield from (r"\hline", heading, r"\hline", *lines, r"\hline", r"\end{tabular}")
+    yield from (r"\toprule", lines[0], r"\midrule", *lines[1:], r"\bottomrule", r"\end{tabular}")
+
+
+def _latex_heading(name: str) -> str:
+    of, error, _ = name.partition("_error")
+    if of in _MATHEMATICS:
+        return rf"$\Delta {_MATHEMATICS[of]}$" if error else f"${_MATHEMATICS[of]}$"
+    return name.replace("_", " ").translate(_IN_LATEX)
+
+
+def _latex_cell(name: str, text: str, is_text: bool) -> str:
+    """Return a cell: codes in typewriter, numbers below 0 and powers of ten as mathematics."""
+    if name in _CODES and text:
+        return rf"\texttt{{{text.translate(_IN_LATEX)}}}"
+    if not is_text and (power := _POWER.fullmatch(text)):
+        sign = "-" if power[2] == "-" else ""
+        return rf"${power[1]} \times 10^{{{sign}{power[3]}}}$"
+    return f"${text}$" if not is_text and text.startswith("-") else text.translate(_IN_LATEX)

@@ -9,9 +9,9 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from orbitdb.averages.fixed_points import missing_periods
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue.gaps import complete_length
 from orbitdb.catalogue.spectrum import read_classes, read_levels
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.figures.orbits import short
@@ -19,7 +19,6 @@ from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.least_values import least_length
 from orbitdb.plots import paths
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, figure
 from orbitdb.quantum.amplitudes import orbit_terms, weyl
@@ -89,9 +88,7 @@ def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
     found = catalogue.classes(chosen)
     if not len(found):
         raise _nothing(catalogue, chosen)
-    whole = [fill.p for fill in catalogue.fills(chosen.a) if fill.whole and chosen.includes(fill.p)]
-    highest = max((p for p in whole if not missing_periods(p, whole)), default=None)
-    complete = None if highest is None else least_length(highest, chosen.a)
+    complete = complete_length(catalogue.fills(chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         paths.draw_staircase(above, found.length, found.chosen)

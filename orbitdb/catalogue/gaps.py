@@ -3,11 +3,13 @@
 What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
 """
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from orbitdb.numerals import exact
+from orbitdb.orbits.least_values import least_length
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -76,6 +78,26 @@ def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> l
         return []
     lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
     return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
+
+
+def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
+    """Return the length up to which no chosen orbit is missing, by proof, in units of the radius.
+
+    None if a period from 2 on is not filled, or has unresolved words, before there is any such length.
+    """
+    whole = [fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)]
+    highest = 1
+    while highest + 1 in whole:
+        highest += 1
+    return least_length(highest, chosen.a) if highest > 1 else None
+
+
+def describe_complete(complete: float | None) -> str:
+    """Say up to which length a list of orbits is complete, rounded down."""
+    if complete is None:
+        return "orbits of any length may be missing: fill all periods from 2 on"
+    end = math.floor(complete * 100) / 100
+    return f"complete, by proof, up to length {end:.2f}; longer orbits may be missing"
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:

@@ -76,7 +76,7 @@ def test_a_select_joins_and_reads_other_views(varied, cli):
         assert cli(*asked).out == f"n\n{count}\n"
     texts = cli("sql", "SELECT status AS s, p AS n, symmetry AS y FROM catalogue WHERE p = 3 AND a = 1",
                 "--format", "latex", "--db", str(varied)).out  # fmt: skip
-    assert texts.startswith(r"\begin{tabular}{lrl}")  # whatever a column is called
+    assert r"\begin{tabular}{lrl}" in texts  # whatever a column is called
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):

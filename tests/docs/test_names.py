@@ -99,12 +99,13 @@ def test_the_usage_of_a_command_has_its_arguments():
 
 
 def test_extras_are_installed_by_one_line_everywhere():
-    """It is that of error messages and needs no sources; only those of the tests are for a checkout."""
+    """It is that of error messages and needs no sources; where the README installs, a checkout is at hand."""
     known = set(metadata("orbitdb").get_all("Provides-Extra", []))
     written = [page.read_text(encoding="utf-8") for page in pages.PAGES if page.stem != "CONTRIBUTING"]
     lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))
     assert len(lines) >= 4
-    assert {name for name, extras in lines if extras != "test"} == {"orbitdb"}
+    assert {name for name, _ in lines} == {"orbitdb", "."}
+    assert {extras for name, extras in lines if name == "."} == {"test", "plot,pandas"}  # of a checkout
     assert {extra for _, extras in lines for extra in extras.split(",")} <= known
 
 

@@ -161,8 +161,13 @@ def _show_length(
         count = output.write(names, rows)
         fills = catalogue.fills(chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
+        nearest = catalogue.with_length(length, tolerance=1.0, limit=1) if not found else ()
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
     candidates = several(len(found), "candidate") if found else "no candidates"
+    for each in nearest:
+        times = f"{each.repetitions} x {each.code}" if each.repetitions > 1 else each.code
+        enough = float(f"{1.05 * abs(each.difference):.2g}")
+        note(f"the nearest is {times} of length {each.total:.7f}: --tolerance {enough:g} finds it")
     if fills or found:  # else another note says that nothing was searched
         note(f"{candidates} among {among}, one per symmetry class{more}; "
              "longer periods may have this length, too")  # fmt: skip

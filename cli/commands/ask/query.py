@@ -19,6 +19,7 @@ from orbitdb.cli.reading import (
     in_order,
     known_catalogue,
     meant,
+    note_complete,
     note_gaps,
     note_nothing,
     reading,
@@ -30,6 +31,7 @@ from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
+    from orbitdb.store.asking.selection import Selection
 
 EXAMPLES = (
     "query 1232131",
@@ -102,12 +104,23 @@ def query(
         count = output.write(names, in_order(catalogue, subsets, names, order, shown, offset))
         if not total:
             note_nothing(catalogue, *stadiums)
+        elif _by_length(order, limit, stadiums[0]):
+            note_complete(catalogue, stadiums)
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
         note(f"{described(stadiums, total)}{more}")
     if not count:
         raise typer.Exit(1)
+
+
+def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
+    """Tell whether rows are a list of the shortest orbits."""
+    from orbitdb.store.asking.conditions import parse_order
+
+    first, falls = next(iter(parse_order(order).items()))
+    bounded = chosen.ranges.get("length", (None, None))[1] is not None
+    return bounded or (first == "length" and not falls and limit is not None)
 
 
 def _show_words(

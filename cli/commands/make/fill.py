@@ -89,7 +89,7 @@ def fill(
     start = time.monotonic()
     with solvers.at_work(coming.alone) as workers:
         bring(db)
-        with progress(span) as shown:
+        with progress(span, expected=coming.seconds) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = fill_periods(db, a, periods, method, workers)
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
@@ -157,7 +157,7 @@ def sweep(
     start = time.monotonic()
     with solvers.at_work(coming.alone) as workers:
         bring(db)
-        with progress(span) as shown:
+        with progress(span, expected=coming.seconds) as shown:
             words = {p: count_admissible(p) for p in periods}
             steps = sweep_periods(db, a, periods, workers, chosen)
             show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)

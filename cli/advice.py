@@ -1,0 +1,32 @@
+"""Commands that messages advise, with the catalogue and the half length that were given."""
+
+import re
+from collections.abc import Sequence
+from itertools import pairwise
+
+_AT_ONE_A = ("fill", "sweep", "simulate", "levels", "bounds")
+_ADVISED = re.compile(r"'orbitdb ([a-z]+)( [^']*)?'")
+_given: dict[str, str] = {}
+
+
+def remember(arguments: Sequence[str]) -> None:
+    """Take note of --db and --a of a command line; a grid, or several, are not repeated."""
+    _given.clear()
+    for option in ("--db", "--a"):
+        found = [after for name, after in pairwise(arguments) if name == option]
+        found += [each.removeprefix(f"{option}=") for each in arguments if each.startswith(f"{option}=")]
+        if len(found) == 1 and found[0].isprintable() and not set(found[0]) & set("'\"\\$` :,"):
+            _given[option] = found[0]
+
+
+def completed(message: str) -> str:
+    """Return a message in which advised commands read and write what this command does."""
+
+    def with_given(found: re.Match[str]) -> str:
+        command, rest = found[1], found[2] or ""
+        missing = [option for option in _given if f"{option} " not in f"{rest} "]
+        if command not in _AT_ONE_A:
+            missing = [option for option in missing if option == "--db"]
+        return f"'orbitdb {command}{rest}{''.join(f' {option} {_given[option]}' for option in missing)}'"
+
+    return _ADVISED.sub(with_given, message)

@@ -1,0 +1,138 @@
+"""What messages advise: the same file, the same half length, the option that was meant, what finds more."""
+
+import math
+import shutil
+
+import pytest
+from contents import alter
+
+from orbitdb import Catalogue
+from orbitdb.catalogue.gaps import complete_length, describe_complete
+from orbitdb.cli.advice import completed, remember
+from orbitdb.orbits.least_values import least_length
+from orbitdb.store.asking.selection import Selection
+
+FILL = "run 'orbitdb fill --p 9'"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        ("table --db my.db", "run 'orbitdb fill --p 9 --db my.db'"),
+        ("table --db=my.db --a=0.5", "run 'orbitdb fill --p 9 --db my.db --a 0.5'"),
+        ("table", FILL),
+        ("query --a 1 --a 2", FILL),
+        ("bounds --a 0.3:1:5", FILL),
+        ("query --a all,1", FILL),
+    ],
+)
+def test_advice_names_the_catalogue_and_the_half_length_that_were_given(arguments, expected):
+    remember(arguments.split())
+    assert completed(FILL) == expected
+    remember([])
+
+
+@pytest.mark.parametrize(
+    ("advised", "expected"),
+    [("'orbitdb births --p 4' finds them", "'orbitdb births --p 4 --db my.db' finds them"),
+     ("'orbitdb fill --p 4 --a 3' fills it", "'orbitdb fill --p 4 --a 3 --db my.db' fills it"),
+     ("'orbitdb migrate', 'orbitdb info'", "'orbitdb migrate --db my.db', 'orbitdb info --db my.db'"),
+     ("no orbitdb file at 'x'", "no orbitdb file at 'x'")],
+)  # fmt: skip
+def test_advice_gets_only_what_it_lacks_and_its_command_takes(advised, expected):
+    remember(["query", "--db", "my.db", "--a", "2"])
+    assert completed(advised) == expected
+    remember([])
+
+
+def test_an_error_repeats_what_was_given(cli, tmp_path):
+    path = str(tmp_path / "nowhere.db")
+    assert cli("table", "--db", path, "--a", "2").says(3, f"'orbitdb fill --p 11 --db {path} --a 2'")
+
+
+def test_help_is_a_command_too(cli):
+    assert cli("help") == cli("--help")
+    assert cli("help", "table") == cli("table", "--help")
+
+
+def test_an_option_written_out_is_guessed(cli):
+    assert cli("query", "--period", "3").says(2, "--period", "did you mean --p?")
+
+
+def test_the_nearest_length_is_named_with_the_tolerance_that_finds_it(cli, filled):
+    found = cli("identify", "--length", "11.14", "--db", str(filled))
+    assert (found.code, found.out) == (1, "")
+    nearest, *_ = found.err.splitlines()
+    assert nearest.startswith("the nearest is 0123 of length 11.1427106: --tolerance ")
+    tolerance = nearest.split("--tolerance ")[1].split()[0]
+    assert cli("identify", "--length", "11.14", "--tolerance", tolerance, "--db", str(filled)).code == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        (("--order", "length", "--limit", "20"), 8),
+        (("--range", "length=:11"), 8),
+        (("--range", "length=:11", "--p", "2-5"), 5),
+        (("--order", "-length", "--limit", "20"), None),
+        (("--order", "length"), None),
+        (("--limit", "3"), None),
+    ],
+)
+def test_a_list_of_the_shortest_orbits_says_up_to_where_none_is_missing(cli, filled, options, expected):
+    told = [
+        line for line in cli("query", *options, "--db", str(filled)).err.splitlines() if "complete" in line
+    ]
+    if expected is None:
+        assert told == []
+        return
+    proved = least_length(expected, 1.6)
+    shown = float(told[0].split("length ")[1].split(";")[0])
+    assert proved - 0.01 < shown <= proved
+
+
+@pytest.mark.parametrize(
+    "change", ["DELETE FROM fill WHERE p = 2", "UPDATE fill SET unresolved = 1 WHERE p = 2"]
+)
+def test_a_list_with_a_gap_claims_nothing(cli, filled, change):
+    alter(filled, change)
+    told = cli("query", "--order", "length", "--limit", "3", "--db", str(filled)).err
+    assert "orbits of any length may be missing" in told
+
+
+def test_periods_beyond_a_gap_prove_nothing(filled, tmp_path):
+    path = shutil.copy(filled, tmp_path / "gap.db")
+    alter(path, "UPDATE fill SET unresolved = 2 WHERE p = 5")
+    fills = Catalogue(path).fills()
+    assert complete_length(fills, Selection(1.6)) == least_length(4, 1.6)
+
+
+@pytest.mark.parametrize("length", [11.2599999, 11.0, 10.999999])
+def test_the_length_of_a_complete_list_is_never_rounded_up(length):
+    shown = float(describe_complete(length).split("length ")[1].split(";")[0])
+    assert shown <= length < shown + 0.0100001
+    assert math.isclose(shown * 100, round(shown * 100))
+
+
+def test_latex_can_be_pasted(cli, filled):
+    columns = "code,length,lambda_d,residual,margin,status"
+    asked = ("query", "--p", "2-3", "--format", "latex", "-c", columns, "--status", "all")
+    table = cli(*asked, "--db", str(filled)).out.splitlines()
+    assert table[:3] == [r"% \usepackage{booktabs}", r"\begin{tabular}{lrrrrl}", r"\toprule"]
+    assert table[3] == r"code & $L$ & $\lambda_d$ & residual & margin & status \\"
+    assert table[5].startswith(r"\texttt{13} & 10.4000000 & 2.113748 & ")
+    assert any(r" \times 10^{-" in line for line in table)
+    assert table[-2:] == [r"\bottomrule", r"\end{tabular}"]
+    assert all(line.count("&") == 5 for line in table if "&" in line)
+
+
+def test_the_bar_begins_with_the_time_that_was_announced():
+    from orbitdb.cli.progress import Pace
+
+    pace = Pace("words", expected=40.0)
+    for now, done in ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)):
+        pace.tell(now, "words", done, 1000.0)
+    assert pace.left(2.0) == pytest.approx(40.0, rel=0.01)
+    pace.tell(4.0, "words", 500.0, 1000.0)
+    assert pace.left(4.0) == pytest.approx(4.0, rel=0.05)
+    assert Pace("words").left(0.0) is None
