@@ -6,6 +6,7 @@ cannot reach it.
 """
 
 import asyncio
+import json
 import logging
 import os
 import secrets
@@ -19,7 +20,8 @@ from contextlib import redirect_stdout, suppress
 from io import StringIO
 from typing import cast
 
-from aiohttp import web
+from aiohttp import WSMsgType, web
+from textual_serve.app_service import AppService
 from textual_serve.server import Server
 
 from orbitdb.cli.interrupts import TERMINATING, Terminated
@@ -29,6 +31,11 @@ HOST = "127.0.0.1"
 _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
 """How long a session may take to end."""
+_HEARTBEAT = 15.0
+_USUAL, _LARGEST = (80, 24), (1000, 500)
+"""Columns and rows of a terminal, if nothing is said of them, and at most."""
+_LONGEST = 1 << 16
+"""Largest number of characters in one message of keys, as somebody pastes them."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
@@ -84,7 +91,8 @@ class TokenServer(Server):
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
-        command = subprocess.list2cmdline(program) if sys.platform == "win32" else shlex.join(program)
+        windows = sys.platform == "win32"
+        command = subprocess.list2cmdline(program) if windows else f"exec {shlex.join(program)}"
         super().__init__(command, HOST, port, "orbitdb browse", f"http://{HOST}:{port}")
         self.token = secrets.token_hex(16)
         self.told: int = signal.SIGINT
@@ -137,7 +145,7 @@ class TokenServer(Server):
         for session in self._sessions:
             session.cancel()
         if self._sessions:
-            await asyncio.wait(self._sessions, timeout=_SECONDS)
+            await asyncio.wait(self._sessions, timeout=2 * _SECONDS)
 
     async def handle_index(self, request: web.Request) -> web.Response:
         """Return the page."""
@@ -149,10 +157,78 @@ class TokenServer(Server):
         """Run a session; what is no websocket aiohttp would report as an error of this program."""
         if not web.WebSocketResponse().can_prepare(request):
             raise web.HTTPBadRequest(text="a session is a websocket\n")
-        session = asyncio.current_task()
-        assert session is not None
-        self._sessions.add(session)
+        task = asyncio.current_task()
+        assert task is not None
+        self._sessions.add(task)
+        socket = web.WebSocketResponse(heartbeat=_HEARTBEAT)
+
+        async def close() -> None:
+            await socket.close()
+
+        session = Session(
+            self.command,
+            write_bytes=socket.send_bytes,
+            write_str=socket.send_str,
+            close=close,
+            download_manager=self.download_manager,
+        )
         try:
-            return await super().handle_websocket(request)
+            await socket.prepare(request)
+            await session.start(*_size(request.query.get("width"), request.query.get("height")))
+            async for message in socket:
+                await session.take(message.data if message.type == WSMsgType.TEXT else "", socket)
+        except (asyncio.CancelledError, ConnectionError):
+            pass
         finally:
-            self._sessions.discard(session)
+            await session.stop()
+            await socket.close()
+            self._sessions.discard(task)
+        return socket
+
+
+class Session(AppService):
+    """The program that somebody who opened the page sees, and what the page sends to it."""
+
+    async def take(self, text: str, socket: web.WebSocketResponse) -> None:
+        """Hand on a message of the page; one that no page of ours sends is dropped."""
+        with suppress(ValueError):
+            match json.loads(text):
+                case ["stdin", str(keys)] if len(keys) <= _LONGEST:
+                    await self.send_bytes(keys.encode(errors="replace"))
+                case ["resize", {"width": width, "height": height}] if _is_size(width, height):
+                    await self.set_terminal_size(width, height)
+                case ["ping", data]:
+                    await socket.send_json(["pong", data])
+                case ["blur", *_]:
+                    await self.blur()
+                case ["focus", *_]:
+                    await self.focus()
+
+    async def stop(self) -> None:
+        """Tell the program to end, and end it if it does not within some seconds."""
+        try:
+            async with asyncio.timeout(_SECONDS):
+                await super().stop()
+        except (TimeoutError, asyncio.CancelledError):
+            pass
+        finally:
+            if self._process is not None and self._process.returncode is None:
+                with suppress(ProcessLookupError):
+                    self._process.kill()
+                await self._process.wait()
+
+
+def _is_size(width: object, height: object) -> bool:
+    """Tell whether a terminal can have so many columns and rows."""
+    return all(
+        type(each) is int and 1 <= each <= most for each, most in zip((width, height), _LARGEST, strict=True)
+    )
+
+
+def _size(width: str | None, height: str | None) -> tuple[int, int]:
+    """Return the size that an address asks for, or the usual one."""
+    with suppress(ValueError):
+        asked = int(width or ""), int(height or "")
+        if _is_size(*asked):
+            return asked
+    return _USUAL

@@ -6,9 +6,10 @@ import re
 import signal
 import socket
 import sys
+from typing import Any
 
 import pytest
-from processes import start
+from processes import nobody_left, start
 from there import there
 
 from orbitdb.catalogue.catalogue import Catalogue
@@ -74,6 +75,88 @@ def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(fille
         served.kill()
     assert rest == f"shows {filled_once}; Ctrl-C ends it\n"
     assert (served.returncode, out, err) == (0, "", "")
+
+
+def test_nobody_without_the_token_sees_a_page(filled_once):
+    """Asked of what is served, without a session: that takes no second."""
+    aiohttp = pytest.importorskip("aiohttp")
+    from aiohttp.test_utils import TestClient, TestServer
+
+    from orbitdb.cli.tui.web import TokenServer
+
+    async def visit():
+        server = TokenServer(["browse"], 0)
+        async with TestClient(TestServer(await server.guarded())) as client:
+            for path in ("/", "/ws", "/static/js/textual.js", f"/{'0' * 32}/", f"/{server.token[:-1]}/"):
+                assert (await client.get(path, allow_redirects=False)).status == 403
+            with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
+                await client.ws_connect("/ws")
+            assert (await client.get(f"/{server.token}/", allow_redirects=False)).status != 403
+
+    asyncio.run(visit())
+
+
+BAD = [
+    "[1]", "{}", "[]", "null", "no json", '["resize", {}]', '{"a": 1}', '["stdin", 5]', '["stdin"]',
+    '["resize", {"width": 100000, "height": 100000}]', '["resize", {"width": -5, "height": 24}]',
+    '["resize", {"width": "80", "height": 24}]', '["resize", {"width": true, "height": 24}]',
+    json.dumps(["stdin", "x" * 500_000]), '["nothing that is known", 1]',
+]  # fmt: skip
+
+
+def test_messages_that_no_page_sends_are_dropped():
+    pytest.importorskip("aiohttp")
+    from orbitdb.cli.tui.web import Session
+
+    handed = []
+
+    class Heard(Session):
+        async def send_bytes(self, data):
+            handed.append(data)
+
+        async def send_meta(self, data):
+            handed.append(data)
+
+    async def send():
+        nobody: Any = None
+        session = Heard("", write_bytes=nobody, write_str=nobody, close=nobody, download_manager=nobody)
+        for text in [*BAD, '["stdin", "\\ud800x"]', '["resize", {"width": 90, "height": 30}]', '["blur"]']:
+            await session.take(text, nobody)
+
+    asyncio.run(send())
+    assert handed == [b"?x", {"type": "resize", "width": 90, "height": 30}, {"type": "blur"}]
+
+
+@pytest.mark.slow
+def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
+    """Keys that nobody waits for fill the pipe to the program: it is ended nevertheless."""
+    aiohttp = pytest.importorskip("aiohttp")
+    served = start("browse", "--web", "--port", "0", "--db", filled_once)
+    page = there(served.stderr).readline().partition(" ")[0]
+
+    async def visit():
+        async with (
+            aiohttp.ClientSession() as session,
+            session.ws_connect(f"{page}ws?width=99999&height=-1") as keys,
+        ):
+            await seen(keys, "lambda")
+            for text in BAD:
+                await keys.send_str(text)
+            await keys.send_str(json.dumps(["stdin", "?"]))
+            await seen(keys, "keys")
+            for _ in range(200):
+                await keys.send_str(json.dumps(["stdin", "j" * 5000]))
+            served.send_signal(signal.SIGINT)
+            await ended(keys)
+
+    try:
+        asyncio.run(visit())
+        out, err = served.communicate(timeout=60)
+        assert nobody_left(served)
+    finally:
+        served.kill()
+    assert (served.returncode, out) == (0, "")
+    assert "Traceback" not in err
 
 
 @pytest.mark.slow

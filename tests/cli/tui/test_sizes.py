@@ -1,0 +1,22 @@
+"""Windows of any size: lists and dialogs open in them, and follow when the window shrinks to nothing."""
+
+import pytest
+from quick import slow_but
+from screens import browsing
+
+LISTS = ("O", "s", "ctrl+p")
+ALL = (*LISTS, "C", "f", "question_mark", "e", "c")
+CASES = [((w, h), ALL) for w, h in ((1, 1), (2, 3), (3, 24), (4, 5), (5, 2), (6, 24), (7, 1), (40, 1))]
+
+
+@pytest.mark.parametrize(("size", "keys"), slow_but([((6, 24), LISTS[:1])], [((6, 24), LISTS[:1]), *CASES]))
+async def test_every_dialog_opens_in_any_window_and_follows_its_size(filled_once, size, keys):
+    async with browsing(filled_once, size=size) as (app, pilot):
+        for key in keys:
+            await pilot.press(key)
+            await pilot.pause()
+            for other in ((1, 1), (80, 24), size):
+                await pilot.resize_terminal(*other)
+                await pilot.pause()
+            await pilot.press("escape")
+        assert app.is_running
