@@ -32,7 +32,7 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats with few columns and rounded numbers."""
 
 _DECIMALS = {
-    "turns": 2, "share": 2, **dict.fromkeys(("length", "total", "lyapunov"), 7),
+    "turns": 2, "share": 2, "repetitions": 1, **dict.fromkeys(("length", "total", "lyapunov"), 7),
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
 }  # fmt: skip
 """Digits behind the point in tables, elsewhere 6; the other formats give every number in full."""

@@ -178,8 +178,8 @@ def _near(one: str, two: str, error: float) -> bool:
     x, y = float(one), float(two)
     if _is_whole(one):
         return False
-    if max(abs(x), abs(y)) < _SMALL:
-        return max(abs(x), abs(y)) < _ROUNDING or abs(x - y) <= abs(x) / 10
     mantissa, _, power = one.partition("e")
     last = 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+    if max(abs(x), abs(y)) < _SMALL:
+        return max(abs(x), abs(y)) < _ROUNDING or abs(x - y) <= max(abs(x) / 10, 1.01 * last)
     return abs(x - y) <= max(2.5 * last, 5e-15 * abs(x), 3 * error)

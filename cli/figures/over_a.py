@@ -1,11 +1,14 @@
 """Figures over a: births and deaths of all that the catalogue holds, and the entropy."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from orbitdb.averages.by_period import entropy_of_counts
+from orbitdb.catalogue.averaged import enclosure
 from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
@@ -58,16 +61,21 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     return made
 
 
-def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
-    """Draw the proved bounds at every a that has some, and the entropy from births where these are filled."""
-    known = catalogue.entropy_curve()
+def draw_over_a(catalogue: Catalogue, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
+    """Draw proved bounds over a, and the entropy from births where these are filled.
+
+    The bounds are those stored at every a; on a grid they are found where none are stored.
+    """
+    known = [enclosure(catalogue, a)[0] for a in grid] or catalogue.entropy_curve()
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
     changes = _changes(catalogue, chosen)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
-        ax.fill_between(a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0)
+        ax.fill_between(
+            a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0, label="between them (not proved)"
+        )
         middle, half = (lower + upper) / 2, (upper - lower) / 2
         ax.errorbar(
             a, middle, half, fmt="none", color=PURPLE, capsize=2, linewidth=1.2, label="proved bounds"
@@ -75,12 +83,28 @@ def draw_over_a(catalogue: Catalogue, chosen: Selection) -> Figure:
         for p in [p for p in changes if chosen.includes(p) and _gapless(changes, p)][-1:]:
             places = np.geomspace(a[0] / _ROOM, a[-1] * _ROOM, PLACES_OF_BOUNDS)
             label = f"$h({p}; a)$, from births"
-            ax.plot(places, _entropies(changes, p, places), color=BLUE, linewidth=1, label=label)
+            values = _entropies(changes, p, places)
+            ax.plot(places, values, color=BLUE, linewidth=1, label=label)
+            _mark_end(ax, places, values, p)
         limit = _draw_bound(ax)
         ax.set(xscale="log", xlabel="$a$", ylabel="topological entropy (per bounce)")
         ax.set_ylim(min(float(lower.min()), limit - 0.1) - 0.02, limit + 0.02)
         made.set_label("topological entropy over a")
     return made
+
+
+def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
+    """Say why a curve of the entropy begins or ends inside the figure."""
+    known = np.flatnonzero(np.isfinite(values))
+    if not len(known):
+        return
+    for end, beside in ((known[0], 0), (known[-1], len(a) - 1)):
+        if end != beside:
+            ax.plot(a[end], values[end], "o", color=BLUE, markersize=3)
+            why = f"no zero of the zeta function:\ntoo few orbits up to $p = {p}$"
+            side = "left" if beside == 0 else "right"
+            ax.annotate(why, (a[end], values[end]), xytext=(6 if beside == 0 else -6, -4), va="top",
+                        textcoords="offset points", fontsize=7, color=BLUE, ha=side)  # fmt: skip
 
 
 def _changes(catalogue: Catalogue, chosen: Selection) -> Changes:

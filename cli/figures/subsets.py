@@ -1,10 +1,10 @@
 """Figures of the orbits of chosen subsets, and of levels of the quantum stadium beside them."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import typer
-from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
@@ -19,10 +19,13 @@ from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.plots import paths
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots import paths, sheet
+from orbitdb.plots.sheet import size_of
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, figure
 from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
+from orbitdb.quantum.spectrum import Peak
 from orbitdb.store.asking.selection import Selection
 
 _BINS = 120
@@ -30,40 +33,28 @@ _LENGTHS = (1.0, 12.0)
 _PLACES = 2000
 
 
-def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int) -> Figure:
-    """Draw one orbit of each class of a period, the first ones if there are more than the limit."""
-    if not chosen.periods:
-        raise InputError("name a period for the sheet, such as --p 5")
-    note_gaps(catalogue, chosen)
-    words = sorted(set(catalogue.select(chosen).representative.tolist()), key=lambda word: (len(word), word))
-    orbits = [found for word in words[:limit] if (found := catalogue.find(word, chosen.a)) is not None]
-    drawn = [(found, found.points) for found in orbits if found.points is not None]
+def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int, order: str = "p") -> Figure:
+    """Draw one orbit of each class of a subset, or the first ones in its order, as many as the limit."""
+    note_gaps(catalogue, chosen, order=order)
+    first: dict[str, None] = {}
+    for (word,) in catalogue.rows(chosen, ("representative",), order):
+        first[word] = None
+        if len(first) > limit:
+            break
+    orbits = [found for word in [*first][:limit] if (found := catalogue.find(word, chosen.a)) is not None]
+    drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise _nothing(catalogue, chosen)
-    if len(words) > limit:
-        note(f"{limit} of {len(words)} classes are drawn; --limit {len(words)} draws all")
-    wide, high = 2 * (chosen.a + 1) + 0.6, 3.1
-    columns = max(1, math.ceil(math.sqrt(0.8 * len(drawn) * high / wide)))
-    rows = math.ceil(len(drawn) / columns)
-    outline, unit = Stadium(chosen.a).outline(24), 0.26
-    title = f"Classes of {chosen.describe()}: least word (class size)"
-    with figure(max(4.0, columns * wide * unit), rows * high * unit + 0.6, title) as made:
-        ax = made.add_subplot()
-        walls, closed = [], []
-        for k, (found, points) in enumerate(drawn):
-            place = x, y = k % columns * wide, -(k // columns) * high
-            walls.append(outline + place)
-            closed.append(np.concatenate([points, points[:1]]) + place)
-            label = f"{short(found.code)} ({found.class_size})"
-            ax.annotate(label, (x, y - 1.12), ha="center", va="top", fontsize=7, color=INK)
-        ax.add_collection(LineCollection(walls, colors=INK, linewidths=0.7))
-        ax.add_collection(LineCollection(closed, colors=BLUE, linewidths=0.8, joinstyle="round"))
-        ax.plot(*np.concatenate([path[:-1] for path in closed]).T, "o", color=BLUE, markersize=1.6)
-        ax.set(
-            xlim=(-wide / 2, (columns - 0.5) * wide), ylim=(-(rows - 1) * high - 1.75, 1.25), aspect="equal"
-        )
-        ax.axis("off")
-        made.set_label(chosen.describe())
+    if len(first) > limit:
+        total = len(catalogue.choose(chosen).ids)
+        note(f"{limit} of {total} classes are drawn; --limit {total} draws all")
+    return sheet_of(drawn, f"Classes of {chosen.describe()}")
+
+
+def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
+    """Draw some orbits with coordinates at one a."""
+    with figure(*size_of(len(orbits), orbits[0].a), title) as made:
+        sheet.draw_sheet(made.add_subplot(), orbits)
     return made
 
 
@@ -130,13 +121,20 @@ def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
             beyond = max(found.complete, first)
             ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
         for peak in found.peaks(1):
-            ax.annotate(short(peak.code), (peak.length, side * peak.height), xytext=(0, 4 * side),
+            ax.annotate(_times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),
                         textcoords="offset points", fontsize=7, rotation=90, ha="center",
                         va="bottom" if side > 0 else "top")  # fmt: skip
         ax.axhline(0, color=INK, linewidth=0.6)
         ax.margins(x=0, y=0.25)
         ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
     return made
+
+
+def _times(peak: Peak) -> str:
+    """Say how often which orbit is gone round; of one parity it may be half of it."""
+    whole, half = divmod(peak.repetitions, 1)
+    times = f"{int(whole) or ''}{'½' if half else ''}"
+    return short(peak.code) if times == "1" else f"{times} × {short(peak.code)}"
 
 
 def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:

@@ -290,14 +290,15 @@ class Subset(ByValue):
         return WholePeriods(chosen, self.filled, classes, part=self.total is not None)
 
     def plot(
-        self, kind: Literal["phase space", "lengths"] = "phase space", ax: "Axes | None" = None
+        self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw the orbits with matplotlib: their bounces in phase space, or how many are no longer than L.
+        """Draw the orbits with matplotlib: bounces in phase space, how many are no longer than L, or a sheet.
 
         Parameters
         ----------
         kind : str, optional
-            The phase space needs the coordinates (``select(..., coordinates=True)``).
+            The phase space and a sheet, which draws each orbit by itself, need the coordinates
+            (``select(..., coordinates=True)``).
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
 
@@ -312,14 +313,19 @@ class Subset(ByValue):
         ModuleNotFoundError
             If matplotlib is not installed (extra ``plot``).
         """
-        if kind not in ("phase space", "lengths"):
-            raise ValueError(f"kind {kind!r}: draw the 'phase space' or the 'lengths'")
+        if kind not in ("phase space", "lengths", "sheet"):
+            raise ValueError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
         title, paths = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
         if kind == "lengths":
             return paths.draw_titled(paths.draw_staircase, (orbits.length, np.ones(len(orbits))), title, ax)
+        if kind == "sheet":
+            if orbits.coordinates is None:
+                raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
+            sheet = load("orbitdb.plots.sheet", "plot()", "plot")
+            return paths.draw_titled(sheet.draw_sheet, (list(orbits),), title, ax)
         periods = [
             (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
         ]

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
 
@@ -25,6 +24,8 @@ Period = tuple[NDArray[np.uint8], Floats, Floats]
 MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
+_SMALL = 2.2
+"""Axes narrower than this, in inches, show the path and small numbers alone, as in a grid of many orbits."""
 _AWAY, _BESIDE = 12, 0.3
 """How far numbers of bounces stand from a wall, in points, and the axes go beyond it, in inches."""
 _CONTINUED = "walls and circles, continued"
@@ -46,18 +47,21 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
     colour : str, optional
         Of the path.
     """
-    _draw_stadium(ax, stadium)
+    small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
+    away, size = (_AWAY / 2, 5) if small else (_AWAY, 9)
+    _draw_stadium(ax, stadium, small)
     closed = np.concatenate([points, points[:1]])
     many = len(points) > _MOST_MARKED
-    ax.plot(*closed.T, color=colour, linewidth=0.6 if many else 1.3, zorder=3)
+    ax.plot(*closed.T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
     if not many:
-        ax.plot(*points.T, "o", color=colour, markersize=4, zorder=4)
-    _draw_arrows(ax, points, colour)
+        ax.plot(*points.T, "o", color=colour, markersize=2 if small else 4, zorder=4)
+    if not small:
+        _draw_arrows(ax, points, colour)
     if len(points) <= MOST_NUMBERED:
         for place, (right, up), text in number_labels(stadium, points):
-            halo = [withStroke(linewidth=3, foreground="white")]
-            ax.annotate(text, place, (_AWAY * right, _AWAY * up), textcoords="offset points", ha="center",
-                        va="center", fontsize=9, color=INK, path_effects=halo, zorder=5)  # fmt: skip
+            ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
+            ax.annotate(text, place, (away * right, away * up), textcoords="offset points", ha="center",
+                        va="center", fontsize=size, color=INK, bbox=ground, zorder=5)  # fmt: skip
 
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
@@ -72,9 +76,17 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
         )
 
 
-def _draw_stadium(ax: Axes, stadium: Stadium) -> None:
-    """Draw the stadium, faintly its continued walls and circles, and ticks at the ends of its walls."""
+def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
+    """Draw the stadium, faintly its continued walls and circles, and ticks at the ends of its walls.
+
+    If the axes are small, only the stadium.
+    """
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
+    if small:
+        ax.plot(*stadium.outline().T, color=INK, linewidth=1, zorder=2)
+        ax.set(xlim=(-a - 1.5, a + 1.5), ylim=(-1.6, 1.6), aspect="equal" if a < 20 else "auto")
+        ax.axis("off")
+        return
     across, up = _room(ax, a, equal := a < 20)
     for centre in (-a, a):
         ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
@@ -193,5 +205,7 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
         axes = ax or figure.subplots()
         draw(axes, *what)
         room = axes.get_window_extent().width / axes.figure.dpi
-        axes.set_title(wrapped(title, room), pad=20 if draw is draw_phase_space else None)
+        shown = axes.set_title(wrapped(title, room), pad=20 if draw is draw_phase_space else None)
+        if room < _SMALL:
+            shown.set_fontsize(7)
     return axes

@@ -79,12 +79,25 @@ def plain(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
 
 
-def save(made: Figure, path: Path, ending: str, description: str) -> None:
+def adjust(made: Figure, inches: tuple[float, float] | None, title: str | None) -> None:
+    """Give a figure another size, and a title in place of its own."""
+    if inches is not None:
+        made.set_size_inches(*inches)
+    if title is not None:
+        lines = wrapped(title, made.get_figwidth())
+        with look():
+            if made.get_suptitle() or not made.axes or not made.axes[0].get_title():
+                made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
+            else:
+                made.axes[0].set_title(lines)
+
+
+def save(made: Figure, path: Path, ending: str, description: str, dpi: int = 200) -> None:
     """Write a figure with a description of what it shows; the same figure gives the same bytes."""
-    path.write_bytes(as_bytes(made, ending, description))
+    path.write_bytes(as_bytes(made, ending, description, dpi))
 
 
-def as_bytes(made: Figure, ending: str, description: str) -> bytes:
+def as_bytes(made: Figure, ending: str, description: str, dpi: int = 200) -> bytes:
     """Return what a file with a figure holds (`save`)."""
     notes = {
         "png": {"Description": description},
@@ -93,5 +106,5 @@ def as_bytes(made: Figure, ending: str, description: str) -> bytes:
     }
     drawn = BytesIO()  # not the file: where that is full, matplotlib fails in ways of its own
     with look():
-        made.savefig(drawn, format=ending, dpi=200, metadata=notes[ending])
+        made.savefig(drawn, format=ending, dpi=dpi, metadata=notes[ending])
     return drawn.getvalue()

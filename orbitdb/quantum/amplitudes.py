@@ -89,12 +89,15 @@ class Terms(NamedTuple):
         Which of the classes a term is of; -1 for none.
     repetitions : ndarray of int64, shape (N,)
         How often the orbit, or half of it, is gone round.
+    parts : ndarray of int64, shape (N,)
+        1, or 2 for half an orbit.
     """
 
     length: Floats
     amplitude: Complexes
     orbit: Integers
     repetitions: Integers
+    parts: Integers
 
     def rows(self, here: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
         """Return some of the terms."""
@@ -153,7 +156,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     cosh = (negative[orbit] & (r % 2 == 1)) ^ other_side
     root = np.where(cosh, 2 * np.cosh(half), 2 * np.sinh(half))
     size = weight[orbit] * length[orbit] / (math.pi * root) * np.where(other_side, y, 1)
-    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r)
+    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r, parts[orbit])
 
 
 def _spatial(of: Classes) -> tuple[Integers, Integers]:

@@ -127,9 +127,8 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
     length = np.array([each for each, _ in balls], np.float64)
     waves = np.array([wave[0] for _, wave in balls], np.complex128)
     once = 4 if parity is None else 2
-    return Terms(
-        length, waves * np.exp(-1j * middle * length), np.full(len(balls), -1), length.astype(int) // once
-    )
+    amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once
+    return Terms(length, amplitude, np.full(len(balls), -1), times, np.full(len(balls), 4 // once))
 
 
 def counted(terms: Terms, k: Floats) -> Floats:

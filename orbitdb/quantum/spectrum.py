@@ -39,8 +39,8 @@ class Peak(NamedTuple):
         |F| there: of the levels, or of the orbits where there are none.
     code : str
         Representative of the class; ``02`` is the bouncing-ball family.
-    repetitions : int
-        How often the orbit, or half of it in one parity, is gone round.
+    repetitions : float
+        How often the orbit is gone round; a half stands for half the orbit, as counts in one parity.
     total : float
         The length of that.
     strength : float
@@ -50,7 +50,7 @@ class Peak(NamedTuple):
     length: float
     height: float
     code: str
-    repetitions: int
+    repetitions: float
     total: float
     strength: float
 
@@ -133,7 +133,8 @@ class Spectrum(ByValue):
             strength = np.abs(peak_of_each(near, x, self.k_max)[0])
             for n in np.argsort(-strength)[:most].tolist():
                 code = _FAMILY if near.orbit[n] < 0 else str(self.codes[near.orbit[n]])
-                of_term = int(near.repetitions[n]), float(near.length[n]), float(strength[n])
+                times, half = divmod(int(near.repetitions[n]), int(near.parts[n]))
+                of_term = times + half / 2 if half else times, float(near.length[n]), float(strength[n])
                 yield Peak(float(x[0]), float(height[top]), code, *of_term)
 
 

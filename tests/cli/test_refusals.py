@@ -51,7 +51,12 @@ plot orbit --code 13 --p 3 -o x.svg | 2 | --p | plot orbit
 plot reverse --code 13 --limit 3 -o x.svg | 2 | --limit | plot reverse
 plot entropy --code 13 -o x.svg | 2 | --code | plot entropy
 plot births 13 -o x.svg | 2 | WORD | plot births
-plot sheet 13 --code 3 -o x.svg | 2 | WORD, --code | plot sheet
+plot sheet 13 --code 3 -o x.svg | 2 | WORD or --code | plot sheet
+plot sheet 13 --p 3 -o x.svg | 2 | --p | with words
+plot orbit 13 --size 5 -o x.svg | 2 | --size | 6.4x4.8
+plot orbit 13 --size 0x5 -o x.svg | 2 | --size | inches
+plot orbit 13 --a 1:2:3 -o x.svg | 2 | --over-a
+plot lengths --order length -o x.svg | 2 | --order | plot lengths
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
 browse --code 19 | 2 | symbol '9' at place 2
@@ -86,7 +91,6 @@ plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned
 plot life 0011 -o x.svg | 2 | 0011 has no life
 plot life 13 113 -o x.svg | 2 | name one orbit to draw: plot life
-plot sheet -o x.svg | 2 | --p
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7

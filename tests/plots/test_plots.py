@@ -107,7 +107,7 @@ def test_orbits_and_subsets_draw_themselves_into_axes(varied):
     with pytest.raises(ValueError, match="coordinates=True"):
         Catalogue(varied).select(p=3).plot()
     kind: Any = "circle"
-    with pytest.raises(ValueError, match="'phase space' or the 'lengths'"):
+    with pytest.raises(ValueError, match="'phase space', the 'lengths' or a 'sheet'"):
         subset.plot(kind)
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")

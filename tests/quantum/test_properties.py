@@ -173,7 +173,8 @@ def test_bouncing_balls_as_terms_are_as_strong_in_the_middle_of_the_window(a, pa
 def terms():
     rng = np.random.default_rng(5)
     amplitude = rng.uniform(0.5, 3, 40) * np.exp(1j * rng.uniform(0, 6, 40))
-    return Terms(rng.uniform(2, 12, 40), amplitude, rng.integers(-1, 9, 40), rng.integers(1, 4, 40))
+    return Terms(rng.uniform(2, 12, 40), amplitude, rng.integers(-1, 9, 40), rng.integers(1, 4, 40),
+                 rng.integers(1, 3, 40))  # fmt: skip
 
 
 def test_terms_count_levels_by_the_integral_of_their_density(terms):
@@ -202,7 +203,9 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
         alone = {j: abs(peak_of_each(terms.rows(np.array([j])), x[n : n + 1], 30.0)[0, 0]) for j in near}
         for j in sorted(near, key=lambda j: -alone[j])[:2]:
             code = "02" if terms.orbit[j] < 0 else str(terms.orbit[j])
-            expected.append((x[n], height[n], code, terms.repetitions[j], terms.length[j], alone[j]))
+            expected.append(
+                (x[n], height[n], code, terms.repetitions[j] / terms.parts[j], terms.length[j], alone[j])
+            )
     peaks = list(found.peaks(2))
     assert len(peaks) == len(expected) > 5
     for peak, row in zip(peaks, expected, strict=True):

@@ -1,7 +1,7 @@
 """``orbitdb plot``: figures as PNG, SVG or PDF."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, primitive
+from orbitdb.cli.arguments import given_codes, lengths, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.progress import progress
@@ -18,7 +18,8 @@ from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.numerals import exact
+from orbitdb.numerals import exact, real
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,6 +31,7 @@ EXAMPLES = (
     "plot orbit 1232131 --a 1.2 -o orbit.pdf",
     "plot entropy --p 2-11 -o entropy.svg",
     "plot life 010203113 -o life.svg",
+    "plot sheet --order length --limit 20 -o shortest.pdf",
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
 AFTERWORD = """
@@ -40,7 +42,7 @@ Figures:
   life        WORD at its birth, its length and its lambda for every a
   entropy     by period (Fig. 5); with --over-a the proved bounds for every a
   lyapunov    by period (Fig. 6)
-  sheet       all classes of a period
+  sheet       the classes of a subset, or words (- reads stdin), each by itself
   phase-space the bounces in phase space
   lengths     how many orbits are no longer than L, and their density
   births      how many words are orbits at each a (run 'orbitdb births' first)
@@ -52,6 +54,10 @@ Kind = Literal[
     "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
     "spectrum", "staircase",
 ]  # fmt: skip
+_LEAST, _MOST = 1.0, 100.0
+"""Inches that a figure may be wide or high."""
+
+_OF_WORD = ("words", "code", "a")
 _OF_WORDS = ("orbit", "reverse", "life")
 _OF_CLASSES = ("entropy", "lyapunov", "lengths")
 """Figures of averages, and of the lengths that they are made of."""
@@ -79,12 +85,29 @@ def plot(
         ),
     ],
     code: options.Codes = None,
-    a: options.StoredHalfLength = None,
+    a: Annotated[
+        str | None,
+        typer.Option(
+            "--a",
+            metavar="NUMBER",
+            help="Half length of a straight wall [default: the only one stored, else 1.6]; with --over-a "
+            "a grid FROM:TO:COUNT, too.",
+            autocompletion=options.offered_half_lengths,
+        ),
+    ] = None,
     choice: Choice,
+    order: options.Order = "p",
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
+    size: Annotated[
+        str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
+    ] = None,
+    dpi: Annotated[
+        int, options.count_option("--dpi", least=10, most=2000, help="Dots per inch of a png.")
+    ] = 200,
+    title: Annotated[str | None, typer.Option("--title", help="A title of your own.")] = None,
     form: Annotated[
         str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
     ] = None,
@@ -93,7 +116,7 @@ def plot(
 ) -> None:
     """Draw an orbit, or a figure of the chosen subset, into a file.
 
-    orbit, reverse and life draw the orbit of one WORD; the others draw a subset.
+    orbit, reverse and life draw the orbit of one WORD, a sheet draws several; the others draw a subset.
     """
     from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
 
@@ -105,13 +128,19 @@ def plot(
     ending = form_of(output, form, FIGURES)
     if over_a and kind != "entropy":
         raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
-    takes = ("p", "over_a") if over_a else _TAKES.get(kind)
+    values = () if a is None else lengths(a)
+    if len(values) > 1 and not over_a:
+        raise InputError(f"--a {a}: plot {kind} draws one a; a grid goes with --over-a")
+    at, inches = values[0] if len(values) == 1 else None, _size(size)
+    takes = ("p", "over_a", "a") if over_a else _TAKES.get(kind)
     if takes is not None:
         asked = "with --over-a" if over_a else f"in plot {kind}"
-        options.takes_only(context, asked, "kind", "output", *takes)
+        options.takes_only(context, asked, "kind", "output", "size", "dpi", "title", *takes)
     else:
-        idle = ("words", "code") if kind == "sheet" else ("words", "code", "limit")
-        options.refuse_idle(context, f"in plot {kind}", *idle)
+        if kind != "sheet":
+            options.refuse_idle(context, f"in plot {kind}", "words", "code", "limit", "order")
+        elif words or code:
+            options.takes_only(context, "with words", "kind", "output", "size", "dpi", "title", *_OF_WORD)
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # not before: matplotlib takes its time
@@ -119,36 +148,74 @@ def plot(
     if kind in _OF_WORDS:
         if kind == "life":
             options.refuse_idle(context, f"in plot {kind}", "db")
-        made = _of_word(kind, list(given_codes(words, code)), a, db)
+        made = _of_word(kind, list(given_codes(words, code)), at, db)
+    elif words or code:
+        if words and code:
+            raise InputError("plot sheet: give WORD or --code, not both")
+        made = _sheet_of_words(list(given_codes(words, code)), at, db)
     else:
         with progress("drawing"):
-            made = _of_subset("over a" if over_a else kind, choice, a, limit, db)
+            made = _of_subset("over a" if over_a else kind, choice, values, (limit, order), db)
+    style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
-        sys.stdout.buffer.write(style.as_bytes(made, ending, said))
+        sys.stdout.buffer.write(style.as_bytes(made, ending, said, dpi))
         return
     with progress("drawing"), complete(output) as draft:
-        style.save(made, draft, ending, said)
+        style.save(made, draft, ending, said, dpi)
     note(f"{said}, in {output}")
 
 
-def _of_subset(kind: str, choice: Choice, a: float | None, limit: int, db: Path) -> "Figure":
-    """Draw a figure from the catalogue."""
+def _size(text: str | None) -> tuple[float, float] | None:
+    """Return the width and height that --size gives, or refuse what is no size."""
+    if text is None:
+        return None
+    try:
+        width, height = (real(each) for each in text.split("x"))
+    except ValueError:
+        width = height = 0.0
+    if not (_LEAST <= width <= _MOST and _LEAST <= height <= _MOST):
+        within = f"{_LEAST:g} to {_MOST:g} inches"
+        raise InputError(f"--size {text!r:.40}: give a width and a height of {within}, such as 6.4x4.8")
+    return width, height
+
+
+def _of_subset(
+    kind: str, choice: Choice, values: Sequence[float], shown: tuple[int, str], db: Path
+) -> "Figure":
+    """Draw a figure from the catalogue; of a sheet the limit and the order are given."""
     from orbitdb.cli.figures import averages, over_a, subsets
 
     draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
         "entropy": averages.draw_entropy,
-        "over a": over_a.draw_over_a,
+        "over a": partial(over_a.draw_over_a, grid=values),
         "lyapunov": averages.draw_lyapunov,
-        "sheet": partial(subsets.draw_sheet, limit=limit),
+        "sheet": partial(subsets.draw_sheet, limit=shown[0], order=shown[1]),
         "phase-space": subsets.draw_phase_space,
         "lengths": subsets.draw_lengths,
         "births": over_a.draw_births,
         "spectrum": subsets.draw_length_spectrum,
         "staircase": subsets.draw_levels,
     }
+    a = values[0] if values else None
     with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
         return draw[kind](catalogue, chosen)
+
+
+def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":
+    """Draw the orbits of some words, stored or solved on the spot; say which have none."""
+    from orbitdb.cli.figures.subsets import sheet_of
+    from orbitdb.store.reading.lookup import find_or_solve
+
+    (at,), known = meant(db, a), known_catalogue(db)
+    orbits = [find_or_solve(known, primitive(code), at) for code in codes]
+    for found in orbits:
+        if found.points is None:
+            note(f"{code_text(found.code)} is left out: {found.status.sentence}")
+    drawn = [found for found in orbits if found.points is not None]
+    if not drawn:
+        raise InputError("none of these words is an orbit that can be drawn")
+    return sheet_of(drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
 
 
 def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":

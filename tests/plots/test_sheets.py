@@ -1,0 +1,97 @@
+"""Pictures of what was chosen: sheets in any order and of words, any size, grids of small drawings."""
+
+import io
+import sys
+
+import matplotlib
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from there import there
+
+from orbitdb import Catalogue
+from orbitdb.cli.figures.subsets import _times
+from orbitdb.quantum.spectrum import Peak
+
+matplotlib.use("agg")
+
+
+def labels(figure):
+    """Return the codes under the drawings of a sheet, in their order."""
+    return [text.get_text().split("\n")[0] for text in figure.axes[0].texts]
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Catch the figures that a command writes."""
+    from orbitdb.plots import style
+
+    made, save = [], style.save
+
+    def catch(figure, *rest):
+        made.append(figure)
+        save(figure, *rest)
+
+    monkeypatch.setattr(style, "save", catch)
+    return made
+
+
+def test_a_sheet_is_in_the_order_asked_for_and_has_a_drawing_a_class(cli, filled, drawn, tmp_path):
+    asked = ("plot", "sheet", "--order", "length", "--limit", "5", "-o", str(tmp_path / "s.svg"))
+    found = cli(*asked, "--db", str(filled))
+    classes = dict.fromkeys(Catalogue(filled).select(status="orbit", order="length").representative.tolist())
+    assert labels(drawn[0]) == list(classes)[:5]
+    assert found.err.startswith(f"5 of {len(classes)} classes are drawn; --limit {len(classes)} draws all\n")
+
+
+def test_words_from_stdin_are_drawn_as_they_come(cli, filled, drawn, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "stdin", io.StringIO("310\n1232131\n001\n"))
+    found = cli("plot", "sheet", "-", "-o", str(tmp_path / "s.png"), "--db", str(filled))
+    assert found.code == 0
+    assert labels(drawn[0]) == ["310", "1232131"]
+    assert "001 is left out: geometrically pruned" in found.err
+
+
+def test_a_figure_has_the_size_the_dots_and_the_title_that_were_asked_for(cli, filled, drawn, tmp_path):
+    path = tmp_path / "f.png"
+    asked = ("--size", "5x4", "--dpi", "50", "--title", "Mine", "--p", "3", "-o", str(path))
+    for kind in ("sheet", "phase-space"):
+        assert cli("plot", kind, *asked, "--force", "--db", str(filled)).code == 0
+        with Image.open(path) as image:
+            assert image.size == (250, 200)
+        assert drawn[-1].get_suptitle() == "Mine"
+    assert cli("plot", "orbit", "13", *asked[:6], "-o", str(path), "--force", "--db", str(filled)).code == 0
+    assert drawn[-1].axes[0].get_title() == "Mine"
+
+
+def test_a_subset_draws_its_sheet(filled):
+    chosen = Catalogue(filled).select(p="2-3", status="orbit", coordinates=True)
+    assert labels(chosen.plot("sheet").figure) == chosen.codes.tolist()
+    with pytest.raises(ValueError, match="coordinates=True"):
+        Catalogue(filled).select(p="2-3").plot("sheet")
+
+
+def test_a_grid_of_orbits_does_not_overlap(filled):
+    """Neither titles, numbers nor labels reach into the drawing beside."""
+    figure = Figure(figsize=(8, 8))
+    chosen = Catalogue(filled).select(p="2-5", status="orbit", coordinates=True)[:20]
+    axes = [orbit.plot(ax=ax) for orbit, ax in zip(chosen, figure.subplots(5, 4).flat, strict=True)]
+    figure.canvas.draw()
+    boxes = [there(ax.get_tightbbox()) for ax in axes]
+    for n, one in enumerate(boxes):
+        assert not any(one.overlaps(other) for other in boxes[:n])
+
+
+@pytest.mark.parametrize(("times", "told"), [(1, "13"), (2, "2 × 13"), (0.5, "½ × 13"), (1.5, "1½ × 13")])
+def test_half_orbits_are_written_as_halves(times, told):
+    assert _times(Peak(1.0, 1.0, "13", times, 1.0, 1.0)) == told
+
+
+def test_half_orbits_are_half_as_long_in_the_peaks_of_one_parity(filled):
+    catalogue = Catalogue(filled)
+    peaks = list(catalogue.spectrum((4, 8), k_max=16, parity="oo").peaks(3))
+    halves = [peak for peak in peaks if peak.repetitions % 1]
+    assert halves
+    for peak in peaks:
+        whole = 4.0 if peak.code == "02" else there(catalogue[peak.code].length)
+        assert peak.total == pytest.approx(peak.repetitions * whole)
