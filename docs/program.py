@@ -1,10 +1,15 @@
-"""What the pages take from the program when they are built: its commands, columns, checks and public names.
+"""What the pages take from the program: its commands, columns, checks and keys, and its public names.
 
-A page has a line such as ``<!-- here: commands -->``; `fill_in` puts the text there.
+    python docs/program.py            tells which pages differ from the program
+    python docs/program.py --write    writes the tables anew into the pages
+
+A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. The public names alone are
+put in their place when Sphinx builds the page (`fill_in`).
 """
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from enum import Enum
 from functools import partial
@@ -12,12 +17,18 @@ from typing import Any
 
 from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
-_HERE = re.compile(r"^<!-- here: (\w+) -->$", re.MULTILINE)
+_NAMES = "<!-- here: names -->"
+_WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Put the text in the place of every mark of a page, as Sphinx reads it."""
-    source[0] = _HERE.sub(lambda mark: _TEXTS[mark[1]](), source[0])
+    """Put the public names in the place of their mark, as Sphinx reads a page."""
+    source[0] = source[0].replace(_NAMES, names())
+
+
+def renewed(text: str) -> str:
+    """Return a page with what the program says of itself now."""
+    return _WRITTEN.sub(lambda mark: f"<!-- here: {mark[1]} -->\n\n{_TEXTS[mark[1]]()}\n\n<!-- end -->", text)
 
 
 def commands() -> str:
@@ -107,7 +118,7 @@ def _epilog(text: str) -> Iterator[str]:
     parts = [part for part in inspect.cleandoc(text).split("\n\n") if not re.fullmatch("Examples?:", part)]
     lines = [part.strip() for part in parts if part.startswith("  ")]
     if lines:
-        yield "```console\n" + "\n".join(f"$ {line}" for line in lines) + "\n```"
+        yield "<!-- not run: examples of the help -->\n```console\n" + "\n".join(lines) + "\n```"
     for part in parts:
         if part.startswith("\b"):
             yield "\nThe columns are those of the page [Columns](columns.md).\n"
@@ -185,8 +196,24 @@ _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
-    "names": names,
     "checks": checks,
     "keys": keys,
     **{f"columns_of_{of}": partial(columns, group) for of, group in GROUPS},
 }
+
+
+def main() -> int:
+    """Compare the tables of all pages with the program, or write them; return 1 if some differ."""
+    from pages import PAGES
+
+    differing = [page for page in PAGES if renewed(text := page.read_text(encoding="utf-8")) != text]
+    if "--write" in sys.argv[1:]:
+        for page in differing:
+            page.write_text(renewed(page.read_text(encoding="utf-8")), encoding="utf-8")
+        return 0
+    print(*(f"{page.name} differs from the program" for page in differing), sep="\n")
+    return int(bool(differing))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

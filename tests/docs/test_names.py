@@ -156,3 +156,10 @@ def test_every_page_is_in_the_table_of_contents():
     trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)
     listed = {line for tree in trees for line in tree.split() if not line.startswith(":")}
     assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
+
+
+@pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
+def test_the_tables_of_a_page_say_what_the_program_does(page):
+    """`python docs/program.py --write` writes them."""
+    text = page.read_text(encoding="utf-8")
+    assert program.renewed(text) == text
