@@ -12,7 +12,7 @@ from typing import Any, TextIO
 from orbitdb.cli.advice import completed
 from orbitdb.cli.progress import aside
 from orbitdb.export import json_object, write_csv, write_jsonl
-from orbitdb.numerals import as_sure, exact, outward, upwards
+from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
 
@@ -74,7 +74,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return exact(value) if name == "a" else f"{value:z.{decimals}f}"
+        return f"{value:g}" if name == "a" else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))

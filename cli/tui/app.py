@@ -68,6 +68,7 @@ class BrowseApp(OrderlyApp):
         self.title = printable(f"orbitdb {path.name}")
         self._catalogue = _opened(path)
         self._selection, self._code = selection, code
+        self.exports: set[Path] = set()  # files that are being written
         self._shown_at = 0.0
 
     def get_default_screen(self) -> Screen[None]:
@@ -182,11 +183,13 @@ class BrowseApp(OrderlyApp):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
-        """Leave; ask first if a fill runs."""
-        if not self.fills:
+        """Leave; ask first if a fill runs or an export is being written."""
+        if not (self.fills or self.exports):
             self.exit()
             return
         question = "A fill is running. What is stored is kept, and you can resume it later."
+        if not self.fills:
+            question = "An export is being written. If you quit now, there will be no file."
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 

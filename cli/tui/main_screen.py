@@ -281,10 +281,19 @@ class MainScreen(Keeping):
 
         def take(name: str) -> None:
             shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
+            path = path_of(name).absolute()
+            if path in self.browser.exports:
+                self.failed(f"{path} is still being written: wait for it, or name another file")
+                return
+            self.browser.exports.add(path)
+            self.notify(f"writing {path} ...")
 
             def write(_: object) -> str:
-                self.browser.take_in_hand()
-                return export(path_of(name), *shown, lambda: self.browser.leaving)
+                try:
+                    self.browser.take_in_hand()
+                    return export(path_of(name), *shown, lambda: self.browser.leaving)
+                finally:
+                    self.browser.exports.discard(path)
 
             self.in_thread(f"export {name}", write, self.notify)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from contents import made
-from screens import LARGE, SMALL, browsing, press, screen_lines, send, shown, table_of, until
+from screens import LARGE, SMALL, browsing, press, screen_lines, send, shown, table_of, until, write
 from solutions import entropy, lyapunov
 from textual.widgets import Input
 from there import there
@@ -172,6 +172,28 @@ def test_every_kind_of_export(filled, tmp_path, name):
     for other, told_to in (("x.svg", catalogue), ("x.csv", None)):
         with pytest.raises(InputError):
             export(tmp_path / other, told_to, Selection(), Ordering(), None)
+
+
+async def test_a_file_that_is_being_written_is_not_written_twice_and_quitting_asks(filled, tmp_path):
+    path = tmp_path / "rows.csv"
+    async with browsing(filled, notifications=True) as (app, pilot):
+        app.exports.add(path)
+        await press(pilot, "e")
+        await write(pilot, str(path), "enter")
+        assert f"{path} is still being written" in [note.message for note in app._notifications][-1]
+        assert not path.exists()
+        await press(pilot, "q")
+        assert isinstance(app.screen, QuestionDialog)
+        assert "An export is being written" in shown(app)
+        await press(pilot, "escape")
+        app.exports.clear()
+        await press(pilot, "e")
+        await write(pilot, str(path), "enter")
+        begun, done = [note.message for note in app._notifications][-2:]
+        assert begun == f"writing {path} ..."
+        assert done.endswith(f"rows written to {path}")
+        assert path.exists()
+        assert not app.exports
 
 
 @pytest.mark.slow
