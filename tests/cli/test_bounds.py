@@ -81,7 +81,9 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
     assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
     assert ("balls prove" in found.err) == bool(jobs)
     assert cli(*asked, "--width", str(max(each.upper - each.lower for each in curve))).code == 0
-    assert cli(*asked, "--width", "0.1").err.endswith("at 2 of 3 a: " + WHY)
+    missed = cli(*asked, "--width", "0.1")
+    assert missed.err.endswith("at 2 of 3 a: " + WHY)
+    assert missed.code == 1
     assert [row["window"] for row in json.loads(cli(*asked, "--time", "1e-9", "--json").out)] == [2, 2, 2]
 
 

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from contents import alter, ask
 from made_levels import keep_made_levels
+from there import there
 
-from orbitdb import Stadium
+from orbitdb import Catalogue, InputError, Stadium
 from orbitdb.cli.commands.average.spectrum import read_file
 from orbitdb.quantum.amplitudes import Parity, weyl
 
@@ -149,3 +150,20 @@ def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parit
     path.write_text("\n".join([" ", "parity, k", *map("{}, {}".format, of, k)]), encoding="utf-8")
     wanted = [each for each, one in zip(k, of, strict=True) if parity in (None, one)]
     assert read_file(path, False, parity) == wanted
+
+
+def test_levels_of_all_parities_end_where_those_of_one_end(filled):
+    """Those of `ee` end at 5, those of the others at 9: beyond 5 nobody knows how many are missing."""
+    stored = keep_made_levels(filled)
+    for table in ("level", "level_fill"):
+        start = "k" if table == "level" else "low"
+        alter(filled, f"DELETE FROM {table} WHERE parity = 'ee' AND {start} >= 5")
+    catalogue = Catalogue(filled, a=1.6)
+    assert catalogue.spectrum((3, 5), points=5).k_max == 5
+    assert catalogue.spectrum((3, 5), points=5, parity="oo").k_max == 9
+    given = sorted(k for of in stored.values() for k in of if k < 5)
+    expected = catalogue.spectrum((3, 5), points=5, levels=given, k_max=given[-1]).quantum
+    found = catalogue.spectrum((3, 5), points=5, k_max=given[-1]).quantum
+    np.testing.assert_allclose(there(found), there(expected), atol=1e-12)
+    with pytest.raises(InputError, match="the levels end at k = 5"):
+        catalogue.spectrum((3, 5), points=5, k_max=6)

@@ -57,6 +57,14 @@ def test_a_level_close_to_an_end_stays_on_its_side(off):
     assert _number(k * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
 
 
+def test_the_stated_error_is_twice_the_distance_of_two_grids_and_rounding():
+    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
+    found, (_, fine), (_, coarse) = task.solved(), task.on_grid(16, 3), task.on_grid(14, 2)
+    assert found.k == pytest.approx(fine, rel=1e-14)
+    assert (found.error >= 2 * np.abs(fine - coarse) + 1.9e-12 * fine).all()
+    assert (found.error <= 2 * np.abs(fine - coarse) + 3e-12 * fine).all()
+
+
 @pytest.mark.slow
 def test_a_window_from_a_level_to_a_level_is_solved():
     task = LevelTask(1.6, Parity.OE, 2.0265300566195372, 2.4751285339189684)
