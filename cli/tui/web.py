@@ -219,7 +219,7 @@ class Session(AppService):
 
 
 def _is_size(width: object, height: object) -> bool:
-    """Tell whether a terminal can have so many columns and rows."""
+    """Tell whether a terminal can have this size."""
     return all(
         type(each) is int and 1 <= each <= most for each, most in zip((width, height), _LARGEST, strict=True)
     )

@@ -103,7 +103,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 
 
 def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
-    """Yield the periods among some of which a fill has stored rows; single words need no row of `fill`."""
+    """Yield each period in which a fill stored rows; words stored one by one need no row of `fill`."""
     asked = parameters_of(connection)
     for p in periods:
         runs = [number for number, by in asked.items() if p in by.get("periods", ())]
