@@ -15,7 +15,7 @@ from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import Moment
 
 _AROUND = " \t\r\n\ufeff"
 """What may stand around a code; Windows begins files with a mark of the order of bytes."""
@@ -71,9 +71,9 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
     return tuple(dict.fromkeys(a for text in asked for a in lengths(text)))
 
 
-def stored(catalogue: "Catalogue") -> tuple[float, ...]:
-    """Return every a of which the catalogue has orbits, or sums of them; if there is none, the usual one."""
-    return tuple(catalogue.stadiums()) or (USUAL_A,)
+def stored(moment: "Moment") -> tuple[float, ...]:
+    """Return every a of which a catalogue has orbits, or sums of them; if there is none, the usual one."""
+    return tuple(moment.a_values(orbits=True)) or (USUAL_A,)
 
 
 _MOST_VALUES = 1000

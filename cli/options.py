@@ -56,13 +56,13 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
+    from orbitdb.store.reading.moment import reading
 
     try:
-        with Catalogue(context.params.get("db")) as catalogue:
-            return [*map(exact, catalogue.a_values())]
+        with reading(context.params.get("db")) as moment:
+            return [*map(exact, moment.a_values())]
     except (InputError, StoreError):
         return []
 

@@ -20,9 +20,9 @@ from orbitdb.numerals import exact
 from orbitdb.store.file.database import check_file, default_path
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.chosen import Chosen
+    from orbitdb.store.reading.moment import Moment
 
 KEYS = (
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -60,17 +60,17 @@ def asked_columns(
 @contextmanager
 def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
-) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
+) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
     """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import reading as opened
 
     values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
-    with Catalogue(db, values[0] if values else None) as opened, opened.at_one_moment() as catalogue:
+    with opened(db) as moment:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(catalogue) if asked else (_told(catalogue.a, catalogue.path),)
-        yield catalogue, tuple(replace(chosen, a=a) for a in values)
+            values = arguments.stored(moment) if asked else (_told(moment.a_meant(), db),)
+        yield moment, tuple(replace(chosen, a=a) for a in values)
 
 
 def _note_rotations(chosen: "Selection") -> None:
@@ -109,10 +109,10 @@ def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     if values is not None:
         return values
     if asked:
-        from orbitdb.catalogue.catalogue import Catalogue
+        from orbitdb.store.reading.moment import reading as opened
 
-        with Catalogue(db) as catalogue:
-            return arguments.stored(catalogue)
+        with opened(db) as moment:
+            return arguments.stored(moment)
     return (USUAL_A,) if check_file(db) is None else (_told(a_meant(db), db),)
 
 
@@ -123,32 +123,30 @@ def _told(a: float, path: Path) -> float:
     return a
 
 
-def note_gaps(
-    catalogue: "Catalogue", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p"
-) -> None:
+def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
     """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
-    from orbitdb.catalogue.gaps import gaps
+    from orbitdb.answers.gaps import gaps
 
     for chosen in stadiums:
-        for told in gaps(catalogue, chosen, names=names, order=order):
+        for told in gaps(moment, chosen, names=names, order=order):
             note(told)
 
 
-def note_nothing(catalogue: "Catalogue", *stadiums: "Selection", more: str = "") -> None:
+def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
     """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
-    from orbitdb.catalogue.gaps import nothing
+    from orbitdb.answers.gaps import nothing
 
     for chosen in stadiums:
-        for told in nothing(catalogue, chosen):
+        for told in nothing(moment, chosen):
             note(f"{told}{more}")
 
 
-def note_complete(catalogue: "Catalogue", stadiums: "Sequence[Selection]") -> None:
+def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     """Say at each a up to which length a list of orbits is complete."""
-    from orbitdb.catalogue.gaps import complete_length, describe_complete
+    from orbitdb.answers.gaps import complete_length, describe_complete
 
     for chosen in stadiums:
-        told = describe_complete(complete_length(catalogue.fills(chosen.a), chosen))
+        told = describe_complete(complete_length(moment.fills(chosen.a), chosen))
         note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
 
 
@@ -159,7 +157,7 @@ _falling: Callable[[Any], Any] = cmp_to_key(
 
 
 def in_order(
-    catalogue: "Catalogue",
+    moment: "Moment",
     subsets: "Sequence[Chosen]",
     names: tuple[str, ...],
     order: str,
@@ -175,7 +173,7 @@ def in_order(
     end = None if limit is None else limit + offset
 
     def rows(chosen: "Chosen", names: tuple[str, ...], first: int) -> Iterator[Row]:
-        return (row for block in catalogue.blocks(chosen, names, first, end) for row in block.rows())
+        return (row for block in moment.blocks(chosen, names, first, end) for row in block.rows())
 
     if len(subsets) == 1:
         return rows(subsets[0], names, offset)
@@ -199,15 +197,17 @@ def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
     return stadiums[0].describe([chosen.a for chosen in stadiums], total)
 
 
-def provenance(catalogue: "Catalogue", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
+def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return where rows come from; of many a, each with its own partial periods."""
+    from orbitdb.answers.gaps import partial_fills
+
     values = [chosen.a for chosen in stadiums]
-    partial = [[fill.p for fill in catalogue.partial(chosen)] for chosen in stadiums]
+    partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]
     return {
         "orbitdb": __version__,
         "selection": described(stadiums),
         "a": values if many else values[0],
-        "database": str(catalogue.path.resolve()),
+        "database": str(moment.path.resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "partial": partial if many else partial[0],
     }

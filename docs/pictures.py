@@ -68,14 +68,16 @@ def deviations(folder: Path) -> str:
     import numpy as np
     from matplotlib.ticker import MaxNLocator
 
-    from orbitdb import Catalogue, Selection, Stadium, Status
+    from orbitdb import Selection, Stadium, Status
+    from orbitdb.answers.whole_periods import read_whole, sum_rules_of
     from orbitdb.averages.by_period import lyapunov_of_periods
     from orbitdb.averages.exact_means import exact_means
-    from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
+    from orbitdb.store.reading.moment import reading
     from orbitdb.trajectories.legwise import simulate_legs
 
-    subset = read_whole(Catalogue(folder / CATALOGUE), Selection(a=1.6, statuses=(Status.ORBIT,)))
+    with reading(folder / CATALOGUE) as moment:
+        subset = read_whole(moment, Selection(a=1.6, statuses=(Status.ORBIT,)))
     found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
     assert held is not None  # every period is filled
     means = exact_means(1.6)

@@ -29,13 +29,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
     from orbitdb.billiard.stadium import Stadium as Stadium
-    from orbitdb.catalogue.catalogue import Catalogue as Catalogue
-    from orbitdb.catalogue.identification import (
+    from orbitdb.catalogue import Catalogue as Catalogue
+    from orbitdb.answers.identification import (
         Candidate as Candidate,
         Followed as Followed,
         Trajectory as Trajectory,
     )
-    from orbitdb.catalogue.subset import Subset as Subset
+    from orbitdb.answers.subset import Subset as Subset
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.newton import solve as solve
     from orbitdb.orbits.orbit import Orbit as Orbit, Orbits as Orbits, Status as Status
@@ -49,9 +49,9 @@ __version__ = "0.2.0"
 
 _HOMES = {
     "billiard.stadium": ("Stadium",),
-    "catalogue.catalogue": ("Catalogue",),
-    "catalogue.identification": ("Candidate", "Followed", "Trajectory"),
-    "catalogue.subset": ("Subset",),
+    "catalogue": ("Catalogue",),
+    "answers.identification": ("Candidate", "Followed", "Trajectory"),
+    "answers.subset": ("Subset",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),

@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.gaps import joined_spans
-from orbitdb.catalogue.results import Result
+from orbitdb.answers.averaged import entropy, lyapunov
+from orbitdb.answers.results import Result
 from orbitdb.cli.render import note
 from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
+from orbitdb.store.asking.periods import joined_spans
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
 
 Floats = NDArray[np.float64]
 NOTHING = ": nothing to draw"
@@ -22,9 +23,9 @@ _ROOM = 0.12
 """How much higher and lower than its values the axes are, in units of their spread."""
 
 
-def draw_entropy(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
     """Draw K_0 and h_zeta by period, as in the paper's Fig. 5, with the proved bounds."""
-    found = catalogue.entropy(chosen)
+    found = entropy(moment, chosen)
     p, shown, title = _series(found, chosen)
     k_0, h_zeta, band = shown["K_0"], shown["h_zeta"], (found["h_lower"][0], found["h_upper"][0])
     values = np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band])
@@ -47,9 +48,9 @@ def draw_entropy(catalogue: Catalogue, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lyapunov(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
     """Draw the exponents per bounce and per length by period, as in the paper's Fig. 6, by every method."""
-    found = catalogue.lyapunov(chosen)
+    found = lyapunov(moment, chosen)
     p, shown, title = _series(found, chosen)
     with figure(6.4, 6.4, title) as made:
         above, below = made.subplots(2, 1, sharex=True)

@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from orbitdb.answers.averaged import enclosure
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.catalogue.averaged import enclosure
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
 
 Floats = NDArray[np.float64]
 Changes = dict[int, tuple[Floats, Floats]]
@@ -27,9 +27,9 @@ _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
 """Of the periods drawn, the highest ones."""
 
 
-def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_births(moment: Moment, chosen: Selection) -> Figure:
     """Draw over a the share of words that are orbits, the entropy, and where orbits are born."""
-    changes = _changes(catalogue, chosen)
+    changes = _changes(moment, chosen)
     shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
     shown = shown[-len(_STYLES) :]
     if not shown:
@@ -61,16 +61,16 @@ def draw_births(catalogue: Catalogue, chosen: Selection) -> Figure:
     return made
 
 
-def draw_over_a(catalogue: Catalogue, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
+def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
     """Draw proved bounds over a, and the entropy from births where these are filled.
 
     The bounds are those stored at every a; on a grid they are found where none are stored.
     """
-    known = [enclosure(catalogue, a)[0] for a in grid] or catalogue.entropy_curve()
+    known = [enclosure(moment, a)[0] for a in grid] or moment.entropy_curve()
     if not known:
         raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
-    changes = _changes(catalogue, chosen)
+    changes = _changes(moment, chosen)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         ax.fill_between(
@@ -107,13 +107,13 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
                         textcoords="offset points", fontsize=7, color=BLUE, ha=side)  # fmt: skip
 
 
-def _changes(catalogue: Catalogue, chosen: Selection) -> Changes:
+def _changes(moment: Moment, chosen: Selection) -> Changes:
     """Return the births and deaths of whole periods up to the highest that is chosen."""
-    whole = [each.p for each in catalogue.birth_fills() if each.whole]
+    whole = [each.p for each in moment.birth_fills() if each.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     found = {}
     for p in (p for p in whole if p <= highest):
-        lives = catalogue.births(p)
+        lives = moment.births(p)
         ends = [(life.born, life.class_size) for life in lives]
         ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
         places, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T

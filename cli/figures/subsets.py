@@ -9,10 +9,11 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from orbitdb.answers import whole_periods
+from orbitdb.answers.gaps import complete_length
+from orbitdb.answers.spectrum import read_classes, read_levels, read_spectrum
+from orbitdb.answers.subset import read_subset
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.gaps import complete_length
-from orbitdb.catalogue.spectrum import read_classes, read_levels
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.reading import note_gaps, note_nothing
@@ -27,26 +28,27 @@ from orbitdb.quantum.amplitudes import orbit_terms, weyl
 from orbitdb.quantum.lengths import counted, family_count
 from orbitdb.quantum.spectrum import Peak
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
 
 _BINS = 120
 _LENGTHS = (1.0, 12.0)
 _PLACES = 2000
 
 
-def draw_sheet(catalogue: Catalogue, chosen: Selection, limit: int, order: str = "p") -> Figure:
+def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
     """Draw one orbit of each class of a subset, or the first ones in its order, as many as the limit."""
-    note_gaps(catalogue, chosen, order=order)
+    note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
-    for (word,) in catalogue.rows(chosen, ("representative",), order):
+    for (word,) in moment.rows(chosen, ("representative",), order):
         first[word] = None
         if len(first) > limit:
             break
-    orbits = [found for word in [*first][:limit] if (found := catalogue.find(word, chosen.a)) is not None]
+    orbits = [found for word in [*first][:limit] if (found := moment.find(word, chosen.a)) is not None]
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
-        raise _nothing(catalogue, chosen)
+        raise _nothing(moment, chosen)
     if len(first) > limit:
-        total = len(catalogue.choose(chosen).ids)
+        total = len(moment.choose(chosen).ids)
         note(f"{limit} of {total} classes are drawn; --limit {total} draws all")
     return sheet_of(drawn, f"Classes of {chosen.describe()}")
 
@@ -58,13 +60,13 @@ def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
     return made
 
 
-def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     """Draw the bounces in phase space, coloured by lambda."""
     stadium = Stadium(chosen.a)
-    note_gaps(catalogue, chosen)
-    subset = catalogue.select(chosen, coordinates=True)
+    note_gaps(moment, chosen)
+    subset = read_subset(moment, chosen, "p", coordinates=True)
     if not len(subset):
-        raise _nothing(catalogue, chosen)
+        raise _nothing(moment, chosen)
     periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
     with figure(7.2, 4.4, chosen.describe()) as made:
         ax = made.add_subplot()
@@ -73,13 +75,13 @@ def draw_phase_space(catalogue: Catalogue, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
     """Draw how many orbits are no longer than L, and how many there are per unit of length."""
-    note_gaps(catalogue, chosen)
-    found = catalogue.classes(chosen)
+    note_gaps(moment, chosen)
+    found = whole_periods.read_classes(moment, chosen)
     if not len(found):
-        raise _nothing(catalogue, chosen)
-    complete = complete_length(catalogue.fills(chosen.a), chosen)
+        raise _nothing(moment, chosen)
+    complete = complete_length(moment.fills(chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         paths.draw_staircase(above, found.length, found.chosen)
@@ -99,15 +101,15 @@ def draw_lengths(catalogue: Catalogue, chosen: Selection) -> Figure:
     return made
 
 
-def _nothing(catalogue: Catalogue, chosen: Selection) -> typer.Exit:
+def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
     """Say that there is nothing to draw; return how the command ends then."""
-    note_nothing(catalogue, chosen, more=NOTHING)
+    note_nothing(moment, chosen, more=NOTHING)
     return typer.Exit(1)
 
 
-def draw_length_spectrum(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_length_spectrum(moment: Moment, chosen: Selection) -> Figure:
     """Draw the length spectrum of the orbits downwards, and that of the levels upwards if there are any."""
-    found = catalogue.spectrum(_LENGTHS, points=1000, a=chosen.a)
+    found = read_spectrum(moment, chosen.a, _LENGTHS, 1000)
     for said in found.notes():
         note(said)
     with figure(7.2, 4.8, f"length spectrum at a = {exact(chosen.a)}, k below {found.k_max:.4g}") as made:
@@ -137,14 +139,14 @@ def _times(peak: Peak) -> str:
     return short(peak.code) if times == "1" else f"{times} × {short(peak.code)}"
 
 
-def draw_levels(catalogue: Catalogue, chosen: Selection) -> Figure:
+def draw_levels(moment: Moment, chosen: Selection) -> Figure:
     """Draw the number of levels, and its fluctuations beside those that the orbits give."""
-    known = read_levels(catalogue, chosen.a, None)
+    known = read_levels(moment, chosen.a, None)
     if known is None:
         raise InputError(f"no levels to draw: 'orbitdb levels --k 0:30 --a {exact(chosen.a)}' finds them")
     k, end = known
     at, stadium = np.linspace(0.5, end, _PLACES), Stadium(chosen.a)
-    classes, _, highest = read_classes(catalogue, chosen)
+    classes, _, highest = read_classes(moment, chosen)
     smooth, family = weyl(stadium, None)(at), family_count(stadium, at, _LENGTHS[1])
     orbits = counted(orbit_terms(classes, _LENGTHS[1]), at)
     note(f"orbits and bouncing balls of lengths up to {_LENGTHS[1]:g}: a partial sum")

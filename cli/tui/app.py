@@ -16,7 +16,6 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.keeping import Kept
@@ -25,12 +24,12 @@ from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog, Field, Keys, QuestionDialog, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.tables import driver
-from orbitdb.store.reading.lookup import certificate_of
+from orbitdb.store.reading.lookup import certificate_of, find_or_solve
+from orbitdb.store.reading.moment import Reader
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
@@ -90,22 +89,28 @@ class BrowseApp(OrderlyApp):
     # the catalogue, for the screens
 
     @property
-    def catalogue(self) -> "Catalogue | None":
+    def catalogue(self) -> Reader | None:
         """What is stored; None as long as there is no file."""
         self._catalogue = self._catalogue or _opened(self.path)
         return self._catalogue
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
-        stored = self.catalogue.find(word, a) if self.catalogue is not None else None
-        return solve_word(word, a) if stored is None else stored
+        return find_or_solve(self.path if self.catalogue is not None else None, word, a)
+
+    def a_values(self) -> list[float]:
+        """Return the values of a in the catalogue."""
+        if self.catalogue is None:
+            return []
+        with self.catalogue.moment() as moment:
+            return moment.a_values()
 
     def certificate(self, orbit: Orbit) -> Certificate:
         """Return the stored proof of an orbit, if there is one."""
         if self.catalogue is None or not orbit.stored or orbit.length is None:
             return None
-        with self.catalogue.reading() as connection:
-            return certificate_of(driver(connection), orbit.representative, orbit.a)
+        with self.catalogue.moment() as moment:
+            return certificate_of(driver(moment.connection), orbit.representative, orbit.a)
 
     # filling
 
@@ -206,5 +211,5 @@ class BrowseApp(OrderlyApp):
         yield from (each for each in super().get_system_commands(screen) if each.title not in own)
 
 
-def _opened(path: Path) -> Catalogue | None:
-    return None if check_file(path) is None else Catalogue(path)
+def _opened(path: Path) -> Reader | None:
+    return None if check_file(path) is None else Reader(path)

@@ -5,9 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from orbitdb.answers.gaps import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.gaps import describe_partial
 from orbitdb.cli.reading import KEYS, provenance
 from orbitdb.cli.render import Format, code_text, write_data
 from orbitdb.cli.tui.table.pages import Ordering
@@ -19,6 +18,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png")
@@ -41,7 +41,7 @@ def kind_told(name: str) -> str:
 
 def export(
     path: Path,
-    catalogue: Catalogue | None,
+    catalogue: Reader | None,
     selection: Selection,
     ordering: Ordering,
     orbit: Orbit | None,
@@ -56,16 +56,16 @@ def export(
         return _draw(path, orbit)
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.at_one_moment() as still:
-        rows = still.rows(selection, KEYS, str(ordering), cancelled=cancelled)
+    with catalogue.moment() as moment:
+        rows = moment.rows(selection, KEYS, str(ordering), cancelled=cancelled)
         if path.suffix == ".parquet":
             with _or_write("a .csv"):
-                write_file(path, "parquet", KEYS, rows, provenance(still, [selection], False))
+                write_file(path, "parquet", KEYS, rows, provenance(moment, [selection], False))
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 write_data(file, KEYS, rows, Format(path.suffix[1:]))
-        said = f"{still.count(selection):,} rows written to {path}"
-        partial = still.partial(selection)
+        said = f"{moment.count(selection):,} rows written to {path}"
+        partial = partial_fills(moment, selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 
 

@@ -165,8 +165,7 @@ class MainScreen(Keeping):
 
     def action_choose_a(self) -> None:
         """Choose another stadium: one of the catalogue, or any."""
-        catalogue = self.browser.catalogue
-        values = [repr(a) for a in catalogue.a_values()] if catalogue is not None else []
+        values = [repr(a) for a in self.browser.a_values()]
 
         def check(text: str) -> str:
             filled = repr(choices.half_length(text)) in values

@@ -77,7 +77,10 @@ class Panels(OwnScreen[None]):
     def periods(self) -> list[int]:
         """Those that are filled, whole or in part."""
         catalogue = self.browser.catalogue
-        return [fill.p for fill in catalogue.fills(self.selection.a)] if catalogue is not None else []
+        if catalogue is None:
+            return []
+        with catalogue.moment() as moment:
+            return [fill.p for fill in moment.fills(self.selection.a)]
 
     def compose(self) -> ComposeResult:
         """Lay out the panels."""
@@ -103,7 +106,7 @@ class Panels(OwnScreen[None]):
 
     def refresh_catalogue(self) -> None:
         """Look at the file again: at the beginning, and when something has been stored."""
-        filled = self.browser.catalogue is not None and self.browser.catalogue.a_values()
+        filled = self.browser.a_values()
         self.set_class(not filled and self.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
@@ -126,8 +129,8 @@ class Panels(OwnScreen[None]):
 
     def say_choices(self) -> None:
         """Show what is chosen, in the subtitle and as links, and before it how far a fill is."""
-        fill, catalogue = self.browser.fill_state, self.browser.catalogue
-        told = choices.chips(self.selection, catalogue.a_values() if catalogue is not None else [])
+        fill = self.browser.fill_state
+        told = choices.chips(self.selection, self.browser.a_values())
         if fill is not None and fill.runs:
             told = f"[b]{fill.sentence()}[/b] │ {told}"
         self.query_one("#chips", Static).update(told)

@@ -1,17 +1,20 @@
 """What a fill is going to take: words, disk space and time; and whether there is room for it."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.moment import Moment, reading
+from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.pruning import count_admissible
+
+Found = TypeVar("Found", Fill, Sweep)
 
 LARGE = 1_000_000
 """From so many words on, a fill says first what it is going to take."""
@@ -71,8 +74,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     method : str, optional
         One of `orbitdb.filling.fill.METHODS`.
     """
-    catalogue = _catalogue(path)
-    known = {b: catalogue.fills(b) for b in catalogue.a_values()} if catalogue else {}
+    known = _at_every_a(path, Moment.fills)
     stored = {f.p: f.words for f in known.get(a, ())}
     words = sum(count_admissible(p) - stored.get(p, 0) for p in periods)
     fills = [] if method != "newton" else [f for found in known.values() for f in found]
@@ -89,8 +91,7 @@ def sweep_need(
 
     No row is stored, so it takes next to no room.
     """
-    catalogue = _catalogue(path)
-    known = {b: catalogue.sweeps(b, selection) for b in catalogue.a_values()} if catalogue else {}
+    known = _at_every_a(path, lambda moment, b: moment.sweeps(b, selection))
     here = {each.p: each.tally.words for each in known.get(a, ())}
     words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
@@ -99,8 +100,12 @@ def sweep_need(
     return Need(words, 0, rate * words / jobs, rate * words)
 
 
-def _catalogue(path: Path) -> Catalogue | None:
-    return Catalogue(path) if check_file(path) == SCHEMA_VERSION else None
+def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Found]]) -> dict[float, list[Found]]:
+    """Return what a catalogue has at every a; nothing where there is none of the newest schema."""
+    if check_file(path) != SCHEMA_VERSION:
+        return {}
+    with reading(path) as moment:
+        return {a: ask(moment, a) for a in moment.a_values()}
 
 
 def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:

@@ -17,13 +17,13 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.resuming import Progress, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
 from orbitdb.store.file.tables import run, sweep, sweep_block
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
@@ -140,8 +140,8 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
     """Return the tilts that moments of a period are wanted around: none if lower periods have no moments."""
     if p <= EXACT:
         return {}
-    with closing(Catalogue(path)) as catalogue:
-        known = moments_of(catalogue.sweeps(a))
+    with reading(path) as moment:
+        known = moments_of(moment.sweeps(a))
     return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
 
 

@@ -4,7 +4,6 @@ What is found in a part depends on nothing else, whatever process looks.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,11 +12,11 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.audit import Ids
+from orbitdb.store.reading.moment import reading
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20
@@ -149,8 +148,8 @@ class Part:
 
 def checked_apart(path: Path, part: Part) -> Step:
     """Return what is found in the file as it is now: the rows of a class stay what they are."""
-    with closing(Catalogue(path)) as catalogue, catalogue.reading() as connection:
-        return part.checked(connection)
+    with reading(path) as moment:
+        return part.checked(moment.connection)
 
 
 @dataclass(frozen=True, eq=False)

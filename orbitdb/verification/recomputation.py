@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from orbitdb import __version__
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import StoredBlock, choose, ids_in, load_orbits, stadium_id, whole_rows
+from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, Step, blocks, judged, measured
@@ -161,8 +161,9 @@ def certify(
     Step
         Behind every batch that is safely stored.
     """
-    catalogue = Catalogue(path)
-    with catalogue.reading() as connection:
+    source = Reader(path)
+    with source.moment() as moment:
+        connection = moment.connection
         chosen = choose(connection, selection, sample, np.random.default_rng(seed))
         number = stadium_id(connection, selection.a)
         if number is None:
@@ -172,8 +173,8 @@ def certify(
     todo = {p: np.setdiff1d(those, known) for p, those in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
-            with catalogue.reading() as connection:
-                stored = load_orbits(connection, number, block.ids)
+            with source.moment() as moment:
+                stored = load_orbits(moment.connection, number, block.ids)
             check, proved = _prove_block(stored, block.p, Stadium(selection.a))
             with writer.writing() as connection:
                 ids = block.ids.tolist()

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
+from orbitdb.answers.spectrum import stored_levels
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.spectrum import stored_levels
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import ROUNDING, Levels, windows
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.records import bounds_stored, is_sound
 from orbitdb.trajectories.ensemble import Reference, simulate
 from orbitdb.trajectories.legwise import simulate_legs
@@ -52,11 +52,10 @@ _LEGWISE_FROM = 0.1
 """Below, trajectories leg by leg are less exact than plain ones."""
 
 
-def is_known(catalogue: Catalogue, a: float) -> bool:
+def is_known(moment: Moment, a: float) -> bool:
     """Tell whether anything is stored at one a: rows, sums, averages, bounds or levels."""
-    with catalogue.reading() as connection:
-        tables = (stadium, entropy_bound, level_fill)
-        return any(connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
+    tables = (stadium, entropy_bound, level_fill)
+    return any(moment.connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
 
 
 def record_parts(connection: sa.Connection) -> Iterator[Part]:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
+from orbitdb.answers.whole_periods import read_classes
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve
@@ -20,7 +20,8 @@ from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import stadium, sweep, sweep_block
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.lives import birth_fills, counts_at
+from orbitdb.store.reading.lives import counts_at
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
@@ -39,22 +40,21 @@ _REPETITIONS = 20
 _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
 
-def check_sweeps(catalogue: Catalogue, selections: Sequence[Selection]) -> Iterator[Check]:
+def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
     """Check the counts of every chosen period that is swept, and the sums of those up to `SWEPT_ANEW`.
 
     All subsets that are swept there are checked, whatever else is chosen.
     """
-    with catalogue.reading() as connection:
-        yield from _cursors(connection, {each.a: each for each in selections})
+    yield from _cursors(moment.connection, {each.a: each for each in selections})
     for selection in selections:
         a = selection.a
         try:
-            found = list(_swept(catalogue, selection))
+            found = list(_swept(moment, selection))
         except StoreError as error:
             yield Check("sweeps", 1, 1, first=f"at a = {exact(a)}: {error}")
             continue
         for each, subset in found:
-            others = _others(catalogue, each, subset) if each.whole else ()
+            others = _others(moment, each, subset) if each.whole else ()
             yield single("sweeps", _label(each, a), _wrong_counts(each, others))
             if each.whole and each.p <= SWEPT_ANEW:
                 yield from _anew(each, subset)
@@ -84,30 +84,29 @@ def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> It
         )
 
 
-def _swept(catalogue: Catalogue, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
+def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
     """Yield what is swept at one a, of all orbits and of subsets of them, and what its orbits are."""
-    for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *catalogue.swept_subsets(selection.a)):
-        for each in catalogue.sweeps(selection.a, subset):
+    for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *moment.swept_subsets(selection.a)):
+        for each in moment.sweeps(selection.a, subset):
             if selection.includes(each.p):
                 yield each, replace(subset, periods=((each.p, each.p),))
 
 
-def _others(catalogue: Catalogue, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
+def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
     """Yield what else tells the counts of a period: its fill, and its births if all orbits are swept."""
     a, p = subset.a, swept.p
-    with catalogue.reading() as connection:
-        for fill in audit.fills(connection):
-            if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
-                yield _stored(catalogue, subset) if swept.selection else fill
-        if not swept.selection and p in {each.p for each in birth_fills(connection) if each.whole}:
-            yield vars(counts_at(connection, a, p))
+    for fill in audit.fills(moment.connection):
+        if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
+            yield _stored(moment, subset) if swept.selection else fill
+    if not swept.selection and p in {each.p for each in moment.birth_fills() if each.whole}:
+        yield vars(counts_at(moment.connection, a, p))
 
 
-def _stored(catalogue: Catalogue, subset: Selection) -> Mapping[str, Any]:
+def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
     """Return the counts of a subset of the orbits of a filled period; ranges are of orbits alone."""
-    rows = catalogue.classes(subset)
+    rows = read_classes(moment, subset)
     others = {
-        status.value: catalogue.count(replace(subset, statuses=(status,), ranges={}))
+        status.value: moment.count(replace(subset, statuses=(status,), ranges={}))
         for status in (Status.BOUNDARY, Status.UNRESOLVED)
     }
     return {"n_c": int(rows.chosen.sum()), "classes": len(rows), **others}

@@ -16,13 +16,13 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, choose, load_orbits, whole_rows
+from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
 from orbitdb.verification.check import Block, Check, Part, Step, blocks, checked_apart, judged, measured
@@ -86,7 +86,7 @@ def report(steps: Iterable[Step]) -> list[Check]:
 
 
 def verify(
-    catalogue: Catalogue,
+    moment: Moment,
     selections: Sequence[Selection],
     sample: int | None = None,
     restarts: int = 0,
@@ -98,9 +98,9 @@ def verify(
 
     Parameters
     ----------
-    catalogue : Catalogue
-        All is read from it as it is at one moment; by workers, each part as it is at a moment of its own:
-        a fill does not change the rows of classes that are there.
+    moment : Moment
+        All is read from it; by workers, each part as it is at a moment of its own: a fill does not change
+        the rows of classes that are there.
     selections : sequence of Selection
         What to check, one for each a. The file is checked as a whole; counts, births, and the words of
         classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
@@ -127,28 +127,28 @@ def verify(
         If the database cannot be read.
     """
     rng = np.random.default_rng(seed)
-    with catalogue.at_one_moment() as still, still.reading() as connection:
-        classes = {s.a: choose(connection, s, sample, rng) for s in selections}
-        parts = chain(
-            file_parts(selections),
-            [Part("provenance", check_provenance)],
-            class_parts(connection, selections),
-            (
-                block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
-                for a, ids in classes.items()
-                for block in blocks(ids)
-            ),
-            change_parts(connection, selections, sample, rng),
-            record_parts(connection),
-        )
-        if workers is None:
-            yield from (part.checked(connection) for part in parts)
-        else:
-            yield from workers.solved(partial(checked_apart, still.path, part) for part in parts)
-        yield Part("births", partial(check_births, selections)).checked(connection)
-        if missing_births:
-            yield from prove_lives(connection, whole_births(connection, selections))
-        yield Part("sweeps", lambda _: check_sweeps(still, selections)).checked(connection)
+    connection = moment.connection
+    classes = {s.a: choose(connection, s, sample, rng) for s in selections}
+    parts = chain(
+        file_parts(selections),
+        [Part("provenance", check_provenance)],
+        class_parts(connection, selections),
+        (
+            block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
+            for a, ids in classes.items()
+            for block in blocks(ids)
+        ),
+        change_parts(connection, selections, sample, rng),
+        record_parts(connection),
+    )
+    if workers is None:
+        yield from (part.checked(connection) for part in parts)
+    else:
+        yield from workers.solved(partial(checked_apart, moment.path, part) for part in parts)
+    yield Part("births", partial(check_births, selections)).checked(connection)
+    if missing_births:
+        yield from prove_lives(connection, whole_births(connection, selections))
+    yield Part("sweeps", lambda _: check_sweeps(moment, selections)).checked(connection)
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+from contents import answer
 from quick import slow_but
 from there import there
 
+from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.averages import sum_rules as module
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponents, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.averages.tilted import tilt
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import choose
 from orbitdb.symbols.enumeration import Span, least_words
@@ -92,7 +92,7 @@ def test_the_estimate_is_of_use_where_the_orbits_say_more():
 
 
 def test_the_catalogue_gives_what_its_orbits_give(filled):
-    found = there(sum_rules_of(read_whole(Catalogue(filled), choose(status="orbit"))))
+    found = there(sum_rules_of(answer(filled, read_whole, choose(status="orbit"))))
     alone = swept_sum_rules(1.6, [], HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 
@@ -102,7 +102,7 @@ def test_the_catalogue_gives_what_its_orbits_give(filled):
 )
 def test_parts_of_the_orbits_have_none(filled, criteria):
     chosen = choose(**{"status": "orbit"} | criteria)
-    assert sum_rules_of(read_whole(Catalogue(filled), chosen)) is None
+    assert sum_rules_of(answer(filled, read_whole, chosen)) is None
 
 
 @pytest.mark.parametrize("k", range(4))

@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from quick import slow_but
 from solutions import class_rows, entropy, lyapunov
 
-from orbitdb import Catalogue, Selection
+from orbitdb import Selection
+from orbitdb.answers.whole_periods import why_missing
 from orbitdb.averages.by_period import faults_of, standing
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
-from orbitdb.catalogue.whole_periods import why_missing
 from orbitdb.cli.tui.statistics.statistics_screen import statistics
+from orbitdb.store.reading.moment import Reader
 
 NOTHING = np.zeros((0, 8))
 
@@ -192,6 +193,6 @@ def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_unborn():
 
 @pytest.mark.slow
 def test_a_chosen_period_says_nothing_of_the_file(varied):
-    found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
+    found = statistics(Reader(varied), Selection(periods=((6, 6),)))
     assert "the zeta function lacks p = 2, 3, 4, 5 (not chosen)" in found.notes
     assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")

@@ -57,7 +57,7 @@ def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
 
 def test_the_largest_cuts(filled, cli, monkeypatch):
     """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
-    monkeypatch.setattr("orbitdb.catalogue.averaged.MOST_FACTORS", 600)
+    monkeypatch.setattr("orbitdb.answers.averaged.MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
     assert json.loads(found.out)[0]["cut"] == 1000

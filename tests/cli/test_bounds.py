@@ -12,7 +12,7 @@ import pytest
 from contents import alter
 from terminal import ended, spawn
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.make.bounds import balls_of
 from orbitdb.errors import InputError

@@ -12,7 +12,7 @@ import pytest
 from processes import kill_group, start, workers_of
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.catalogue.identification import NEAR, SAME_LENGTH, SHOWN
+from orbitdb.answers.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.cli.app import PANELS
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods

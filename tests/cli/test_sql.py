@@ -5,7 +5,7 @@ from typing import cast
 
 import pytest
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.columns import GROUPS, IN_CATALOGUE
 from orbitdb.store.asking.criteria import choose
 

@@ -104,14 +104,11 @@ plot phase-space --p 2-4 -o {folder}/x.png --force
 """
 LIBRARY = """
 import sys
-from orbitdb import Catalogue, Selection, solve_word
+from orbitdb import Catalogue, solve_word
 catalogue = Catalogue(sys.argv[1])
 assert catalogue["13"] == solve_word("13", 1.6) and "13" in catalogue
 rows = iter(catalogue)
 next(rows)
-with Catalogue(sys.argv[1]).at_one_moment() as still:
-    kept = still.rows(Selection())
-    next(kept)
 del catalogue, rows
 Catalogue(sys.argv[1]).select(p=3)
 """

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from processes import run
 from quick import slow_but
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
 
 SELECTING = {

@@ -11,7 +11,7 @@ from contents import alter, made
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
 from orbitdb.store.file.schema import PAGE_SIZE

@@ -13,10 +13,11 @@ from contents import alter
 from processes import start
 from quick import slow_but
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tokens import tokens
+from orbitdb.store.reading.moment import reading
 
 ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n"
 GROWING = "WITH a AS (SELECT 1 x)" + "".join(
@@ -156,11 +157,11 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypa
     from orbitdb.store.reading.statements import run_statement
 
     monkeypatch.setattr(where, "SECONDS", 0.5)
-    with contextlib.closing(Catalogue(filled_once)) as catalogue, catalogue.reading() as connection:
-        _, rows = run_statement(connection, "SELECT code FROM catalogue", {})
+    with reading(filled_once) as moment:
+        _, rows = run_statement(moment.connection, "SELECT code FROM catalogue", {})
         first = next(rows)
         time.sleep(0.6)
-        assert len([first, *rows]) == catalogue.count()
+        assert len([first, *rows]) == Catalogue(filled_once).count()
 
 
 @pytest.mark.slow

@@ -10,12 +10,13 @@ import pytest
 from contents import alter
 from quick import slow_but
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import TamperedError
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import SCHEMA_VERSION, TABLES, VIEWS
 from orbitdb.store.file.tables import metadata
+from orbitdb.store.reading.moment import reading
 
 NAMES = re.findall(r" AS (\w+)[,\n]", VIEWS["catalogue"].partition("AS\n")[2])
 
@@ -151,8 +152,9 @@ def test_what_users_add_is_let_be(own, cli):
 
 def test_a_new_catalogue_passes(tmp_path):
     path = tmp_path / "new.db"
-    catalogue = Catalogue.create(path)
-    with catalogue.reading() as connection:
+    Catalogue.create(path)
+    with reading(path) as moment:
+        connection = moment.connection
         texts = connection.exec_driver_sql("SELECT sql FROM sqlite_master WHERE type = 'view'").scalars()
         assert sorted(text.split() for text in texts) == sorted(text.split() for text in VIEWS.values())
         assert connection.exec_driver_sql("PRAGMA trusted_schema").scalar() == 0

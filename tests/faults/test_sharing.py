@@ -12,7 +12,7 @@ import pytest
 from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.store.file import database
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION

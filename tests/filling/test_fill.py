@@ -11,7 +11,7 @@ import pytest
 import sqlalchemy as sa
 from contents import alter, ask, content, made
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 import sqlalchemy as sa
-from contents import alter, ask
+from contents import alter, answer, ask
 from quick import slow_but
 from there import there
 
+from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.arithmetic import arithmetic
 from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.averages.sum_rules import beginning
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
+from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling import sweeps
 from orbitdb.filling.fill import fill_periods
@@ -50,11 +50,11 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
-        swept_rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
+        swept_rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
         swept_counts = catalogue.counts(a=a)
     list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
-        rules = there(sum_rules_of(read_whole(catalogue, Selection(a), swept=True)))
+        rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
         rows = catalogue.classes(a=a, status="orbit").rows().by_period()
         assert swept_counts.known == catalogue.counts(a=a).known
@@ -100,7 +100,7 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
         (begun,) = catalogue.sweeps(1.6)
         assert (begun.whole, begun.blocks, begun.sums) == (False, 1, None)
         assert catalogue.counts(a=1.6).chosen == ()
-        known = read_whole(catalogue, Selection(1.6), swept=True)
+        known = answer(path, read_whole, Selection(1.6), swept=True)
         assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
 
 
@@ -150,10 +150,10 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
         assert "end at p = 6" in note
     with closing(Catalogue(path)) as catalogue:
         assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
-        found = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
+        found = there(sum_rules_of(answer(path, read_whole, Selection(0.5), swept=True)))
     list(fill_periods(path, 0.5, range(2, 8)))
     with closing(Catalogue(path)) as catalogue:
-        expected = there(sum_rules_of(read_whole(catalogue, Selection(0.5), swept=True)))
+        expected = there(sum_rules_of(answer(path, read_whole, Selection(0.5), swept=True)))
     beginning.cache_clear()
     np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
 

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from quick import slow_but
 from there import there
 
+from orbitdb.answers.results import PROVED
 from orbitdb.averages.fixed_points import PeriodSums
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.results import PROVED
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.statistics.statistics_screen import statistics
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods
@@ -28,6 +28,7 @@ from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
+from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.enumeration import LeastWords, Span, least_words
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import GROUPS, label, members
@@ -92,8 +93,10 @@ def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, 
     path = tmp_path / "swept.db"
     made(path, sweep_periods(path, 1.6, range(2, 8), selection=replace(chosen, periods=())))
     with closing(Catalogue(path)) as swept, closing(Catalogue(filled_once)) as filled:
-        for averages in (Catalogue.entropy, Catalogue.lyapunov, statistics):
-            found, wanted = averages(swept, chosen), averages(filled, chosen)
+        pairs = [(swept.entropy(chosen), filled.entropy(chosen))]
+        pairs += [(swept.lyapunov(chosen), filled.lyapunov(chosen))]
+        pairs += [(statistics(Reader(path), chosen), statistics(Reader(filled_once), chosen))]
+        for found, wanted in pairs:
             for name in set(wanted.columns) - {"classes", *PROVED}:
                 one, other = (np.array(each[name], dtype=float) for each in (found, wanted))
                 np.testing.assert_allclose(one, other, rtol=1e-12, err_msg=name)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import answer
 from figures import by_period, legend, named, says, texts
 from made_levels import keep_made_levels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -18,10 +19,10 @@ from solutions import entropy, lyapunov
 from there import there
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
+from orbitdb.answers.spectrum import read_classes
+from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
-from orbitdb.catalogue.spectrum import read_classes
-from orbitdb.catalogue.whole_periods import read_whole, sum_rules_of
 from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, subsets
 from orbitdb.errors import InputError
@@ -39,7 +40,7 @@ def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; the limit is of orbits on a sheet."""
     more = {"limit": limit} if kind == "sheet" else {}
     module = averages if kind in ("entropy", "lyapunov") else subsets
-    return getattr(module, f"draw_{kind.replace('-', '_')}")(catalogue, chosen, **more)
+    return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
 
 
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
@@ -93,7 +94,7 @@ def test_the_exponents_by_every_method(known, capsys):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset.rows(), 6)
-    rules = sum_rules_of(read_whole(known, Selection(1.6, periods=((2, 6),))))
+    rules = sum_rules_of(answer(known.path, read_whole, Selection(1.6, periods=((2, 6),))))
     trajectory = known.reference(1.6)
     assert len(made.axes) == 2
     for ax, name, unit in zip(made.axes, ("lambda_d", "lambda_c"), ("bounce", "length $R$"), strict=True):
@@ -228,16 +229,16 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        subsets.draw_levels(catalogue, chosen)
+        answer(path, subsets.draw_levels, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = subsets.draw_levels(catalogue, chosen)
+    made: Any = answer(path, subsets.draw_levels, chosen)
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
     at, rest = named(below, "levels, less")
     assert (at[0], at[-1]) == (0.5, 9)
     np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(above, "Weyl")[1], weyl(stadium, None)(at))
-    classes, _, highest = read_classes(catalogue, chosen)
+    classes, _, highest = answer(path, read_classes, chosen)
     balls = family_count(stadium, at, 12.0)
     np.testing.assert_allclose(below.get_lines()[1].get_ydata(), balls)
     orbits_too = balls + counted(orbit_terms(classes, 12.0), at)
@@ -250,7 +251,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
-    spectrum = subsets.draw_length_spectrum(catalogue, chosen)
+    spectrum = answer(path, subsets.draw_length_spectrum, chosen)
     found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
@@ -279,7 +280,7 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 
 def test_the_length_spectrum_of_orbits_alone(known):
-    made: Any = subsets.draw_length_spectrum(known, Selection(1.6))
+    made: Any = answer(known.path, subsets.draw_length_spectrum, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
 
 

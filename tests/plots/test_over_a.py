@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter
+from contents import alter, answer
 from figures import heights, legend, named, paths_of, says
 from matplotlib.colors import to_hex
 from there import there
@@ -46,7 +46,7 @@ def test_births_and_deaths_over_a(known, tmp_path):
         " SELECT cycle, number + 1, 1.4 * a, error, 'died', run FROM change WHERE a > 0 AND cycle % 3 = 0",
     )
     mortal = Catalogue(path)
-    made: Any = over_a.draw_births(mortal, Selection(1.6))
+    made: Any = answer(path, over_a.draw_births, Selection(1.6))
     shares, entropies, changes = made.axes
     ends = {p: [e for life in mortal.births(p) for e in (life.born, life.dies) if e] for p in (5, 6)}
     assert all(any(life.dies for life in mortal.births(p)) for p in (5, 6))
@@ -149,6 +149,6 @@ def test_the_entropy_over_a(known):
 def test_the_entropy_over_a_is_that_up_to_the_first_period_without_births(known, tmp_path, lost):
     path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
     alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
-    made: Any = over_a.draw_over_a(Catalogue(path), Selection(1.6))
+    made: Any = answer(path, over_a.draw_over_a, Selection(1.6))
     drawn = [str(each.get_label()) for each in made.axes[0].get_lines()]
     assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births"] * (lost > 2)

@@ -11,7 +11,7 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
-from orbitdb.catalogue.spectrum import missing_levels
+from orbitdb.answers.spectrum import missing_levels
 from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each

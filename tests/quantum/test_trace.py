@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from contents import alter
+from contents import alter, answer
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
+from orbitdb.answers.spectrum import read_classes
 from orbitdb.billiard.stability import bounce_matrices
-from orbitdb.catalogue.spectrum import read_classes
 from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.amplitudes import Parity, orbit_terms
 from orbitdb.quantum.lengths import EDGE, family, of_family, of_levels, of_terms
@@ -27,7 +27,7 @@ def catalogue(filled):
 
 @pytest.fixture
 def classes(catalogue):
-    return read_classes(catalogue, Selection(1.6))[0]
+    return answer(catalogue.path, read_classes, Selection(1.6))[0]
 
 
 def test_orbits_by_parity_add_up_to_all(classes):
@@ -40,7 +40,7 @@ def test_orbits_by_parity_add_up_to_all(classes):
 
 
 def test_terms_are_the_amplitudes_of_single_orbits(catalogue):
-    classes, codes, _ = read_classes(catalogue, Selection(1.6))
+    classes, codes, _ = answer(catalogue.path, read_classes, Selection(1.6))
     terms, k = orbit_terms(classes, 24.0), 7.3
     waves = (terms.amplitude * np.exp(1j * k * terms.length)).real
     assert set(terms.repetitions) == {1, 2}
@@ -68,7 +68,7 @@ def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, 
 def test_a_spectrum_is_complete_below_what_is_not_known(own):
     for p, change in ((4, "unresolved = 1"), (3, "state = 'filling'")):
         alter(own, f"UPDATE fill SET {change} WHERE p = {p}")
-        assert read_classes(Catalogue(own), Selection(1.6))[2] == p - 1
+        assert answer(own, read_classes, Selection(1.6))[2] == p - 1
 
 
 def test_a_spectrum_without_orbits_says_what_brings_them(catalogue):

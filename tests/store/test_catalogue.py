@@ -10,7 +10,7 @@ from contents import alter, ask, made
 from older import empty
 from there import there
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need, sweep_need
 from orbitdb.filling.fill import fill_periods
@@ -21,6 +21,7 @@ from orbitdb.store.asking.where import names_in
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 from orbitdb.store.file.tables import metadata, writing_engine
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.reading.records import room
 from orbitdb.symbols.pruning import count_admissible
 
@@ -78,9 +79,8 @@ def test_newer_schema_is_refused(filled):
 
 def test_reading_never_writes(filled):
     before = filled.read_bytes()
-    catalogue = Catalogue(filled)
-    with pytest.raises(StoreError, match="cannot be written"), catalogue.reading() as connection:
-        connection.exec_driver_sql("DELETE FROM orbit")
+    with pytest.raises(StoreError, match="cannot be written"), reading(filled) as moment:
+        moment.connection.exec_driver_sql("DELETE FROM orbit")
     assert filled.read_bytes() == before
 
 
@@ -183,8 +183,8 @@ def test_a_large_fill_says_first_what_it_takes(cli):
 
 
 def test_bytes_a_row_add_up_to_the_file(filled, cli):
-    with Catalogue(filled).reading() as connection:
-        taken = room(connection)
+    with reading(filled) as moment:
+        taken = room(moment.connection)
     (classes, per_class), (orbits, per_orbit) = (
         (n, there(size)) for n, size in (taken["classes"], taken["orbits"])
     )

@@ -7,7 +7,7 @@ import pytest
 import sqlalchemy as sa
 from contents import ask
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import LONG

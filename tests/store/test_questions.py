@@ -7,24 +7,24 @@ import itertools
 import json
 import math
 from collections import Counter
-from contextlib import closing
 from itertools import pairwise
 
 import model
 import numpy as np
 import pytest
+from contents import answer
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 from quick import slow_but
 
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.counts import histogram, marginal, tally
+from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
 from orbitdb.store.asking import confinement
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
+from orbitdb.store.reading.moment import reading
 
 LISTS = ("rules", "coordinates")
 
@@ -104,7 +104,7 @@ def test_classes_are_those_of_the_words_of_a_list(asked, criteria):
 def test_tallies_are_those_of_a_list(asked, criteria, names):
     catalogue, rows = asked
     wanted = model.columns_of(expected(rows, criteria), names)
-    found = tally(catalogue, choose(**criteria), names)
+    found = answer(catalogue.path, tally, choose(**criteria), names)
     assert found == Counter(wanted)
     assert marginal(found, 0) == Counter(first for first, *_ in wanted)
 
@@ -115,7 +115,7 @@ def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
     known = [value for value in values if value is not None]
-    found = histogram(catalogue, choose(**criteria), column, bins)
+    found = answer(catalogue.path, histogram, choose(**criteria), column, bins)
     if found is None:
         assert not known
         return
@@ -228,7 +228,7 @@ CANCELLED = [
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
-    with closing(Catalogue(filled_once)) as catalogue:
+    with reading(filled_once) as catalogue:
         selection, looks = choose(**criteria), itertools.count()
         size = catalogue.count(selection)  # so that SQLite has read the schema
         whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)

@@ -11,7 +11,7 @@ from older import make_older
 from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
-from orbitdb.catalogue.whole_periods import read_terms
+from orbitdb.answers.whole_periods import read_terms
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
@@ -76,7 +76,7 @@ def test_words_that_cannot_be_solved_are_refused(words):
 
 def test_a_subset_is_named_by_criteria_or_a_selection(catalogue):
     assert catalogue.count(p=3, status="orbit") == len(catalogue.select(p=3, status="orbit")) == 8
-    for call in (catalogue.select, catalogue.classes, catalogue.count, catalogue.partial):
+    for call in (catalogue.select, catalogue.classes, catalogue.count, catalogue.table):
         with pytest.raises(TypeError, match="name a subset by criteria such as p=3"):
             call("p = 3")
     with pytest.raises(SelectionError, match="not both"):

@@ -6,13 +6,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from contents import alter, ask, made
+from contents import alter, answer, ask, made
 from rules import broken_by_hand
 from there import there
 
 from orbitdb import Catalogue, InputError
+from orbitdb.answers.counts import histogram
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.counts import histogram
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.asking.selection import Selection
@@ -92,14 +92,13 @@ def _numbers(values):
 
 
 def test_bins_have_round_edges(filled_once):
-    catalogue = Catalogue(filled_once)
-    lengths = there(histogram(catalogue, Selection(periods=((2, 5),)), "length", 10))
+    lengths = there(answer(filled_once, histogram, Selection(periods=((2, 5),)), "length", 10))
     assert lengths.edges == pytest.approx(np.arange(10, 23, 2))
-    fine = there(histogram(catalogue, Selection(periods=((2, 5),)), "lambda_d", 10)).edges
+    fine = there(answer(filled_once, histogram, Selection(periods=((2, 5),)), "lambda_d", 10)).edges
     assert fine.tolist() == [float(f"{edge:.2f}") for edge in fine]
-    alone = there(histogram(catalogue, Selection(periods=((2, 2),)), "length", 10))
+    alone = there(answer(filled_once, histogram, Selection(periods=((2, 2),)), "length", 10))
     assert (alone.counts.tolist(), alone.edges.tolist()) == ([1], [10.0, 11.0])
-    assert histogram(catalogue, Selection(), "born", 10) is None
+    assert answer(filled_once, histogram, Selection(), "born", 10) is None
 
 
 @pytest.mark.parametrize(("least", "most", "logarithmic"), [(1, 1000, False), (1, 1001, True), (0, 1, False)])
@@ -109,7 +108,7 @@ def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least,
         f"UPDATE orbit SET margin = {least} WHERE margin > 0",
         f"UPDATE orbit SET margin = {most} WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)",
     )
-    margins = there(histogram(Catalogue(filled), Selection(where="margin >= 0"), "margin", 10))
+    margins = there(answer(filled, histogram, Selection(where="margin >= 0"), "margin", 10))
     assert margins.logarithmic is logarithmic
     spaces = np.diff(np.log(margins.edges) if logarithmic else margins.edges)
     assert np.ptp(spaces) < 1e-9 * spaces[0]

@@ -4,13 +4,13 @@ import json
 
 import pytest
 import sqlalchemy as sa
-from contents import alter, made
+from contents import alter, answer, made
 from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.catalogue.gaps import describe_unfilled
-from orbitdb.catalogue.whole_periods import read_whole
+from orbitdb.answers.gaps import describe_unfilled, without_births
+from orbitdb.answers.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.filling.sweeps import sweep_periods
@@ -113,10 +113,9 @@ def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
 
 
 def test_births_are_missed_where_they_are_asked_for(varied):
-    catalogue = Catalogue(varied)
-    assert catalogue.without_births(choose(p="3-4"), ("born",)) == [3, 4]
-    assert catalogue.without_births(choose(), order="dies desc") == [2, 3, 4, 5, 6]
-    assert catalogue.without_births(choose(p="3-4")) == []
+    assert answer(varied, without_births, choose(p="3-4"), ("born",)) == [3, 4]
+    assert answer(varied, without_births, choose(), order="dies desc") == [2, 3, 4, 5, 6]
+    assert answer(varied, without_births, choose(p="3-4")) == []
 
 
 def test_births_of_a_period_under_way_count_nothing(tmp_path, cli):
@@ -219,11 +218,11 @@ def test_what_a_command_says_is_of_one_moment(cli, busy, command):
 
 
 def test_whole_periods_are_read_without_their_neighbours_parts(partial):
-    found = read_whole(Catalogue(partial), Selection())
+    found = answer(partial, read_whole, Selection())
     assert found.periods == list(range(2, 9))
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
-    assert len(read_whole(Catalogue(partial), NINE).classes) == 0
+    assert len(answer(partial, read_whole, NINE).classes) == 0
     rows = Catalogue(partial).select(p="7-9")
     assert rows.table()["p"] == rows.entropy()["p"] == [7, 8]
     alter(partial, "DELETE FROM fill WHERE p = 8")

@@ -1,15 +1,18 @@
 """Catalogues made by fills or changed by hand, and what they hold, in forms that can be compared."""
 
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import reading
 from orbitdb.verification.check import Check
 from orbitdb.verification.verify import report, verify
+
+Answer = TypeVar("Answer")
 
 _TABLES = {
     "cycle": "*",
@@ -110,5 +113,12 @@ def agrees(path: Path) -> int:
 
 
 def checks(path: Path, selection: Selection | None = None, **options: Any) -> dict[str, Check]:
-    steps = verify(Catalogue(path), [selection or Selection()], **options)
-    return {check.name: check for check in report(steps)}
+    with reading(path) as moment:
+        steps = verify(moment, [selection or Selection()], **options)
+        return {check.name: check for check in report(steps)}
+
+
+def answer(path: Path, ask: Callable[..., Answer], *arguments: Any, **options: Any) -> Answer:
+    """Put a question to a catalogue as it is at one moment."""
+    with reading(path) as moment:
+        return ask(moment, *arguments, **options)

@@ -8,7 +8,7 @@ import model
 from contents import alter, made
 from hypothesis import strategies as st
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.store.asking.conditions import COLUMNS

@@ -9,9 +9,9 @@ import pytest
 from contents import ask, checks
 from processes import run_here
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.classes import add_changes, add_class
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.symmetry import class_of
@@ -310,8 +310,8 @@ def test_a_file_of_levels_is_sound(sound_levels):
 def test_what_another_command_has_written_is_found(sound, tmp_path, name):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))
     altered(path, f"""UPDATE run SET parameters = replace(parameters, '"{name}"', '"simulate"')""")
-    with Catalogue(path).reading() as connection:
-        wrong = [check.first for check in check_provenance(connection) if check.failures]
+    with reading(path) as moment:
+        wrong = [check.first for check in check_provenance(moment.connection) if check.failures]
     assert wrong
 
 
@@ -321,8 +321,8 @@ def test_what_another_command_has_written_is_found(sound, tmp_path, name):
 def test_a_run_that_says_nothing_is_named_and_no_other(sound, tmp_path, change):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))
     altered(path, f"UPDATE run SET {change} WHERE id = 1")
-    with Catalogue(path).reading() as connection:
-        wrong = next(check for check in check_provenance(connection) if check.failures)
+    with reading(path) as moment:
+        wrong = next(check for check in check_provenance(moment.connection) if check.failures)
     assert (wrong.failures, wrong.first) == (1, "run 1")
 
 

@@ -14,7 +14,6 @@ from solutions import representatives
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
@@ -22,6 +21,7 @@ from orbitdb.orbits.births.changes import events
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import reading
 from orbitdb.symbols.words import keys_of_period
 from orbitdb.verification.births import check_births, prove_lives, whole_births
 from orbitdb.verification.check import Check
@@ -49,8 +49,8 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
     def found(change: str = "p = p", *values: object) -> list[Check]:
         with closing(sqlite3.connect(path)) as plain, plain:
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5", values)
-        with Catalogue(path).at_one_moment() as still:
-            return list(check_sweeps(still, BOTH))
+        with reading(path) as moment:
+            return list(check_sweeps(moment, BOTH))
 
     return found
 
@@ -154,8 +154,8 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
-    with Catalogue(begun).reading() as connection:
-        steps = list(prove_lives(connection, whole_births(connection)))
+    with reading(begun) as moment:
+        steps = list(prove_lives(moment.connection, whole_births(moment.connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("missing births, p = 5", 12, 17),
             ("missing births, p = 5", 17, 17),
@@ -164,17 +164,18 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
             ("lives", 12, 0),
             ("lives", 5, 0),
         ]
-        (found,) = check_births([], connection)
+        (found,) = check_births([], moment.connection)
         assert (found.rows, found.failures) == (17, 0)
 
 
 def test_only_the_births_of_chosen_periods_are_looked_at(begun):
     list(fill_births(begun, [6]))
     for chosen, expected in (((), [5, 6]), ([choose(p=6)], [6]), ([choose(p=7), choose(a=1, p="4-5")], [5])):
-        with Catalogue(begun).reading() as connection:
-            assert [found.p for found in whole_births(connection, chosen)] == expected
-    steps = verify(Catalogue(begun), [choose(p=5)], missing_births=True)
-    counted = {check.name: check.rows for step in steps for check in step.checks}
+        with reading(begun) as moment:
+            assert [found.p for found in whole_births(moment.connection, chosen)] == expected
+    with reading(begun) as moment:
+        steps = verify(moment, [choose(p=5)], missing_births=True)
+        counted = {check.name: check.rows for step in steps for check in step.checks}
     assert (counted["births"], counted["lives"]) == (17, 17)
 
 
@@ -195,8 +196,8 @@ def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
                 )
 
     def found() -> tuple[int, int, str | None]:
-        with Catalogue(begun).reading() as connection:
-            (check,) = check_births([], connection)
+        with reading(begun) as moment:
+            (check,) = check_births([], moment.connection)
         return check.rows, check.failures, check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"

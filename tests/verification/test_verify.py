@@ -10,12 +10,13 @@ import pytest
 from contents import alter, ask, checks
 from there import there
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.reading.moment import reading
 from orbitdb.verification.check import Check, blocks, measured
 from orbitdb.verification.verify import PROMISES, verify
 
@@ -235,7 +236,8 @@ def test_checks_join_to_the_worst_of_all_rows():
 
 
 def test_every_stage_comes_to_its_end(filled):
-    steps = list(verify(Catalogue(filled), [Selection()]))
+    with reading(filled) as moment:
+        steps = list(verify(moment, [Selection()]))
     for stage in ("classes", "orbits"):
         of_stage = [step for step in steps if step.stage.startswith(stage)]
         assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)

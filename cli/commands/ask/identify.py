@@ -17,7 +17,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.identification import Trajectory
+    from orbitdb.answers.identification import Trajectory
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
@@ -90,8 +90,8 @@ def identify(
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return how many there are."""
+    from orbitdb.answers.identification import identify_trajectory
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.identification import identify_trajectory
     from orbitdb.store.reading.lookup import find_or_solve
 
     stadium = Stadium(*meant(db, a))
@@ -148,20 +148,21 @@ def _show_length(
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits that have a length; return how many there are."""
-    from orbitdb.catalogue.gaps import describe_fills
+    from orbitdb.answers.gaps import describe_fills
+    from orbitdb.answers.identification import identify_length
     from orbitdb.numerals import exact
     from orbitdb.orbits.orbit import Status
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit
-    with reading(db, a, Choice()) as (catalogue, (chosen,)):
-        note_gaps(catalogue, replace(chosen, statuses=(Status.ORBIT,)))
-        found = catalogue.with_length(length, tolerance=tolerance)
+    with reading(db, a, Choice()) as (moment, (chosen,)):
+        note_gaps(moment, replace(chosen, statuses=(Status.ORBIT,)))
+        found = identify_length(moment, chosen.a, length, tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
-        fills = catalogue.fills(chosen.a)
+        fills = moment.fills(chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
-        nearest = catalogue.with_length(length, tolerance=1.0, limit=1) if not found else ()
+        nearest = identify_length(moment, chosen.a, length, 1.0, 1) if not found else ()
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
     candidates = several(len(found), "candidate") if found else "no candidates"
     for each in nearest:

@@ -96,16 +96,16 @@ def query(
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else KEYS, a)
     shown = _ON_SCREEN if output.table and limit is None else limit
-    with reading(db, a, choice) as (catalogue, stadiums):
-        note_gaps(catalogue, *stadiums, names=names, order=order)
+    with reading(db, a, choice) as (moment, stadiums):
+        note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset
-        subsets = [catalogue.choose(each, order, most=most, counted=True) for each in stadiums]
+        subsets = [moment.choose(each, order, most=most, counted=True) for each in stadiums]
         total = sum(map(len, subsets))
-        count = output.write(names, in_order(catalogue, subsets, names, order, shown, offset))
+        count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
         if not total:
-            note_nothing(catalogue, *stadiums)
+            note_nothing(moment, *stadiums)
         elif _by_length(order, limit, stadiums[0]):
-            note_complete(catalogue, stadiums)
+            note_complete(moment, stadiums)
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""

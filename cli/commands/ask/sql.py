@@ -27,14 +27,14 @@ def sql(
     (births and deaths). It cannot write, and it may take a minute at most. code('310') finds a word in any
     rotation.
     """
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.parsing import parse_parameter
+    from orbitdb.store.reading.moment import reading
     from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
-    with Catalogue(db) as catalogue, catalogue.reading() as connection:
-        names, rows = run_statement(connection, statement, values)
+    with reading(db) as moment:
+        names, rows = run_statement(moment.connection, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
         if not output.write(names, rows):

@@ -15,7 +15,7 @@ from orbitdb.cli.render import note
 from orbitdb.numerals import concise, exact
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.results import Result
+    from orbitdb.answers.results import Result
 
 EXAMPLES = {
     "table": ("table", "table --a 1 --p 2-8 --json", "table --a all --p 11"),
@@ -42,8 +42,10 @@ def table(
     of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
-        found = [catalogue.table(chosen) for chosen in stadiums]
+    from orbitdb.answers.averaged import table as counts
+
+    with reading(db, a, Choice(p=p)) as (moment, stadiums):
+        found = [counts(moment, chosen) for chosen in stadiums]
     output.write(*_rows_of(found, several(a), output))
 
 
@@ -60,10 +62,11 @@ def entropy(
     the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
     error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
-    from orbitdb.catalogue.results import PROVED
+    from orbitdb.answers.averaged import entropy as of_orbits
+    from orbitdb.answers.results import PROVED
 
-    with progress("reading orbits"), reading(db, a, averaged(choice)) as (catalogue, stadiums):
-        found = [catalogue.entropy(chosen) for chosen in stadiums]
+    with progress("reading orbits"), reading(db, a, averaged(choice)) as (moment, stadiums):
+        found = [of_orbits(moment, chosen) for chosen in stadiums]
     output.write(*_rows_of(found, several(a), output, hidden=PROVED if output.table else ()))
 
 
@@ -91,13 +94,13 @@ def lyapunov(
     estimate of its error in brackets behind the last digits. The trajectory values come from
     'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (catalogue, stadiums):
-        from orbitdb.catalogue.averaged import lyapunov as average
+    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
+        from orbitdb.answers.averaged import lyapunov as average
 
         def tell(done: float) -> None:
             shown.tell("summing pseudo-cycles", done, 1.0)
 
-        found = [average(catalogue, chosen, weight, cut, tell) for chosen in stadiums]
+        found = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
     names, rows = _rows_of(found, several(a), output)
     if not output.table or cut is not None:
         output.write(names, rows)

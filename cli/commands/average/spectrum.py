@@ -57,6 +57,8 @@ def spectrum(
 
     Peaks lie at the lengths of orbits. The window is sin^4(pi k / k_max).
     """
+    from orbitdb.answers.spectrum import read_spectrum
+
     low, high = read_range("--range", lengths)
     if energies and levels is None:
         options.refuse_idle(context, "without --levels", "energies")
@@ -65,10 +67,8 @@ def spectrum(
             raise InputError(f"--parity {parity}: give one, or leave it out for all")
         parity = str(named[0])
     given = None if levels is None else read_file(levels, energies, parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
-        found = catalogue.spectrum(
-            (low, high), points=points, k_max=k_max, levels=given, parity=parity, a=chosen.a
-        )
+    with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
+        found = read_spectrum(moment, chosen.a, (low, high), points, k_max, given, parity)
     if peaks:
         output.write(PEAKS, found.peaks())
     else:

@@ -29,8 +29,8 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",
@@ -97,34 +97,32 @@ def export(
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else KEYS, a)
-    with reading(db, a, choice) as (catalogue, stadiums):
-        note_gaps(catalogue, *stadiums, names=names, order=order)
+    with reading(db, a, choice) as (moment, stadiums):
+        note_gaps(moment, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         with progress("sorting"):
-            subsets = [catalogue.choose(chosen, order) for chosen in stadiums]
-        rows = in_order(catalogue, subsets, (*names, *shown_last), order, limit)
+            subsets = [moment.choose(chosen, order) for chosen in stadiums]
+        rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         rows = with_marks(names, rows) if mark_words else rows
         first = next(rows, None)
         if first is None:
-            _note_nothing(catalogue, stadiums, sum(map(len, subsets)), limit)
+            _note_nothing(moment, stadiums, sum(map(len, subsets)), limit)
             raise typer.Exit(1)
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, provenance(catalogue, stadiums, several(a)))
+            files.write_file(file, kind, names, written, provenance(moment, stadiums, several(a)))
     note(f"{described(stadiums)}, in {file}")
 
 
-def _note_nothing(
-    catalogue: "Catalogue", stadiums: "Sequence[Selection]", total: int, limit: int | None
-) -> None:
+def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:
     """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
     if not total:
-        note_nothing(catalogue, *stadiums, more=": nothing is written")
+        note_nothing(moment, *stadiums, more=": nothing is written")
         return
     told = described(stadiums, total)
     if limit == 0:

@@ -24,8 +24,8 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = (
     "plot orbit 1232131 --a 1.2 -o orbit.pdf",
@@ -186,7 +186,7 @@ def _of_subset(
     """Draw a figure from the catalogue; of a sheet the limit and the order are given."""
     from orbitdb.cli.figures import averages, over_a, subsets
 
-    draw: dict[str, Callable[[Catalogue, Selection], Figure]] = {
+    draw: dict[str, Callable[[Moment, Selection], Figure]] = {
         "entropy": averages.draw_entropy,
         "over a": partial(over_a.draw_over_a, grid=values),
         "lyapunov": averages.draw_lyapunov,
@@ -198,8 +198,8 @@ def _of_subset(
         "staircase": subsets.draw_levels,
     }
     a = values[0] if values else None
-    with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (catalogue, (chosen,)):
-        return draw[kind](catalogue, chosen)
+    with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (moment, (chosen,)):
+        return draw[kind](moment, chosen)
 
 
 def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":

@@ -10,7 +10,7 @@ from orbitdb.cli.storing import bring
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = {"info": ("info", "info --json"), "migrate": ("migrate --db old.db",)}
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
@@ -31,11 +31,11 @@ def info(*, output: Output, db: options.Database) -> None:
     storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
     solving. selection: the subset, where only chosen orbits are swept.
     """
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import reading
 
-    with Catalogue(db).at_one_moment() as catalogue:
-        rows = [row for a in catalogue.a_values() for row in _periods(catalogue, a)]
-        facts = _facts(catalogue) if output.table else []
+    with reading(db) as moment:
+        rows = [row for a in moment.a_values() for row in _periods(moment, a)]
+        facts = _facts(moment) if output.table else []
     subsets = list(dict.fromkeys(subset for *_, subset in rows))
     rows.sort(key=lambda row: row[:2])
     shown = _SHOWN if output.for_people else len(COLUMNS)
@@ -63,13 +63,13 @@ def migrate(db: options.Database) -> None:
         note(f"{db}: created, schema {after}")
 
 
-def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
+def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
     """Return what is filled at one a, and what is swept besides, a row a period, its subset behind it."""
-    fills = catalogue.fills(a)
+    fills = moment.fills(a)
     rows = [(a, *_OF_FILL(fill), None) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
-    for subset in (None, *catalogue.swept_subsets(a)):
-        for each in catalogue.sweeps(a, subset):
+    for subset in (None, *moment.swept_subsets(a)):
+        for each in moment.sweeps(a, subset):
             counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
             times = (each.seconds, None, each.processor, None)
             if each.p not in filled:
@@ -78,33 +78,32 @@ def _periods(catalogue: "Catalogue", a: float) -> list[tuple[Any, ...]]:
     return rows
 
 
-def _facts(catalogue: "Catalogue") -> list[tuple[str, str]]:
+def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return where the catalogue is and what it takes, in words."""
-    from orbitdb.catalogue.gaps import written_periods
     from orbitdb.filling.estimate import gigabytes
+    from orbitdb.store.asking.periods import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.records import room
 
-    with catalogue.reading() as connection:
-        taken = room(connection)
+    taken = room(moment.connection)
     facts = [
-        ("catalogue", str(catalogue.path.resolve())),
+        ("catalogue", str(moment.path.resolve())),
         ("schema", str(SCHEMA_VERSION)),
-        ("size", gigabytes(catalogue.path.stat().st_size)),
+        ("size", gigabytes(moment.path.stat().st_size)),
     ]
     for name, (count, each) in taken.items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [each.p for each in catalogue.birth_fills() if each.whole]:
+    if born := [each.p for each in moment.birth_fills() if each.whole]:
         facts.append(("births", written_periods(born)))
-    return facts + _enclosures(catalogue)
+    return facts + _enclosures(moment)
 
 
-def _enclosures(catalogue: "Catalogue") -> list[tuple[str, str]]:
+def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
 
-    curve, filled = catalogue.entropy_curve(), [a for a in catalogue.a_values() if catalogue.fills(a)]
+    curve, filled = moment.entropy_curve(), [a for a in moment.a_values() if moment.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
     lines = [  # more brief than `basis`: one with all digits of a has 80 characters
         f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"

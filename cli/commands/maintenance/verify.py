@@ -20,8 +20,8 @@ from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.reading.moment import Moment
     from orbitdb.verification.check import Check, Step
 
 EXAMPLES = (
@@ -82,9 +82,11 @@ def verify(
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
     ones; in a partly filled period, those that are stored.
     """
+    from orbitdb.answers.gaps import unfilled
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.asking.selection import Selection
     from orbitdb.store.file.guard import TamperedError
+    from orbitdb.store.reading.moment import Reader
     from orbitdb.verification.check import Check
     from orbitdb.verification.records import is_known
     from orbitdb.verification.verify import report
@@ -96,7 +98,7 @@ def verify(
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
     try:
-        catalogue = Catalogue(db)
+        source = Reader(db)
     except TamperedError as error:
         broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
         note(str(error))
@@ -106,33 +108,33 @@ def verify(
     missing: list[str] = []
 
     def work() -> "Generator[Step]":
-        with catalogue.at_one_moment() as still:
-            stadiums = still.a_values() if a is None else [Stadium(a).a]
+        with source.moment() as moment:
+            stadiums = moment.a_values() if a is None else [Stadium(a).a]
             subset = choice.at(options.USUAL_A)
             chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
-            if a is not None and not is_known(still, stadiums[0]):
-                note(f"{still.unfilled(a=stadiums[0])}; there is nothing to check")
+            if a is not None and not is_known(moment, stadiums[0]):
+                note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
                 raise typer.Exit(1)
             known = 0
             with suppress(AlteredError):  # it is among what is checked
-                fills = ((each, fill) for each in chosen for fill in still.fills(each.a))
+                fills = ((each, fill) for each in chosen for fill in moment.fills(each.a))
                 known = sum(fill.words for each, fill in fills if each.includes(fill.p))
-                missing.extend(_gaps(still, chosen, a is not None))
+                missing.extend(_gaps(moment, chosen, a is not None))
             checked = known if sample is None else min(sample, known)
             with solvers.at_work((4 + restarts) * checked / _STARTS_A_SECOND) as workers:
                 here = workers if workers.jobs > 1 else None
-                yield from steps(still, chosen, sample, restarts, seed, births, here)
+                yield from steps(moment, chosen, sample, restarts, seed, births, here)
         if rigorous:
             from orbitdb.verification.recomputation import certify
 
             for selection in chosen:
-                yield from certify(catalogue.path, selection, sample, seed, again)
+                yield from certify(source.path, selection, sample, seed, again)
 
     with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
         found = report(_watched(steps_taken))
     for gap in missing:
         note(gap)
-    _report(found, catalogue.path, start, restarts, output)
+    _report(found, source.path, start, restarts, output)
 
 
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
@@ -166,22 +168,22 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
     note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
 
 
-def _gaps(catalogue: "Catalogue", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
+def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
     """Say which of the chosen periods are stored in part, and which that are named are not stored at all.
 
     Of an a that was not asked for, where nothing is filled, nothing is missing.
     """
-    from orbitdb.catalogue.gaps import describe_partial, without
+    from orbitdb.answers.gaps import describe_partial, partial_fills, unfilled, without
 
     for each in chosen:
-        if partial := catalogue.partial(each):
+        if partial := partial_fills(moment, each):
             yield describe_partial(partial, each.a)
-        if not each.periods or not (at_one or catalogue.fills(each.a)):
+        if not each.periods or not (at_one or moment.fills(each.a)):
             continue
-        subsets = (None, *catalogue.swept_subsets(each.a))
-        swept = tuple(found.p for subset in subsets for found in catalogue.sweeps(each.a, subset))
+        subsets = (None, *moment.swept_subsets(each.a))
+        swept = tuple(found.p for subset in subsets for found in moment.sweeps(each.a, subset))
         rest = without(each, swept) if swept else each
-        if rest is not None and (said := catalogue.unfilled(rest)):
+        if rest is not None and (said := unfilled(moment, rest)):
             yield said
 
 

@@ -16,7 +16,7 @@ from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Solvers, asked_periods, bring, show_steps, written
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
@@ -50,7 +50,7 @@ def births(
     orbits from a = 0 on; least, largest: the first and the last birth. An interrupted run goes on where it
     stopped. Without --p, you see what is stored.
     """
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import reading
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]
@@ -60,9 +60,9 @@ def births(
     else:
         periods = asked_periods(context, asked, first)
         _fill(periods, db, Solvers(jobs))
-    with Catalogue(db) as opened, opened.at_one_moment() as catalogue:
-        found = [each for each in catalogue.birth_fills() if each.p in periods]
-        ended = _ended(catalogue, [each.p for each in found if each.whole]) if deaths else []
+    with reading(db) as moment:
+        found = [each for each in moment.birth_fills() if each.p in periods]
+        ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
             note(f"births of period {each.p} are partial: 'orbitdb births --p {each.p}' completes them")
@@ -75,11 +75,11 @@ def births(
         raise typer.Exit(1)
 
 
-def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object, ...]]:
+def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
     """Return the lives of classes that end, by period and death, and where the next one begins."""
     rows: list[tuple[object, ...]] = []
     for p in periods:
-        lives = catalogue.births(p)
+        lives = moment.births(p)
         again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
         for life in lives:
             if life.word in again:
@@ -93,15 +93,15 @@ def _ended(catalogue: "Catalogue", periods: Sequence[int]) -> list[tuple[object,
 
 
 def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.filling.births import fill_births
+    from orbitdb.store.reading.moment import reading
     from orbitdb.symbols.pruning import count_admissible
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
     totals = {p: count_admissible(p) for p in periods}
     bring(db)
-    with Catalogue(db) as catalogue:
-        stored = {each.p: each.words for each in catalogue.birth_fills()}
+    with reading(db) as moment:
+        stored = {each.p: each.words for each in moment.birth_fills()}
     known = sum(stored.get(p, 0) for p in periods)
     seconds = (sum(totals.values()) - known) / _WORDS_A_SECOND
     with solvers.at_work(seconds) as workers, progress(span) as shown:

@@ -165,10 +165,10 @@ def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -
                 "brings it to the newest"
             )
         return
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import Reader
     from orbitdb.store.writing.writer import Writer, keep_bounds
 
     bring(db)
-    Catalogue(db).close()  # what is wrong with it is to be known before
+    Reader(db).close()  # what is wrong with it is to be known before
     with closing(Writer(db, {"command": "bounds", **asked})) as writer:
         yield lambda level, computed: keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)

@@ -65,7 +65,7 @@ def fill(
     A fill that was interrupted goes on where it stopped; finished periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
     from orbitdb.filling.fill import METHODS, fill_geometric, fill_periods
     from orbitdb.orbits.orbit import Status
@@ -141,7 +141,7 @@ def sweep(
     and unresolved count the chosen words whatever their --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
     from orbitdb.filling.sweeps import sweep_periods
     from orbitdb.orbits.orbit import Status

@@ -50,11 +50,11 @@ def levels(
     """
     import numpy as np
 
+    from orbitdb.answers.spectrum import missing_levels, stored_levels
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.spectrum import missing_levels, stored_levels
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import windows
+    from orbitdb.store.reading.moment import reading
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
@@ -63,8 +63,8 @@ def levels(
     found: dict[Parity, list[Levels]] = {each: [] for each in parities}
     if store:
         bring(db)
-        with Catalogue(db) as catalogue, catalogue.reading() as connection:
-            found = {each: stored_levels(connection, a, each) for each in parities}
+        with reading(db) as moment:
+            found = {each: stored_levels(moment.connection, a, each) for each in parities}
     tasks = [
         task
         for each in parities

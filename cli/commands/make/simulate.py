@@ -46,7 +46,7 @@ def simulate(
     """
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.catalogue.catalogue import Catalogue
+    from orbitdb.store.reading.moment import Reader
     from orbitdb.store.writing.writer import Writer, add_reference
     from orbitdb.trajectories.ensemble import simulate as simulate_bounces
     from orbitdb.trajectories.legwise import simulate_legs
@@ -54,7 +54,7 @@ def simulate(
     stadium = Stadium(a)
     if store:
         bring(db)
-        Catalogue(db)  # what is wrong with the catalogue is to be known before
+        Reader(db)  # what is wrong with the catalogue is to be known before
         with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:

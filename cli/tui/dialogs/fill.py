@@ -11,13 +11,13 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Button, Input, Label, ProgressBar
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.choices import half_length
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.store.asking.parsing import parse_periods
+from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
@@ -107,7 +107,7 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
     """Fill, and tell how far it is behind every batch that is safely stored."""
     from orbitdb.filling.fill import fill_periods, fill_word
 
-    Catalogue.create(path)
+    migrate(path)
     wish = state.wish
     if wish.words:
         for count, word in enumerate(wish.words, 1):

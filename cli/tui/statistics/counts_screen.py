@@ -13,14 +13,15 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.counts import Histogram, histogram, marginal, tally
+from orbitdb.answers.counts import Histogram, histogram, marginal, tally
+from orbitdb.answers.gaps import partial_fills
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
 from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key
 from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
@@ -99,7 +100,7 @@ class CountsScreen(OwnScreen[None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Reader, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
@@ -142,9 +143,9 @@ class CountsScreen(OwnScreen[None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
         """Return the counts by each of some columns, and which periods are stored in part."""
-        with self._catalogue.at_one_moment() as still:
-            found = tally(still, self._selection, _BY, cancelled)
-            partly = ", ".join(str(fill.p) for fill in still.partial(self._selection))
+        with self._catalogue.moment() as moment:
+            found = tally(moment, self._selection, _BY, cancelled)
+            partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
         parts: list[RenderableType] = []
         for place, name in enumerate(_BY):
             counts = marginal(found, place)
@@ -152,10 +153,11 @@ class CountsScreen(OwnScreen[None]):
         return Group(*parts), f"p = {partly}: partial" if partly else ""
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Bars, str]:
-        if _COLUMNS[column].kind != "number":  # but whole, or a text
-            values = marginal(tally(self._catalogue, self._selection, (column,), cancelled), 0)
-            return Bars(counts_by(column, values), values.get(None, 0)), ""
-        found = histogram(self._catalogue, self._selection, column, bins, cancelled)
+        with self._catalogue.moment() as moment:
+            if _COLUMNS[column].kind != "number":  # but whole, or a text
+                values = marginal(tally(moment, self._selection, (column,), cancelled), 0)
+                return Bars(counts_by(column, values), values.get(None, 0)), ""
+            found = histogram(moment, self._selection, column, bins, cancelled)
         if found is None:
             return Bars(()), ""
         even = "bins even in the logarithm" if found.logarithmic else ""

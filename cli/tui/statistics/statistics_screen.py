@@ -13,11 +13,10 @@ from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 
+from orbitdb.answers.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
+from orbitdb.answers.results import PROVED, Result
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
-from orbitdb.catalogue.catalogue import Catalogue
-from orbitdb.catalogue.results import PROVED, Result
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.orbit.pictures import Curve
@@ -25,6 +24,7 @@ from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
 
@@ -39,12 +39,12 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
+def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period, if it has any."""
     notes: list[str] = []
-    with catalogue.at_one_moment() as still:
-        subset = read(still, selection, notes, swept=True)
-        proved, line = enclosure(still, selection.a)
+    with catalogue.moment() as moment:
+        subset = read(moment, selection, notes, swept=True)
+        proved, line = enclosure(moment, selection.a)
     if subset is None:
         raise InputError("; ".join(notes))
     periods, classes = subset.periods, subset.classes.p.tolist()
@@ -103,7 +103,7 @@ class StatisticsScreen(OwnScreen[None]):
     }
     BINDINGS = bindings(KEYS)
 
-    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
+    def __init__(self, catalogue: Reader, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.found: Result | None = None
@@ -142,7 +142,9 @@ class StatisticsScreen(OwnScreen[None]):
         chosen = self._selection
         spans = chosen.periods or ((2, FIRST),)
         first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
-        if first and any(fill.p > FIRST for fill in self._catalogue.fills(chosen.a)):
+        with self._catalogue.moment() as moment:
+            highest = max((fill.p for fill in moment.fills(chosen.a)), default=0)
+        if first and highest > FIRST:
             with suppress(InputError):  # there may be none of them
                 yield statistics(self._catalogue, replace(chosen, periods=first), weight)
         yield statistics(self._catalogue, chosen, weight)
@@ -157,7 +159,8 @@ class StatisticsScreen(OwnScreen[None]):
 
     def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
         """Yield the stored reference if there is one; else, or to have another, follow trajectories."""
-        stored = None if anew else self._catalogue.reference(self._selection.a)
+        with self._catalogue.moment() as moment:
+            stored = None if anew else moment.reference(self._selection.a)
         if stored is not None:
             yield stored, 1.0, True
             return

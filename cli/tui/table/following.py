@@ -6,8 +6,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from orbitdb.answers.gaps import describe_lacking
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.catalogue.gaps import describe_lacking
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.table.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.lives import Standing, Standings, load_standings, sums
+from orbitdb.store.reading.moment import Reader
 from orbitdb.store.reading.places import periods_without, position_of
 
 Row = tuple[Any, ...]
@@ -43,7 +43,7 @@ class Pages:
     and what is not known there is blank. Without a catalogue there are no rows (`NONE`).
     """
 
-    catalogue: Catalogue | None
+    catalogue: Reader | None
     chosen: Chosen
     fields: Sequence[str]
     stored: "Pages | None" = None
@@ -81,15 +81,17 @@ class Pages:
         if self.stored is not None:
             return [self._there(self.stored.row(place), place) for place in range(len(self))[first:end]]
         assert self.catalogue is not None
-        blocks = self.catalogue.blocks(self.chosen, self.fields, first, end)
-        return [row for block in blocks for row in block.rows()]
+        with self.catalogue.moment() as moment:
+            return [
+                row for block in moment.blocks(self.chosen, self.fields, first, end) for row in block.rows()
+            ]
 
     def position(self, word: str) -> int | None:
         """Return where a word, as a least rotation, stands."""
         if self.catalogue is None:
             return None
-        with self.catalogue.reading() as connection:
-            return position_of(connection, self.chosen, word)
+        with self.catalogue.moment() as moment:
+            return position_of(moment.connection, self.chosen, word)
 
     # at another a
 
@@ -97,9 +99,9 @@ class Pages:
     def births(self) -> tuple[Standings, list[int]]:
         """The births of the classes, and the periods of which none are stored."""
         assert self.catalogue is not None
-        with self.catalogue.reading() as connection:
-            standings = load_standings(connection, self.chosen.ids)
-            return standings, periods_without(connection, self.chosen.ids, standings)
+        with self.catalogue.moment() as moment:
+            standings = load_standings(moment.connection, self.chosen.ids)
+            return standings, periods_without(moment.connection, self.chosen.ids, standings)
 
     def followed(self, a: float) -> "Pages":
         """Return the rows as they are at another *a*."""

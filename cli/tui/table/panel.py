@@ -8,12 +8,13 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.answers.gaps import lacking_births, partial_fills, unfilled
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment, Reader
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
@@ -58,7 +59,7 @@ class RowsPanel(Vertical):
 
     def read(
         self,
-        catalogue: Catalogue,
+        catalogue: Reader,
         asked: Asked,
         fields: tuple[str, ...],
         begin: Callable[[Pages], None],
@@ -75,14 +76,14 @@ class RowsPanel(Vertical):
         everything, nothing = Selection(selection.a), self.table.source is NONE
 
         def find(cancelled: Callable[[], bool]) -> Iterator[_Found]:
-            with catalogue.at_one_moment() as still:
-                gaps = _gaps(still, selection)
+            with catalogue.moment() as moment:
+                gaps = _gaps(moment, selection)
                 if nothing and asked == (everything, Ordering()):
-                    yield Pages(catalogue, still.choose(selection, most=_FIRST), fields), gaps, None
-                chosen = still.choose(selection, str(ordering), cancelled=cancelled)
+                    yield Pages(catalogue, moment.choose(selection, most=_FIRST), fields), gaps, None
+                chosen = moment.choose(selection, str(ordering), cancelled=cancelled)
                 every = chosen if selection == everything else None
                 if every is None and total is None:
-                    every = still.choose(everything, cancelled=cancelled)
+                    every = moment.choose(everything, cancelled=cancelled)
             count = total if every is None else len(every)
             yield Pages(catalogue, chosen, fields), gaps, count or 0
 
@@ -157,10 +158,10 @@ class RowsPanel(Vertical):
     on_paged_table_moved = say_position
 
 
-def _gaps(catalogue: Catalogue, selection: Selection) -> tuple[str, str]:
+def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
     """Say which periods are partial, and which are not filled, or lack births that the subset depends on."""
-    unfilled, lacking = catalogue.unfilled(selection), catalogue.lacking_births(selection)
-    parts = [f"{unfilled}, and so does the key f" if unfilled else "", lacking or ""]
-    partial = [str(fill.p) for fill in catalogue.partial(selection)]
+    missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
+    parts = [f"{missing}, and so does the key f" if missing else "", lacking or ""]
+    partial = [str(fill.p) for fill in partial_fills(moment, selection)]
     verb = "are" if len(partial) > 1 else "is"
     return f"p = {', '.join(partial)} {verb} partial" if partial else "", "; ".join(filter(None, parts))

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.schema import DONE
-from orbitdb.store.file.tables import change, cycle, orbit
+from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
@@ -63,7 +63,13 @@ class Fill:
         return self.state == DONE
 
 
-def as_fill(row: sa.Row[Any]) -> Fill:
+def fills(connection: sa.Connection, a: float) -> list[Fill]:
+    """Return what is filled at one a, by period."""
+    query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
+    return [_as_fill(row) for row in connection.execute(query)]
+
+
+def _as_fill(row: sa.Row[Any]) -> Fill:
     """Return a row of the table ``fill``; a `StoreError` if its period cannot have been filled."""
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:

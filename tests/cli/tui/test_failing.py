@@ -11,7 +11,6 @@ from contents import alter
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import OptionList
 
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.keeping import Kept
@@ -27,6 +26,7 @@ from orbitdb.cli.tui.table.pages import NONE, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 
 
 def errors(app):
@@ -34,7 +34,7 @@ def errors(app):
 
 
 def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, monkeypatch):
-    catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
+    catalogue, orbit = Reader(varied), solve_word("13", 1.6)
     for ending, module, told in (
         ("parquet", "pyarrow", r"pip install 'orbitdb\[parquet\]', or write a .csv"),
         ("png", "matplotlib", r"pip install 'orbitdb\[plot\]', or write an .svg"),

@@ -8,7 +8,7 @@ import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import fill
 from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen

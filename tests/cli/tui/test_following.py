@@ -5,10 +5,12 @@ import threading
 
 import numpy as np
 import pytest
-from contents import made
+from contents import answer, made
 from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
+from there import there
 
+from orbitdb.answers.gaps import lacking_births, unfilled
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillDialog
@@ -90,8 +92,8 @@ async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
         await press(pilot, "less_than_sign")
         rows = [table.source.row(place) for place in range(len(table.source))]
         alive = [row[0] for row in rows if row[3] == "orbit"]
-        with catalogue.reading() as connection:
-            assert len(alive) == counts_at(connection, screen.here, 5).n_c
+        with catalogue.moment() as moment:
+            assert len(alive) == counts_at(moment.connection, screen.here, 5).n_c
         assert all(row[2] is row[4] is row[10] is None for row in rows)
         assert f"{len(alive)} orbits at a = {screen.here:.9g}" in shown(app)
         assert f"facts at a = {screen.here:.9g}" in shown(app)
@@ -174,7 +176,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         assert len(table_of(app).source) == 0
         assert app.screen.orbit is None
         text = shown(app)
-        assert app.catalogue.unfilled(Selection(a=2.0)) in text
+        assert there(answer(app.path, unfilled, Selection(a=2.0))) in text
         assert "so does the key f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
@@ -186,7 +188,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         assert "not filled" not in shown(app)
         main.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
         await settle(pilot)
-        assert app.catalogue.lacking_births(main.selection) in shown(app)
+        assert there(answer(app.path, lacking_births, main.selection)) in shown(app)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import re
 import pytest
 from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.keeping import Kept, State, among_marked, criteria_of, selection_of

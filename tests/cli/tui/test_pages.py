@@ -5,13 +5,13 @@ from collections import Counter
 
 import model
 import pytest
-from contents import alter
+from contents import alter, answer
 from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
 from textual.app import App, ComposeResult
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.jumping import place_of
@@ -23,6 +23,7 @@ from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import choose
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.reading.moment import Reader
 
 NATURAL = Ordering()
 SHOWN = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
@@ -46,7 +47,9 @@ def catalogue(asked):
 
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
-    return Pages(catalogue, catalogue.choose(selection, str(ordering)), columns)
+    source = Reader(catalogue.path)
+    with source.moment() as moment:
+        return Pages(source, moment.choose(selection, str(ordering)), columns)
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
@@ -112,7 +115,7 @@ def test_nobody_waits(catalogue):
         place_of(pages_of(catalogue, Selection(), Ordering()), "54", lambda: True)
     two = Selection(periods=((2, 2),))  # so few rows that the query ends before it asks
     with pytest.raises(CancelledError):
-        list(catalogue.rows(two, ("code",), cancelled=lambda: True))
+        answer(catalogue.path, lambda moment: list(moment.rows(two, ("code",), cancelled=lambda: True)))
 
 
 def test_a_bad_filter_is_refused(catalogue):
@@ -170,7 +173,7 @@ async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
     names = fields_of(COLUMNS, "p")
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]
-    pages = Pages(catalogue, catalogue.choose(chosen, str(Ordering())), names)
+    pages = pages_of(catalogue, chosen, Ordering(), names)
     source = random.Random(7)
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]
     keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)

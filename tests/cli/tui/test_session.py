@@ -11,7 +11,7 @@ from textual.command import CommandList
 from textual.widgets import Input, Static
 from there import there
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, cost_of, fill_steps
 from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of

@@ -7,7 +7,6 @@ from screens import LARGE, browsing, press, screen_lines, shown, until
 from textual import events
 
 from orbitdb.averages.fixed_points import Weight
-from orbitdb.catalogue.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
@@ -16,6 +15,7 @@ from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
@@ -26,7 +26,7 @@ def test_the_first_periods_come_before_all(filled_once, monkeypatch):
     of_all, of_some = [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]], [[4], [4, 5, 6]]
     for periods, parts in (((), of_all), (((4, 6),), of_some), (((5, 6),), [[5, 6]])):
         chosen = Selection(periods=periods)
-        found = statistics.StatisticsScreen(Catalogue(filled_once), chosen).averages(Weight.EXPONENTIAL)
+        found = statistics.StatisticsScreen(Reader(filled_once), chosen).averages(Weight.EXPONENTIAL)
         assert [each["p"] for each in found] == parts
 
 

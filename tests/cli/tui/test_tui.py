@@ -15,7 +15,7 @@ from solutions import entropy, lyapunov
 from textual.widgets import Input
 from there import there
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill import FillDialog, parse_wish
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.main_screen import MainScreen
@@ -27,6 +27,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.words import parse, primitive_root
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
@@ -93,7 +94,7 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
-    found = statistics(catalogue, chosen)
+    found = statistics(Reader(filled), chosen)
     rows = list(catalogue.rows(chosen, ("p", "length", "lyapunov", "walls")))
     import numpy as np
 
@@ -102,7 +103,7 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
     assert found["N"] == entropy(single, 7).N.tolist()
     assert found["lambda_c"] == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
     assert sum(found["N_c"]) == len(rows)
-    even = statistics(catalogue, Selection(periods=((4, 4), (6, 6))))
+    even = statistics(Reader(filled), Selection(periods=((4, 4), (6, 6))))
     assert even["p"] == [4, 6]
     assert "the zeta function lacks p = 2, 3, 5 (not chosen)" in even.notes
     assert [even[name] for name in ("N", "K_0", "h_zeta")] == [[None, None]] * 3
@@ -158,7 +159,7 @@ def test_what_cannot_be_filled_is_refused(texts, complaint):
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
 def test_every_kind_of_export(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
-    told = export(path, catalogue, few, Ordering("length", True), catalogue.find("013", 1.6))
+    told = export(path, Reader(filled), few, Ordering("length", True), catalogue.find("013", 1.6))
     assert str(path) in told
     if name == "rows.tsv":
         head, *rows = csv.reader(path.read_text().splitlines(), delimiter="\t")
@@ -169,7 +170,7 @@ def test_every_kind_of_export(filled, tmp_path, name):
         assert len(corners) == 3
     else:
         assert path.read_bytes().startswith(b"\x89PNG")
-    for other, told_to in (("x.svg", catalogue), ("x.csv", None)):
+    for other, told_to in (("x.svg", Reader(filled)), ("x.csv", None)):
         with pytest.raises(InputError):
             export(tmp_path / other, told_to, Selection(), Ordering(), None)
 

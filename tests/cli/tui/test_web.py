@@ -12,7 +12,7 @@ import pytest
 from processes import nobody_left, start
 from there import there
 
-from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
 
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")

@@ -20,12 +20,11 @@ from orbitdb.quantum.levels import Levels
 from orbitdb.quantum.spectrum import Spectrum, check_levels
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
-
-    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 
@@ -34,27 +33,25 @@ _USUAL_K_MAX = 30.0
 _LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
-def read_levels(catalogue: "Catalogue", a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
     ends, found = [], []
-    with catalogue.at_one_moment() as still, still.reading() as connection:
-        for each in Parity if parity is None else (parity,):
-            end = 0.0
-            for window in stored_levels(connection, a, each):
-                if window.low == end:
-                    end = window.high
-                    found.append(window.k)
-            ends.append(end)
+    for each in Parity if parity is None else (parity,):
+        end = 0.0
+        for window in stored_levels(moment.connection, a, each):
+            if window.low == end:
+                end = window.high
+                found.append(window.k)
+        ends.append(end)
     high = min(ends)
     k = np.sort(np.concatenate([np.zeros(0), *found]))
     return (k[k < high], high) if high > 0 else None
 
 
-def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
+def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
     """Return all orbits at one a, their representatives, and up to which period none is missing."""
-    with catalogue.at_one_moment() as still:
-        found = still.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
-        filled = {fill.p for fill in still.fills(chosen.a) if fill.whole and not fill.unresolved}
+    found = moment.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
+    filled = {fill.p for fill in moment.fills(chosen.a) if fill.whole and not fill.unresolved}
     if not len(found.ids):
         raise InputError(
             f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
@@ -69,13 +66,13 @@ def read_classes(catalogue: "Catalogue", chosen: Selection) -> tuple[Classes, ND
 
 
 def read_spectrum(
-    catalogue: "Catalogue",
+    moment: Moment,
     a: float,
     lengths: "ArrayLike",
     points: int,
-    k_max: float | None,
-    levels: "ArrayLike | None",
-    parity: str | None,
+    k_max: float | None = None,
+    levels: "ArrayLike | None" = None,
+    parity: str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
     ends = np.asarray(lengths, np.float64)
@@ -92,9 +89,8 @@ def read_spectrum(
     given = None if levels is None else np.asarray(levels, np.float64)
     if given is not None:
         check_levels(given, stadium, of)
-    with catalogue.at_one_moment() as still:
-        classes, codes, highest = read_classes(still, Selection(stadium.a))
-        known = read_levels(still, stadium.a, of) if given is None else (given, float(given[-1]))
+    classes, codes, highest = read_classes(moment, Selection(stadium.a))
+    known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:
         raise InputError(

@@ -4,19 +4,15 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.averages import by_period, pseudocycles
-from orbitdb.averages.by_period import faults_of, standing
-from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue.gaps import gaps, nothing, written_periods
-from orbitdb.catalogue.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.catalogue.whole_periods import (
+from orbitdb.answers.counts import count
+from orbitdb.answers.gaps import gaps, nothing
+from orbitdb.answers.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
     read_whole,
@@ -24,17 +20,21 @@ from orbitdb.catalogue.whole_periods import (
     why_missing,
     why_no_sum_rules_of,
 )
+from orbitdb.averages import by_period, pseudocycles
+from orbitdb.averages.by_period import faults_of, standing
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.sums import Tally
+from orbitdb.store.asking.periods import written_periods
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import why_not_swept
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
+from orbitdb.store.reading.moment import Moment
 
 _EDGES = 10
 """Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
@@ -43,16 +43,16 @@ _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000
 
 
-def table(catalogue: "Catalogue", chosen: Selection) -> Result:
+def table(moment: Moment, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
-    counted = catalogue.counts(chosen)
-    notes = gaps(catalogue, chosen, left_out=True, counted=counted)
+    counted = count(moment, chosen)
+    notes = gaps(moment, chosen, left_out=True, counted=counted)
     for p in counted.chosen:
         if missing := missing_divisors(p, counted.known):
             notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
-    known = stored_enclosure(catalogue, chosen.a) if counted.chosen else None
+    known = stored_enclosure(moment, chosen.a) if counted.chosen else None
     columns = _table(counted.chosen, counted.known)
     return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
 
@@ -94,21 +94,21 @@ def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
 
 
-def entropy(catalogue: "Catalogue", chosen: Selection) -> Result:
+def entropy(moment: Moment, chosen: Selection) -> Result:
     """Return the topological entropy by period, from counts where there are no rows (`Catalogue.entropy`)."""
-    if all_orbits(chosen) and (counted := catalogue.counts(chosen)).without_rows:
-        notes = gaps(catalogue, chosen, left_out=True, counted=counted)
+    if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
+        notes = gaps(moment, chosen, left_out=True, counted=counted)
         lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
         chosen = replace(chosen, statuses=(Status.ORBIT,))
         columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
     else:
-        notes = _uncounted(catalogue, chosen)
-        subset = read(catalogue, chosen, notes, swept=True)
+        notes = _uncounted(moment, chosen)
+        subset = read(moment, chosen, notes, swept=True)
         if subset is None:
             return Result(chosen, {}, (), tuple(notes))
         chosen = subset.selection
         columns, told = _entropy(subset.cycles(), subset.periods, subset.why_missing(), chosen)
-    proved, line = enclosure(catalogue, chosen.a)
+    proved, line = enclosure(moment, chosen.a)
     notes += [outside(columns["p"], columns["h_zeta"], proved, chosen), *told]
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
@@ -143,7 +143,7 @@ def _weight(name: str) -> Weight:
 
 
 def lyapunov(
-    catalogue: "Catalogue",
+    moment: Moment,
     chosen: Selection,
     weight: str = "exp",
     cut: float | None = None,
@@ -151,12 +151,12 @@ def lyapunov(
 ) -> Result:
     """Return the average Lyapunov exponents by period, or one up to a cut (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
-    subset = read(catalogue, chosen, notes, swept=cut is None)
+    subset = read(moment, chosen, notes, swept=cut is None)
     if subset is None:
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
-    reference, facts = catalogue.reference(chosen.a), [subset.selection.describe()]
+    reference, facts = moment.reference(chosen.a), [subset.selection.describe()]
     if reference is None:
         a = exact(chosen.a)
         notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' makes one")
@@ -190,22 +190,22 @@ def _of_periods(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dic
     return {name: [values[place] for place in kept] for name, values in columns.items()}
 
 
-def read(catalogue: "Catalogue", chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
+def read(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
     """Return the chosen classes of whole periods, None if there is none; note what is left out."""
-    subset = read_whole(catalogue, chosen, swept)
-    notes += gaps(catalogue, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    subset = read_whole(moment, chosen, swept)
+    notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
         return subset
-    notes += nothing(catalogue, subset.selection, swept=bool(subset.swept))
+    notes += nothing(moment, subset.selection, swept=bool(subset.swept))
     return None
 
 
-def _uncounted(catalogue: "Catalogue", chosen: Selection) -> list[str]:
+def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     """Say why births do not answer for a subset of the orbits of periods that only they know."""
     if all_orbits(chosen):
         return []
-    known = [] if why_not_swept(chosen) else [s.p for s in catalogue.sweeps(chosen.a, chosen) if s.whole]
-    born = catalogue.counts(Selection(chosen.a, chosen.periods)).from_births
+    known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
+    born = count(moment, Selection(chosen.a, chosen.periods)).from_births
     if not (born := tuple(p for p in born if p not in known)):
         return []
     return [
@@ -250,22 +250,22 @@ def _up_to(
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
 
 
-def stored_enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str] | None:
+def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
     """Return the closest stored bounds on the entropy at one a, and a line that tells of them.
 
     Where others, in balls, are less close, the line tells of them, too.
     """
-    closest = catalogue.entropy_bounds(a)
+    closest = moment.entropy_bounds(a)
     if closest is None:
         return None
     line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
-    surer = None if closest.proof == BALLS else catalogue.entropy_bounds(a, BALLS)
+    surer = None if closest.proof == BALLS else moment.entropy_bounds(a, BALLS)
     return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
 
 
-def enclosure(catalogue: "Catalogue", a: float) -> tuple[EntropyBounds, str]:
+def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
     """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
-    if (known := stored_enclosure(catalogue, a)) is not None:
+    if (known := stored_enclosure(moment, a)) is not None:
         return known
     found = _found_now(a)
     closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"

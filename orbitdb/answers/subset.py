@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.answers import subset_tables
+from orbitdb.answers.gaps import lacking_births, unfilled
 from orbitdb.billiard.stability import maslov_index
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue import subset_tables
 from orbitdb.column_files import Column
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.row_blocks import COORDINATES
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
@@ -29,9 +31,8 @@ if TYPE_CHECKING:
     import pyarrow
     from matplotlib.axes import Axes
 
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.results import Result
-    from orbitdb.catalogue.whole_periods import WholePeriods
+    from orbitdb.answers.results import Result
+    from orbitdb.answers.whole_periods import WholePeriods
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -251,7 +252,7 @@ class Subset(ByValue):
 
     def entropy(self) -> "Result":
         """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
-        from orbitdb.catalogue.averaged import entropy_of_rows
+        from orbitdb.answers.averaged import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
@@ -260,7 +261,7 @@ class Subset(ByValue):
 
         (``lyapunov`` is the column of their lambda.)
         """
-        from orbitdb.catalogue.averaged import lyapunov_of_rows
+        from orbitdb.answers.averaged import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
@@ -269,13 +270,13 @@ class Subset(ByValue):
 
         N_t counts all of them, whatever their status.
         """
-        from orbitdb.catalogue.averaged import table_of_rows
+        from orbitdb.answers.averaged import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of whole periods, one by one, for averages."""
-        from orbitdb.catalogue.whole_periods import ChosenClasses, WholePeriods
+        from orbitdb.answers.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones_like(rows)
@@ -371,22 +372,19 @@ _TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lam
 _, *_OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))
 
 
-def read_subset(catalogue: "Catalogue", selection: Selection, order: str, coordinates: bool) -> Subset:
+def read_subset(moment: Moment, selection: Selection, order: str, coordinates: bool) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *_OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
-    with catalogue.at_one_moment() as still:
-        blocks = list(still.blocks(still.choose(selection, order), names))
-        unfilled = still.unfilled(selection) or still.lacking_births(selection)
-        filled = tuple(
-            each.p for each in still.fills(selection.a) if each.whole and selection.includes(each.p)
-        )
+    blocks = list(moment.blocks(moment.choose(selection, order), names))
+    missing = unfilled(moment, selection) or lacking_births(moment, selection)
+    filled = tuple(each.p for each in moment.fills(selection.a) if each.whole and selection.includes(each.p))
     columns: dict[str, list[Any]] = {}
     for place, name in enumerate(names):
         columns[name] = [block.columns[place] for block in blocks]
     places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
     arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
     return Subset(
-        selection, arrays.pop("code"), coordinates=places, unfilled=unfilled, filled=filled, **arrays
+        selection, arrays.pop("code"), coordinates=places, unfilled=missing, filled=filled, **arrays
     )
 
 

@@ -6,17 +6,18 @@ What is not filled is never shown as zero: whatever gives rows, counts or averag
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from orbitdb.answers.counts import Counted
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
+from orbitdb.store.asking.conditions import asks_of_lives
+from orbitdb.store.asking.periods import are_many, joined_spans, written_periods, written_spans
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.tables import driver
 from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.lookup import a_stored
+from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.enumeration import MAX_PERIOD
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
-    from orbitdb.catalogue.counts import Counted
 
 _USUAL = 11
 """The highest period of a first fill, in all messages to users."""
@@ -28,10 +29,10 @@ _SINGLE = "'orbitdb fill --code WORD' stores single words"
 
 
 def gaps(
-    catalogue: "Catalogue",
+    moment: Moment,
     chosen: Selection,
     left_out: bool = False,
-    counted: "Counted | None" = None,
+    counted: Counted | None = None,
     names: Sequence[str] = (),
     order: str = "p",
 ) -> list[str]:
@@ -43,19 +44,58 @@ def gaps(
     """
     said: list[str | None] = []
     rest: Selection | None = chosen
-    partial = catalogue.partial(chosen)
+    partial = partial_fills(moment, chosen)
     if counted is not None and counted.without_rows:
         said.append(counted.describe())
         partial = [fill for fill in partial if fill.p not in counted.without_rows]
         rest = without(chosen, counted.chosen)
     if partial:
         said.append(describe_partial(partial, chosen.a, left_out))
-    said.append(None if rest is None else catalogue.unfilled(rest))
-    said.append(catalogue.lacking_births(chosen, names, order))
+    said.append(None if rest is None else unfilled(moment, rest))
+    said.append(lacking_births(moment, chosen, names, order))
     return [line for line in said if line]
 
 
-def without(chosen: Selection, known: tuple[int, ...]) -> "Selection | None":
+def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
+    """Return the chosen periods that are stored only in part, as a fill goes on or was stopped.
+
+    Rows, classes and counts of a subset include such periods.
+    """
+    return [fill for fill in moment.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
+
+
+def unfilled(moment: Moment, chosen: Selection) -> str | None:
+    """Say in one line which chosen periods are not filled, what is, and what fills them.
+
+    None if all that are named are there, if only in part (`partial_fills`). What is not filled is not
+    known to be empty.
+    """
+    elsewhere = a_stored(driver(moment.connection), ["fill"])
+    return describe_unfilled(moment.fills(chosen.a), chosen.periods, chosen.a, elsewhere)
+
+
+def lacking_births(
+    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+) -> str | None:
+    """Name in one line the chosen periods without stored births, if births matter; else None.
+
+    They matter where the subset, the columns that are shown of it, or its order depend on them.
+    """
+    return describe_lacking(without_births(moment, chosen, names, order))
+
+
+def without_births(
+    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+) -> list[int]:
+    """Return the chosen periods that are filled but have no stored births, if births matter."""
+    if not asks_of_lives(chosen, names, order):
+        return []
+    filled = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p)]
+    born = {each.p for each in moment.birth_fills() if each.whole}
+    return [p for p in filled if p <= MAX_PERIOD and p not in born]
+
+
+def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
     """Return a subset without some of the periods that it names; None if it names no other."""
     within, beyond = _missing(chosen.periods, known)
     spans = (*((p, p) for p in within), *beyond)
@@ -71,12 +111,12 @@ def _missing(
     return [p for p in within if p not in known], beyond
 
 
-def nothing(catalogue: "Catalogue", chosen: Selection, swept: bool = False) -> list[str]:
+def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]:
     """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
-    unfilled = catalogue.unfilled(chosen)
-    if unfilled and not swept and not any(chosen.includes(fill.p) for fill in catalogue.fills(chosen.a)):
+    missing = unfilled(moment, chosen)
+    if missing and not swept and not any(chosen.includes(fill.p) for fill in moment.fills(chosen.a)):
         return []
-    lacking = unfilled or catalogue.lacking_births(chosen) or catalogue.partial(chosen)
+    lacking = missing or lacking_births(moment, chosen) or partial_fills(moment, chosen)
     return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
 
 
@@ -145,10 +185,10 @@ def describe_unfilled(
     if not gaps and not beyond:
         return None
     spans = joined_spans([*((p, p) for p in gaps), *beyond])
-    verb = "are" if _many(spans) else "is"
-    what = f"{_written(spans)} {verb} not filled" if periods else "nothing is filled"
+    verb = "are" if are_many(spans) else "is"
+    what = f"{written_spans(spans)} {verb} not filled" if periods else "nothing is filled"
     command = f"'orbitdb fill --p {gaps[-1]} --a {exact(a)}'" if gaps else ""
-    remedy = f"{command} fills {_written(spans) if not periods else 'them' if _many(spans) else 'it'}"
+    remedy = f"{command} fills {written_spans(spans) if not periods else 'them' if are_many(spans) else 'it'}"
     if beyond:
         remedy = f"fills go up to period {MAX_PERIOD}{f' ({command})' if gaps else ''}, {_SINGLE}"
     return f"{what} at a = {exact(a)}{_filled(known, a, filled_at)}: {remedy}"
@@ -158,33 +198,8 @@ def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
     """Say in parentheses what is filled at one a, and at which others something is; empty if nothing is."""
     here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
-    parts = [_written(here)] if here else []
+    parts = [written_spans(here)] if here else []
     if others:
         more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
         parts.append(f"some at a = {', '.join(map(exact, sorted(others[:_SHOWN])))}{more}")
     return f" (filled: {'; '.join(parts)})" if parts else ""
-
-
-def written_periods(periods: Sequence[int]) -> str:
-    """Write periods as ranges, such as "periods 2-8, 11"."""
-    return _written(joined_spans([(p, p) for p in periods]))
-
-
-def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return ranges of periods in order, those that touch or overlap as one."""
-    joined: list[tuple[int, int]] = []
-    for low, high in sorted(spans):
-        if joined and low <= joined[-1][1] + 1:
-            joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
-        else:
-            joined.append((low, high))
-    return joined
-
-
-def _many(spans: Sequence[tuple[int, int]]) -> bool:
-    return len(spans) > 1 or spans[0][0] < spans[0][1]
-
-
-def _written(spans: Sequence[tuple[int, int]]) -> str:
-    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
-    return f"period{'s' * _many(spans)} {', '.join(ranges)}"

@@ -7,21 +7,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.catalogue.gaps import written_periods
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
 from orbitdb.store.asking.confinement import never
+from orbitdb.store.asking.periods import written_periods
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
-from orbitdb.store.reading.lives import birth_fills, counts_at
+from orbitdb.store.reading.lives import counts_at
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
-from orbitdb.store.reading.sweeps import sweeps
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
     from orbitdb.orbits.sums import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
@@ -84,18 +82,16 @@ class Counted:
         return "; ".join(told) or None
 
 
-def count(connection: sa.Connection, fills: Sequence[Fill], selection: Selection) -> Counted:
-    """Return the counts at one a, given what is filled there (`Catalogue.counts`)."""
-    known = {fill.p: _tally(fill) for fill in fills if fill.whole}
-    swept = {
-        each.p: each.tally for each in sweeps(connection, selection.a) if each.whole and each.p not in known
-    }
+def count(moment: Moment, selection: Selection) -> Counted:
+    """Return the counts of the paper's Table 1 at one a: from a fill, a sweep, or births."""
+    known = {fill.p: _tally(fill) for fill in moment.fills(selection.a) if fill.whole}
+    swept = {each.p: each.tally for each in moment.sweeps(selection.a) if each.whole and each.p not in known}
     known |= swept
-    born = [each.p for each in birth_fills(connection) if each.whole and each.p not in known]
+    born = [each.p for each in moment.birth_fills() if each.whole and each.p not in known]
     wanted = [p for p in born if selection.includes(p)]
     chosen = sorted(p for p in (*known, *wanted) if selection.includes(p))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
-    known.update((p, counts_at(connection, selection.a, p)) for p in needed)
+    known.update((p, counts_at(moment.connection, selection.a, p)) for p in needed)
     return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
                    tuple(p for p in swept if selection.includes(p)))  # fmt: skip
 
@@ -132,7 +128,7 @@ class Histogram(ByValue):
 
 
 def tally(
-    catalogue: "Catalogue",
+    moment: Moment,
     selection: Selection,
     columns: Sequence[str],
     cancelled: Callable[[], bool] = never,
@@ -141,7 +137,7 @@ def tally(
 
     `cancelled` is asked now and then whether to stop.
     """
-    chosen = catalogue.choose(selection, columns=columns, cancelled=cancelled)
+    chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
     values = (chosen.values[name].tolist() for name in columns)
     for *key, count in zip(*values, chosen.counts.tolist(), strict=True):
@@ -150,7 +146,7 @@ def tally(
 
 
 def histogram(
-    catalogue: "Catalogue",
+    moment: Moment,
     selection: Selection,
     column: str,
     bins: int,
@@ -161,7 +157,7 @@ def histogram(
     The edges of the bins, of which there are `bins` at most, are round numbers, or else even in the
     logarithm. None if no row has a value.
     """
-    chosen = catalogue.choose(selection, columns=(column,), cancelled=cancelled)
+    chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     known = ~np.isnan(values)
     if not known.any():

@@ -16,6 +16,7 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, Status
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.store.file.tables import classes
+from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
 
@@ -159,7 +160,7 @@ def identify_trajectory(
 
 
 def identify_length(
-    connection: sa.Connection, a: float, length: float, tolerance: float | None, limit: int | None
+    moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> tuple[Candidate, ...]:
     """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
 
@@ -184,7 +185,7 @@ def identify_length(
     return tuple(
         Candidate(row.representative, row.p, row.class_size, int(row.repetitions), row.length,
                   row.length_error, row.lyapunov, row.difference)
-        for row in connection.execute(query)
+        for row in moment.connection.execute(query)
     )  # fmt: skip
 
 

@@ -7,26 +7,24 @@ sums along them.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.answers.counts import Counted
+from orbitdb.answers.gaps import without_births
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
-from orbitdb.catalogue.counts import Counted
 from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
+from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
-
-if TYPE_CHECKING:
-    from orbitdb.catalogue.catalogue import Catalogue
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -75,13 +73,15 @@ class ChosenClasses(ByValue):
         return odd
 
 
-def read_classes(catalogue: "Catalogue", selection: Selection) -> ChosenClasses:
+def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
+    if not selection.statuses:
+        selection = replace(selection, statuses=(Status.ORBIT,))
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
             f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
         )
-    chosen = catalogue.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
+    chosen = moment.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
     found = dict(chosen.values)
     positive = [_sound(selection, found[name], least=True) for name in ("p", "class_size", "length")]
     lyapunov, walls = _sound(selection, found["lyapunov"], least=True), _sound(selection, found["walls"])
@@ -171,7 +171,7 @@ class WholePeriods:
         return why_missing(self.missing, self.selection, self.unborn)
 
 
-def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False) -> WholePeriods:
+def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> WholePeriods:
     """Return the chosen classes of the whole periods, all of one moment.
 
     If swept, sums will do, too, for periods of which no rows are stored, where they are over the chosen
@@ -179,17 +179,16 @@ def read_whole(catalogue: "Catalogue", selection: Selection, swept: bool = False
     """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
-    with catalogue.at_one_moment() as still:
-        fills = [fill for fill in still.fills(selection.a) if selection.includes(fill.p)]
-        unborn = tuple(still.without_births(selection))
-        whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-        known = still.sweeps(selection.a, selection) if swept and not why_not_swept(selection) else []
-        wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
-        sums = {each.p: each.sums for each in wanted if each.sums is not None}
-        orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
-        spans = tuple((p, p) for p in whole) or ((0, 0),)
-        classes = still.classes(replace(selection, periods=spans))
-        return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
+    fills = [fill for fill in moment.fills(selection.a) if selection.includes(fill.p)]
+    unborn = tuple(without_births(moment, selection))
+    whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
+    known = moment.sweeps(selection.a, selection) if swept and not why_not_swept(selection) else []
+    wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
+    sums = {each.p: each.sums for each in wanted if each.sums is not None}
+    orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
+    spans = tuple((p, p) for p in whole) or ((0, 0),)
+    classes = read_classes(moment, replace(selection, periods=spans))
+    return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
 
 
 def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:

@@ -1,0 +1,634 @@
+"""The roof: `Catalogue`, a database of periodic orbits to ask."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, Unpack
+
+from orbitdb.answers.gaps import describe_fills
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.file.database import default_path
+from orbitdb.store.reading.lookup import meant
+from orbitdb.store.reading.moment import Moment, Reader
+from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from orbitdb.answers.counts import Counted
+    from orbitdb.answers.identification import Candidate, Trajectory
+    from orbitdb.answers.results import Result
+    from orbitdb.answers.subset import Subset
+    from orbitdb.answers.whole_periods import ChosenClasses
+    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.quantum.spectrum import Spectrum
+    from orbitdb.store.reading.fills import Fill
+    from orbitdb.store.reading.lives import BirthFill, Life
+    from orbitdb.store.reading.sweeps import Sweep
+    from orbitdb.trajectories.ensemble import Reference
+
+_SHOWN = 4
+"""How many further values of a a short description lists."""
+
+
+class Catalogue:
+    """A database of the periodic orbits of stadium billiards.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
+    a : float, optional
+        The stadium of all questions that name none; by default the only one with orbits in the
+        catalogue, else 1.6.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+
+    Examples
+    --------
+    >>> catalogue = Catalogue("orbits.db", a=1.6)
+    >>> catalogue
+    <Catalogue orbits.db: periods 2-11 at a = 1.6>
+    >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
+    (22.454362411, True, 89789)
+    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
+
+    A ``with`` block closes it. The next question opens it again:
+
+    >>> with Catalogue("orbits.db") as catalogue:
+    ...     catalogue.count(p=7, status="orbit")
+    376
+    """
+
+    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
+        self._a = None if a is None else Stadium(a).a
+        self._file = Reader(path)
+
+    @classmethod
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
+        """Open a catalogue; first make it, or bring it to the newest schema."""
+        from orbitdb.store.file.migrate import migrate
+
+        path = Path(path) if path is not None else default_path()
+        migrate(path)
+        return cls(path, a)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self._file.path
+
+    @property
+    def a(self) -> float:
+        """The stadium of all questions that name none; once it is known, it stays the same.
+
+        Raises
+        ------
+        InputError
+            If none was given, and the catalogue has orbits at several, but none at 1.6.
+        """
+        if self._a is None:
+            with self._file.moment() as moment:
+                self._a = moment.a_meant()
+        return self._a
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file. The next question opens it again."""
+        self._file.close()
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
+        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
+        return type(self), (self.path.absolute(), self._a)
+
+    def __repr__(self) -> str:
+        try:
+            with self._file.moment() as moment:
+                known = self._contents(moment)
+        except StoreError as error:
+            known = str(error)
+        return f"<Catalogue {self.path.name}: {known}>"
+
+    def _contents(self, moment: Moment) -> str:
+        """Say in one line what is filled, at its own a first."""
+        values = moment.a_values(orbits=True)
+        try:
+            own = [meant(values) if self._a is None else self._a]
+        except InputError:
+            own = []
+        others = [a for a in values if a not in own]
+        parts = [describe_fills(moment.fills(a), a) for a in (*own, *others[:_SHOWN])]
+        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
+
+    # one word
+
+    def find(self, word: str, a: float | None = None) -> Orbit | None:
+        """Return the stored orbit of a primitive word, in the rotation given, or None.
+
+        Parameters
+        ----------
+        word : str
+            Symbols 0..5, in any rotation.
+        a : float, optional
+            The stadium, by default the catalogue's.
+
+        Raises
+        ------
+        WordError
+            If it is no word.
+        """
+        symbols = parse(word)
+        with self._file.moment() as moment:
+            return moment.find(symbols, self._at(a))
+
+    def _find_or_solve(self, word: str, a: float) -> Orbit:
+        if (found := self.find(word, a)) is not None:
+            return found
+        from orbitdb.orbits.single_word import solve_word
+
+        return solve_word(word, a)
+
+    def __contains__(self, word: object) -> bool:
+        """Tell whether the catalogue holds a word, in any rotation and with any status."""
+        try:
+            return isinstance(word, str) and self.find(word) is not None
+        except WordError:
+            return False
+
+    def __getitem__(self, word: str) -> Orbit:
+        """Return the orbit of a word in the rotation given (run notation, too), or why there is none.
+
+        A word that is not stored is solved now; its ``stored`` is false.
+
+        Raises
+        ------
+        KeyError
+            If it repeats a shorter word.
+        WordError
+            If it is no word.
+        TypeError
+            If it is no text.
+        """
+        symbols = parse(word)
+        if not is_primitive(symbols):
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
+        return self._find_or_solve(symbols, self.a)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the stored words by period, as least rotations."""
+        return (word for (word,) in self.rows(columns=("code",)))
+
+    def __len__(self) -> int:
+        """Return how many words it holds, without those that are geometrically pruned."""
+        return self.count()
+
+    def __bool__(self) -> bool:
+        return True
+
+    # chosen subsets
+
+    @with_criteria
+    def rows(
+        self,
+        selection: Selection | None = None,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        **criteria: Unpack[Criteria],
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield rows of a chosen subset, one a word.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or name it by the criteria, as in `select`.
+        columns : sequence of str, optional
+            Some of the columns of the view ``catalogue``.
+        order : str, optional
+            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among
+            equal rows the lower period, representative and element come first.
+        limit, offset : int, optional
+            Largest number of rows, and how many to skip first.
+
+        Raises
+        ------
+        SelectionError
+            If a column is not known or ``where`` is refused.
+        """
+        with self._question(selection, criteria) as (moment, chosen):
+            yield from moment.rows(chosen, columns, order, limit, offset)
+
+    @with_criteria
+    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
+        """Return the number of rows in a chosen subset; the parameters are those of `select`."""
+        with self._question(selection, criteria) as (moment, chosen):
+            return moment.count(chosen)
+
+    @with_criteria
+    def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
+        """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            Its a and periods count; or give them as criteria. By default all periods that are there.
+        **criteria
+            As in `select`.
+        """
+        from orbitdb.answers.counts import count
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return count(moment, chosen)
+
+    @with_criteria
+    def select(
+        self,
+        selection: Selection | None = None,
+        *,
+        order: str = "p",
+        coordinates: bool = False,
+        **criteria: Unpack[Criteria],
+    ) -> "Subset":
+        """Return a chosen subset as arrays, one entry a word.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or give the criteria.
+        order : str, optional
+            Columns to sort by, as in `rows`.
+        coordinates : bool, optional
+            Whether to read the coordinates, too.
+        a : float, optional
+            The stadium, by default the catalogue's.
+        p : int, str or iterable of int, optional
+            A period, text such as ``2,3,5-7``, or several: ``range(2, 6)``, a list, an array.
+        status : Status, str or iterable of them, optional
+            One or several, also as a text with commas, such as ``orbit,boundary``.
+        time_reversal, symmetry, contains, where, parameters : optional
+            As in `Selection`.
+        exists, not_at : float or iterable of float, optional
+            Values of a at which the words are orbits, and at which they are not.
+        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+            Least and greatest value, such as ``length=(3, None)``.
+
+        Raises
+        ------
+        SelectionError
+            If a criterion cannot be used.
+
+        Examples
+        --------
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        array(['13', '013', '031', '132', '123'], dtype=StringDType())
+        """
+        from orbitdb.answers.subset import read_subset
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return read_subset(moment, chosen, order, coordinates)
+
+    @with_criteria
+    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
+        """Return the symmetry classes of a chosen subset, with the number of their words in it.
+
+        These are the classes with a length and lambda: orbits and, if you name their status, orbits
+        through a joint. The parameters are those of `select`.
+
+        Raises
+        ------
+        SelectionError
+            If you name a status whose words have no length and lambda.
+        """
+        from orbitdb.answers.whole_periods import read_classes
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return read_classes(moment, chosen)
+
+    @with_criteria
+    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
+
+        Of the parameters of `select`, a and periods count. Where nothing is filled, the counts come from
+        a sweep or from births.
+
+        Examples
+        --------
+        >>> catalogue.table(p="2-4")["N_c"]
+        [1, 8, 32]
+        """
+        from orbitdb.answers.averaged import table
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return table(moment, chosen)
+
+    @with_criteria
+    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the topological entropy of chosen orbits by period, with proved bounds beside it.
+
+        The parameters are those of `select`.
+
+        Examples
+        --------
+        >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
+        [1.1629, 1.1611]
+        """
+        from orbitdb.answers.averaged import entropy
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return entropy(moment, chosen)
+
+    @with_criteria
+    def lyapunov(
+        self,
+        selection: Selection | None = None,
+        *,
+        weight: str = "exp",
+        cut: float | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Result":
+        """Return the average Lyapunov exponents of chosen orbits by period, by every method.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; or give the criteria, as in `select`.
+        weight : str, optional
+            ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
+        cut : float, optional
+            Return one zeta average instead, over all pseudo-cycles with a lambda up to this.
+
+        Raises
+        ------
+        InputError
+            If weight or cut cannot be used.
+        """
+        from orbitdb.answers.averaged import lyapunov
+
+        with self._question(selection, criteria) as (moment, chosen):
+            return lyapunov(moment, chosen, weight, cut)
+
+    def identify(
+        self,
+        *,
+        start: Sequence[float] | None = None,
+        points: "ArrayLike | None" = None,
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory":
+        """Find the orbits that a trajectory shadows, from its start or from its bounces.
+
+        The trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
+        and are solved, stored or not; the result has the orbits that the trajectory stays with for two
+        bounces or more.
+
+        Parameters
+        ----------
+        start : (float, float, float), optional
+            x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
+            the x axis (radians). The trajectory is followed forward and back.
+        points : array-like, shape (N, 2), optional
+            Instead of a start: x, y of 3 to 1000 successive bounces; the last may be the first again. All of
+            them together are one more word to try, of any period. A point that is closer to a joint of wall
+            and semicircle than its error may land on the wrong side of it, and then the word is not found.
+        tolerance : float, optional
+            Largest distance of a bounce from that of the orbit and of points from the boundary, at most 1;
+            0.01 by default.
+        bounces : int, optional
+            Bounces to follow from a start, each way; by default 60. The trajectory ends where rounding may
+            have moved a bounce by the tolerance.
+        limit : int, optional
+            Largest number of orbits; by default 10.
+        a : float, optional
+            The stadium, by default the catalogue's.
+
+        Returns
+        -------
+        Trajectory
+            First the orbit that the trajectory goes round most often.
+
+        Raises
+        ------
+        InputError
+            If you give not one of start and points, or a value that cannot be used.
+
+        Examples
+        --------
+        >>> found = catalogue.identify(start=(0, 0.001, 0))
+        >>> [(each.orbit.code, each.first, each.bounces) for each in found.shadowed[:1]]
+        [('31', -1, 4)]
+        """
+        from orbitdb.answers.identification import identify_trajectory
+
+        at = Stadium(self._at(a))
+        find = partial(self._find_or_solve, a=at.a)
+        return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+
+    def with_length(
+        self,
+        length: float,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "tuple[Candidate, ...]":
+        """Find the stored orbits that have a length, repeated or not; the nearest come first.
+
+        Parameters
+        ----------
+        length : float
+            In units of the radius.
+        tolerance : float, optional
+            Largest difference, at most 1; 0.001 by default. Error bounds of stored lengths come on top.
+        limit : int, optional
+            Largest number of orbits; by default all.
+        a : float, optional
+            The stadium, by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be used.
+
+        Examples
+        --------
+        >>> [(each.code, each.repetitions) for each in catalogue.with_length(20.8)]
+        [('13', 2)]
+        """
+        from orbitdb.answers.identification import identify_length
+
+        with self._file.moment() as moment:
+            return identify_length(moment, self._at(a), length, tolerance, limit)
+
+    def spectrum(
+        self,
+        lengths: "ArrayLike" = (1.0, 12.0),
+        *,
+        points: int = 500,
+        k_max: float | None = None,
+        levels: "ArrayLike | None" = None,
+        parity: str | None = None,
+        a: float | None = None,
+    ) -> "Spectrum":
+        """Return the length spectrum of the stored orbits, and beside it that of levels.
+
+        Parameters
+        ----------
+        lengths : (float, float), optional
+            The least and the largest, in units of the radius.
+        points : int, optional
+            Number of lengths.
+        k_max : float, optional
+            End of the window, in 1/radius; by default the end of the levels, or 30 without levels.
+        levels : array-like, shape (N,), optional
+            All levels k from the lowest on, in rising order; by default those in the catalogue.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If there are no orbits, or an argument cannot be used.
+        """
+        from orbitdb.answers.spectrum import read_spectrum
+
+        with self._file.moment() as moment:
+            return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
+
+    # what else is stored
+
+    def a_values(self, orbits: bool = False) -> list[float]:
+        """Return the values of a in the catalogue, in order.
+
+        Parameters
+        ----------
+        orbits : bool, optional
+            Return only those at which there are orbits, if only single ones, or sums of sweeps.
+        """
+        with self._file.moment() as moment:
+            return moment.a_values(orbits)
+
+    def fills(self, a: float | None = None) -> "list[Fill]":
+        """Return what is filled at one a, by default the catalogue's, by period."""
+        with self._file.moment() as moment:
+            return moment.fills(self._at(a))
+
+    def birth_fills(self) -> "list[BirthFill]":
+        """Return which periods have births and deaths stored, and how completely."""
+        with self._file.moment() as moment:
+            return moment.birth_fills()
+
+    def births(self, p: int) -> "list[Life]":
+        """Return the lives of the classes of one period, by birth: the ranges of a in which they are orbits.
+
+        Empty if no births of the period are stored: `orbitdb births` stores them.
+        """
+        with self._file.moment() as moment:
+            return moment.births(p)
+
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+        """Return the closest proved bounds that are stored on the topological entropy at one a.
+
+        None if there are none: `orbitdb bounds` finds and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        proof : str, optional
+            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closer ones.
+
+        Raises
+        ------
+        InputError
+            If `proof` is another word.
+        """
+        with self._file.moment() as moment:
+            return moment.entropy_bounds(self._at(a), proof)
+
+    def reference(self, a: float | None = None) -> "Reference | None":
+        """Return the stored averages over random trajectories at one a that have the smallest error.
+
+        None if there are none: `orbitdb simulate` makes and stores them.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        """
+        with self._file.moment() as moment:
+            return moment.reference(self._at(a))
+
+    def entropy_curve(self, proof: str | None = None) -> "list[EntropyBounds]":
+        """Return the closest stored bounds on the topological entropy at every a, in order.
+
+        The parameter is that of `entropy_bounds`.
+        """
+        with self._file.moment() as moment:
+            return moment.entropy_curve(proof)
+
+    def sweeps(self, a: float | None = None, selection: Selection | None = None) -> "list[Sweep]":
+        """Return the counts and sums of sweeps at one a, by period.
+
+        Parameters
+        ----------
+        a : float, optional
+            The stadium; by default the catalogue's.
+        selection : Selection, optional
+            The orbits that were swept; by default all. Its a and periods are ignored.
+
+        Raises
+        ------
+        SelectionError
+            If the subset cannot be swept.
+        """
+        with self._file.moment() as moment:
+            return moment.sweeps(self._at(a), selection)
+
+    def swept_subsets(self, a: float | None = None) -> list[Selection]:
+        """Return the subsets, other than all orbits, that are swept at one a, by default the catalogue's."""
+        with self._file.moment() as moment:
+            return moment.swept_subsets(self._at(a))
+
+    @contextmanager
+    def _question(
+        self, selection: Selection | None, criteria: Criteria
+    ) -> Iterator[tuple[Moment, Selection]]:
+        """Open the file at one moment for a question about a chosen subset."""
+        chosen = self._chosen(selection, criteria)
+        with self._file.moment() as moment:
+            yield moment, chosen
+
+    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        if not isinstance(selection, Selection | None):
+            raise TypeError(f"name a subset by criteria such as p=3 or a Selection, not by {selection!r:.40}")
+        if selection is not None:
+            return selection
+        named = criteria.copy()
+        if named.get("a") is None:
+            named["a"] = self.a
+        return choose(**named)
+
+    def _at(self, a: float | None) -> float:
+        """Return the stadium that a question is about."""
+        return self.a if a is None else Stadium(a).a

@@ -1,0 +1,186 @@
+"""A catalogue file that is read, and one moment of it: what every question is put to."""
+
+import weakref
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.column_files import ColumnBlock
+from orbitdb.entropy.bounds import EntropyBounds
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.asking.confinement import CancelledError, never
+from orbitdb.store.asking.parsing import unknown_column
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import swept_text
+from orbitdb.store.file import tables
+from orbitdb.store.file.database import default_path, need_newest, plain_errors
+from orbitdb.store.file.tables import driver, reading_engine
+from orbitdb.store.reading import fills, lives, lookup, question, records, row_blocks, sweeps
+from orbitdb.store.reading.chosen import Chosen
+from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.lives import BirthFill, Life
+from orbitdb.store.reading.sweeps import Sweep
+
+if TYPE_CHECKING:
+    from orbitdb.trajectories.ensemble import Reference
+
+_ALL = 2**63 - 1
+"""SQLite's largest integer."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A read transaction of one catalogue: the numbers of all its answers belong together.
+
+    The methods are those of `orbitdb.Catalogue`, which hands its questions on to them.
+
+    Attributes
+    ----------
+    connection : sqlalchemy.Connection
+        It sees the file as it was when the transaction began.
+    path : Path
+        The file.
+    """
+
+    connection: sa.Connection
+    path: Path
+
+    def a_values(self, orbits: bool = False) -> list[float]:
+        """Return the values of a in the catalogue, or only those with orbits or sums of them, in order."""
+        if orbits:
+            return lookup.a_stored(driver(self.connection))
+        return list(self.connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
+
+    def a_meant(self) -> float:
+        """Return the a of questions that name none (`orbitdb.store.reading.lookup.meant`)."""
+        return lookup.meant(self.a_values(orbits=True))
+
+    def fills(self, a: float) -> list[Fill]:
+        """Return what is filled at one a, by period."""
+        return fills.fills(self.connection, a)
+
+    def birth_fills(self) -> list[BirthFill]:
+        """Return which periods have births and deaths stored, and how completely."""
+        return lives.birth_fills(self.connection)
+
+    def births(self, p: int) -> list[Life]:
+        """Return the lives of the classes of one period, by birth."""
+        return lives.lives(self.connection, p)
+
+    def entropy_bounds(self, a: float, proof: str | None = None) -> EntropyBounds | None:
+        """Return the closest stored bounds on the topological entropy at one a."""
+        found = records.closest(self.connection, proof, Stadium(a).a)
+        return found[0] if found else None
+
+    def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
+        """Return the closest stored bounds on the topological entropy at every a, in order."""
+        return records.closest(self.connection, proof)
+
+    def reference(self, a: float) -> "Reference | None":
+        """Return the stored averages over trajectories at one a that have the smallest error."""
+        return records.best_reference(self.connection, a)
+
+    def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
+        """Return the counts and sums of sweeps at one a, of all orbits or of a subset, by period."""
+        return sweeps.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
+
+    def swept_subsets(self, a: float) -> list[Selection]:
+        """Return the subsets, other than all orbits, that are swept at one a."""
+        return sweeps.swept_subsets(self.connection, a)
+
+    def find(self, word: str, a: float) -> Orbit | None:
+        """Return the stored orbit of a primitive word, in the rotation given, or None."""
+        return lookup.find_word(driver(self.connection), word, a)
+
+    def choose(
+        self,
+        selection: Selection,
+        order: str = "p",
+        columns: Sequence[str] = (),
+        most: int | None = None,
+        counted: bool = False,
+        cancelled: Callable[[], bool] = never,
+    ) -> Chosen:
+        """Return a chosen subset as classes and their words (`orbitdb.store.reading.question.choose`)."""
+        return question.choose(self.connection, selection, order, columns, most, counted, cancelled)
+
+    def blocks(
+        self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+    ) -> Iterator[ColumnBlock]:
+        """Yield rows of a subset by columns (`orbitdb.store.reading.row_blocks.blocks_of`)."""
+        return row_blocks.blocks_of(self.connection, chosen, names, first, last)
+
+    def rows(
+        self,
+        selection: Selection,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        cancelled: Callable[[], bool] = never,
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield rows of a chosen subset, one a word."""
+        for name in columns:
+            if name not in row_blocks.COLUMNS:
+                raise unknown_column(name, COLUMNS)
+        most = None if limit is None else min(limit + offset, _ALL)
+        chosen = self.choose(selection, order, most=most, cancelled=cancelled)
+        for block in self.blocks(chosen, columns, offset, most):
+            if cancelled():
+                raise CancelledError
+            yield from block.rows()
+
+    def count(self, selection: Selection) -> int:
+        """Return the number of rows in a chosen subset."""
+        return len(self.choose(selection))
+
+
+class Reader:
+    """A catalogue file that is read, one moment after another.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue there, or it cannot be read by this version.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        self.path = Path(path) if path is not None else default_path()
+        need_newest(self.path)
+        self._engine = reading_engine(self.path)
+        with plain_errors(self.path), self._engine.connect():
+            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
+        self.close()
+        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
+
+    def close(self) -> None:
+        """Close the file. The next question opens it again."""
+        self._engine.dispose()
+
+    @contextmanager
+    def moment(self) -> Iterator[Moment]:
+        """Open a read transaction; what is stored meanwhile appears in the next one."""
+        with plain_errors(self.path), self._engine.begin() as connection:
+            yield Moment(connection, self.path)
+
+
+@contextmanager
+def reading(path: Path | str | None = None) -> Iterator[Moment]:
+    """Open a catalogue for one moment, and close it."""
+    source = Reader(path)
+    try:
+        with source.moment() as moment:
+            yield moment
+    finally:
+        source.close()
