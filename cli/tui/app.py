@@ -24,11 +24,12 @@ from orbitdb.cli.tui.orbit.facts import Certificate
 from orbitdb.cli.tui.screens import ActionsDialog, Field, Keys, QuestionDialog, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.tables import driver
-from orbitdb.store.reading.lookup import certificate_of, find_or_solve
+from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.reading.moment import Reader
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -96,7 +97,11 @@ class BrowseApp(OrderlyApp):
 
     def find(self, word: str, a: float) -> Orbit:
         """Return what is stored of a word, or solve it."""
-        return find_or_solve(self.path if self.catalogue is not None else None, word, a)
+        stored = None
+        if self.catalogue is not None:
+            with self.catalogue.moment() as moment:
+                stored = moment.find(word, a)
+        return solve_word(word, a) if stored is None else stored
 
     def a_values(self) -> list[float]:
         """Return the values of a in the catalogue."""

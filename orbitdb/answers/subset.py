@@ -71,7 +71,7 @@ class Subset(ByValue):
         Those of all words one after another (`coordinates_of`, `of_period`), NaN where a word has
         none; None unless you asked for them.
     unfilled : str or None
-        A line that names the chosen periods that are not filled (`Catalogue.unfilled`), or that lack
+        A line that names the chosen periods that are not filled, or that lack
         births. A period that is not filled need not be empty.
     filled : tuple of int
         The chosen periods that are completely filled; averages are over these.

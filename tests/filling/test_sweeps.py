@@ -136,7 +136,7 @@ def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
 @pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They are those of the orbits, and each period's moments are around the tilts of those before it."""
-    for module in ("averages.sum_rules", "catalogue.whole_periods", "filling.sweeps"):
+    for module in ("averages.sum_rules", "answers.whole_periods", "filling.sweeps"):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
     beginning.cache_clear()
     path = tmp_path / "orbits.db"

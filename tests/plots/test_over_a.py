@@ -78,7 +78,7 @@ def test_births_and_deaths_over_a(known, tmp_path):
 def test_periods_without_a_birth_have_nothing_to_draw(known):
     """Words of fewer than five bounces are orbits at every a, or at none."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
-        over_a.draw_births(known, Selection(1.6, periods=((2, 4),)))
+        answer(known.path, over_a.draw_births, Selection(1.6, periods=((2, 4),)))
 
 
 @pytest.mark.usefixtures("few_places")
@@ -123,7 +123,7 @@ def test_the_title_of_a_life_is_as_short():
 
 @pytest.mark.usefixtures("few_places")
 def test_the_entropy_over_a(known):
-    made: Any = over_a.draw_over_a(known, Selection(1.6))
+    made: Any = answer(known.path, over_a.draw_over_a, Selection(1.6))
     (ax,) = made.axes
     curve = known.entropy_curve()
     ((_, _, (bars,)),) = ax.containers

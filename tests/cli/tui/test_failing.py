@@ -11,6 +11,7 @@ from contents import alter
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import OptionList
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.export import export
 from orbitdb.cli.tui.keeping import Kept
@@ -198,7 +199,7 @@ async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_t
             assert not app.catalogue
             shutil.copy(filled_once, path)
             await press(pilot, "ctrl+r")
-            assert len(table_of(app).source) == app.catalogue.count(Selection()) > 0
+            assert len(table_of(app).source) == Catalogue(app.path).count(Selection()) > 0
             app.call_later(lambda: 1 / 0)
             await pilot.pause()
 

@@ -127,7 +127,7 @@ async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_p
         assert "done" not in shown(app)
         await press(pilot, "escape")
         main = app.screen
-        assert len(table_of(app).source) == app.catalogue.count(Selection()) > 1101
+        assert len(table_of(app).source) == Catalogue(app.path).count(Selection()) > 1101
         assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"
         assert "not stored" not in "".join(note.message for note in app._notifications)

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.confinement import Patience
@@ -29,8 +30,8 @@ async def typed(pilot, line):
 @pytest.mark.slow
 async def test_rows_and_count_follow_what_is_typed(filled_once):
     async with browsing(filled_once) as (app, pilot):
-        main, catalogue = app.screen, app.catalogue
-        everything = catalogue.count(Selection())
+        main = app.screen
+        everything = Catalogue(filled_once).count(Selection())
         await pilot.press("slash", *"p<3")
         await typed(pilot, "p < 3")
         assert told(app) == f"1 of {everything:,} words"
@@ -159,7 +160,7 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count and told(app) == "reading …")
         await press(pilot, "escape")
-        assert len(table_of(app).source) == app.catalogue.count(Selection())
+        assert len(table_of(app).source) == Catalogue(app.path).count(Selection())
 
 
 BEGUN = [
@@ -198,7 +199,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         await press(pilot, "enter")
         assert app.screen is main
         assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
-        assert len(table_of(app).source) == app.catalogue.count(main.selection) < everything
+        assert len(table_of(app).source) == Catalogue(app.path).count(main.selection) < everything
         await press(pilot, "O", "j", "space", "escape")
         assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
         await press(pilot, "O", "space", "j", "j", "space", "enter")

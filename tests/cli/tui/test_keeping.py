@@ -40,7 +40,7 @@ async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_se
         assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
         await press(pilot, "C", "enter")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
-        last = next(app.catalogue.rows(Selection(), ("code", "cycle"), "cycle desc", 1))
+        last = next(Catalogue(app.path).rows(Selection(), ("code", "cycle"), "cycle desc", 1))
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last
     async with browsing(filled_once, state=state) as (app, pilot):

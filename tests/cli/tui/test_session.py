@@ -99,18 +99,20 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
         assert main.selection == chosen
-        assert len(table.source) == app.catalogue.count(chosen)
+        assert len(table.source) == Catalogue(app.path).count(chosen)
         main.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        assert main.rows.report == f"{len(table.source):,} of {app.catalogue.count(Selection()):,} words"
+        assert (
+            main.rows.report == f"{len(table.source):,} of {Catalogue(app.path).count(Selection()):,} words"
+        )
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
         await press(pilot, "j", "j", "k", "enter")  # from p on to length
         assert main.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
-        longest = next(app.catalogue.rows(Selection(), ("code",), "length desc", 1))[0]
+        longest = next(Catalogue(app.path).rows(Selection(), ("code",), "length desc", 1))[0]
         assert main.orbit.code == longest
         assert "length▼" in headings(app)
         await click(pilot, 13, 0)  # behind a code of twelve symbols
@@ -123,7 +125,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
 async def test_the_cursor_and_the_orbit_move_by_keys(path):
     async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
-        words = [code for (code,) in app.catalogue.rows(Selection(), ("code",))]
+        words = [code for (code,) in Catalogue(app.path).rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
         await hurry(pilot, "R", "5", "j")  # the rows come behind all of them

@@ -7,6 +7,7 @@ from screens import LARGE, browsing, press, screen_lines, shown, until
 from textual import events
 
 from orbitdb.averages.fixed_points import Weight
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
@@ -92,7 +93,7 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
         text = shown(app)
-        count = app.catalogue.count(Selection(statuses=(Status.ORBIT,)))
+        count = Catalogue(app.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # a bin begins where another ends
