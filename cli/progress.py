@@ -49,6 +49,10 @@ class Progress:
         """Take note of how far the work is, as in `Pace`, unless it is to end here (`go_on`)."""
         go_on()
 
+    def __call__(self, done: float, total: float, text: str) -> None:
+        """Take note of how far the work is, as the library tells it (`orbitdb.progress.Tell`)."""
+        self.tell(text, done, total)
+
 
 @contextmanager
 def progress(text: str, to_stdout: bool = False, expected: float | None = None) -> Iterator[Progress]:

@@ -2,7 +2,7 @@
 
 import logging
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,20 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli.options import count_option, refuse_idle
-from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
-from orbitdb.numerals import whole
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.filling.estimate import Need
-    from orbitdb.filling.resuming import Progress as Step
     from orbitdb.filling.workers import Workers
     from orbitdb.store.file.migrate import Migration
-
-_LEAST = 2
-"""No orbit has fewer bounces."""
 
 
 def bring(path: Path) -> "Migration":
@@ -40,25 +35,16 @@ def bring(path: Path) -> "Migration":
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods that --p and --from ask for, in rising order, or refuse what cannot be filled."""
-    from orbitdb.store.asking.parsing import parse_periods
-    from orbitdb.symbols.enumeration import MAX_PERIOD
+    from orbitdb.store.asking.parsing import periods_up_to
+    from orbitdb.store.asking.periods import fillable
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")
-        spans = parse_periods(p)
-    else:
-        try:
-            spans = ((first, whole(p)),)
-        except ValueError:
-            raise InputError(f"--p {p!r:.40}: write periods as 11, 2-8 or 2,3,5-7") from None
-    for low, high in spans:
-        if (least := min(low, high)) < _LEAST:
-            raise InputError(f"period {least}: the least period is {_LEAST}")
-        if (most := max(low, high)) > MAX_PERIOD:
-            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
-        if low > high:
-            raise InputError(f"periods {low} to {high} run backwards: give --from {high} or less")
-    return tuple(sorted({p for low, high in spans for p in range(low, high + 1)}))
+    spans = periods_up_to(p, first)
+    periods = fillable(spans)
+    if not periods:
+        raise InputError(f"periods {first} to {p} run backwards: give --from {p} or less")
+    return periods
 
 
 def written(periods: Sequence[int]) -> str:
@@ -76,22 +62,7 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
         note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
 
 
-def show_steps(
-    shown: Progress, steps: "Iterable[Step]", what: str, totals: Mapping[int, int], known: int = 0
-) -> None:
-    """Take the steps of a fill, and show how far all its periods are, of which some words were known."""
-    total = sum(totals.values())
-    shown.tell(what, known, total)
-    for step in steps:
-        before = sum(count for p, count in totals.items() if p < step.p)
-        shown.tell(f"{what}, p = {step.p:>2} of {max(totals)}", before + step.words, total)
-
-
 _MOST_JOBS = 1024
-_WORTH_PROCESSES = 1.0
-"""Seconds of work from which on starting further processes pays."""
-_STARTING = 0.1
-"""Seconds of work that starting further processes takes, about."""
 
 _JOBS = "Worker processes [default: all cores if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
@@ -133,26 +104,16 @@ class Solvers:
         return _MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
-    def at_work(self, seconds: float) -> "Iterator[Workers]":
-        """Start what does the work of so many seconds, about, or connect to it; end it after use.
-
-        Work that takes no longer than starting does is done here, whatever is asked for.
-        """
-        from orbitdb.filling.workers import HERE, Processes, cores
-
-        if self.scheduler is not None:
-            from orbitdb.filling.cluster import Cluster
-
-            with _quiet_dask(), Cluster(self.scheduler) as cluster:
-                note(f"{self.scheduler}: {_told(*cluster.size())}")
-                yield cluster
+    def cluster(self) -> "Iterator[Workers | None]":
+        """Connect to the dask cluster, if one is named."""
+        if self.scheduler is None:
+            yield None
             return
-        count = self.jobs or (cores() if seconds >= _WORTH_PROCESSES else 1)
-        if count == 1 or seconds < _STARTING:
-            yield HERE
-            return
-        with Processes(count) as processes:
-            yield processes
+        from orbitdb.filling.cluster import Cluster
+
+        with _quiet_dask(), Cluster(self.scheduler) as cluster:
+            note(f"{self.scheduler}: {_told(*cluster.size())}")
+            yield cluster
 
 
 def _told(workers: int, threads: int) -> str:

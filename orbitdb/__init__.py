@@ -1,16 +1,17 @@
 """orbitdb: a certified catalogue of the unstable periodic orbits of the stadium billiard.
 
 The catalogue
-    `Catalogue`: a database file, opened for reading; `Selection`: a chosen subset of it; `Subset`: the
-    chosen rows as arrays. `Catalogue.identify` finds a `Trajectory`, with the orbits that it shadows as
-    `Followed`, or each `Candidate` for a length.
+    `Catalogue`: a database file, to fill, to ask and to check; `Selection`: a chosen subset of it.
+    It returns a `Subset` (rows as arrays), a `Result` (a table by period), a `Spectrum`, `Levels`, each
+    `Fill`, `Sweep` and `Life`, `EntropyBounds`, a `Reference`, a `Verification`, or a `Trajectory` with the
+    orbits that it shadows as `Followed`, and each `Candidate` for a length.
 Orbits
     `solve_word` solves one word, `solve` many as arrays; `existence` finds the ranges of a in which a word
     is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `simulate` averages over random trajectories; the result is a `Reference`.
 Quantum levels
-    `levels` computes all levels of a stadium in a range of k, as one `Levels` for each window and parity.
+    `levels` computes all levels of a stadium in a range of k.
 Errors
     `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
 
@@ -35,14 +36,21 @@ if TYPE_CHECKING:  # isort: off
         Followed as Followed,
         Trajectory as Trajectory,
     )
+    from orbitdb.answers.results import Result as Result
     from orbitdb.answers.subset import Subset as Subset
+    from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.newton import solve as solve
     from orbitdb.orbits.orbit import Orbit as Orbit, Orbits as Orbits, Status as Status
     from orbitdb.orbits.single_word import existence as existence, solve_word as solve_word
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
+    from orbitdb.quantum.spectrum import Spectrum as Spectrum
     from orbitdb.store.asking.selection import Selection as Selection
+    from orbitdb.store.reading.fills import Fill as Fill
+    from orbitdb.store.reading.lives import Life as Life
+    from orbitdb.store.reading.sweeps import Sweep as Sweep
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.verification.whole import Verification as Verification
     # isort: on
 
 __version__ = "0.2.0"
@@ -51,14 +59,21 @@ _HOMES = {
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Followed", "Trajectory"),
+    "answers.results": ("Result",),
     "answers.subset": ("Subset",),
+    "entropy.bounds": ("EntropyBounds",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
     "quantum.levels": ("Levels", "levels"),
+    "quantum.spectrum": ("Spectrum",),
     "store.asking.selection": ("Selection",),
+    "store.reading.fills": ("Fill",),
+    "store.reading.lives": ("Life",),
+    "store.reading.sweeps": ("Sweep",),
     "trajectories.ensemble": ("Reference", "simulate"),
+    "verification.whole": ("Verification",),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}
 

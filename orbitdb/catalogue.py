@@ -1,7 +1,8 @@
-"""The roof: `Catalogue`, a database of periodic orbits to ask."""
+"""The roof: `Catalogue`, a database of periodic orbits to make, to ask and to check."""
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
@@ -10,15 +11,17 @@ from orbitdb.answers.gaps import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, telling
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.criteria import Criteria, choose, with_criteria
+from orbitdb.store.asking.criteria import Criteria, choose, chosen_periods, with_criteria
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import default_path
 from orbitdb.store.reading.lookup import meant
 from orbitdb.store.reading.moment import Moment, Reader
-from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
+from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike
 
     from orbitdb.answers.counts import Counted
@@ -27,11 +30,15 @@ if TYPE_CHECKING:
     from orbitdb.answers.subset import Subset
     from orbitdb.answers.whole_periods import ChosenClasses
     from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.filling.workers import Workers
+    from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.spectrum import Spectrum
     from orbitdb.store.reading.fills import Fill
     from orbitdb.store.reading.lives import BirthFill, Life
     from orbitdb.store.reading.sweeps import Sweep
     from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.verification.whole import Verification
 
 _SHOWN = 4
 """How many further values of a a short description lists."""
@@ -513,6 +520,310 @@ class Catalogue:
         with self._file.moment() as moment:
             return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
 
+    # making
+
+    def fill(
+        self,
+        periods: int | str | Iterable[int] | None = None,
+        words: Iterable[str] = (),
+        *,
+        jobs: int | None = 1,
+        geometric: bool = False,
+        method: str = "newton",
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "list[Fill]":
+        """Store all words of some periods, and what becomes of them; or single words.
+
+        A fill that was interrupted goes on where it stopped; finished periods are skipped.
+
+        Parameters
+        ----------
+        periods : int, str or iterable of int, optional
+            Periods, such as ``"2-11"``.
+        words : iterable of str, optional
+            Primitive words of any period, to be stored with their symmetry classes.
+        jobs : int or None, optional
+            Processes; None for one a core, if there is enough work. In a script that is run as a file, more
+            than one needs the usual ``if __name__ == "__main__":``.
+        geometric : bool, optional
+            Also store the geometrically pruned words of the periods.
+        method : str, optional
+            ``newton``, or ``relaxation``, the paper's, which is slow.
+        workers : Workers, optional
+            What solves, instead of processes: an open `orbitdb.filling.cluster.Cluster`.
+        progress : callable, optional
+            Called with how much is done, of how much, and a text. Without it there is a bar in a notebook.
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Returns
+        -------
+        list of Fill
+            How far the periods are filled, and their counts.
+
+        Raises
+        ------
+        InputError
+            If you name neither periods nor words, or something that cannot be used.
+        StoreError
+            If the file cannot be written, or the disk has no room for it.
+
+        Examples
+        --------
+        >>> catalogue = Catalogue.create("orbits.db", a=1)
+        >>> [fill.n_c for fill in catalogue.fill("2-5")]
+        [1, 8, 32, 77]
+        """
+        from orbitdb.filling import make
+
+        at, wanted, single = self._at(a), _periods(periods), list(words)
+        if not wanted and not single:
+            raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
+        if wanted:
+            with telling(progress, "fill") as tell:
+                make.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+        for word in single:
+            self.fill_word(word, method=method, a=at)
+        return [fill for fill in self.fills(at) if fill.p in wanted]
+
+    def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
+        """Store a primitive word of any period, with its symmetry class, and return its orbit.
+
+        The parameters are those of `fill`. The family 02 is not stored.
+        """
+        from orbitdb.filling.fill import fill_word
+
+        return fill_word(self.path, parse_primitive(word), self._at(a), method)
+
+    def fill_births(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+    ) -> "list[BirthFill]":
+        """Find and store the values of a at which each word begins or ceases to be an orbit.
+
+        The parameters are those of `fill`.
+        """
+        from orbitdb.filling import make
+
+        wanted = _periods(periods)
+        with telling(progress, "births") as tell:
+            make.births(self.path, wanted, jobs, tell)
+        return [each for each in self.birth_fills() if each.p in wanted]
+
+    @with_criteria
+    def sweep(
+        self,
+        periods: int | str | Iterable[int],
+        selection: Selection | None = None,
+        *,
+        jobs: int | None = 1,
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "list[Sweep]":
+        """Count the orbits of periods and sum what averages need, without storing rows.
+
+        `table`, `entropy` and `lyapunov` use a sweep where there is no fill.
+
+        Parameters
+        ----------
+        periods, jobs, workers, progress : optional
+            As for `fill`.
+        selection : Selection, optional
+            The orbits to count and sum; or give criteria, as in `select`; by default all.
+
+        Raises
+        ------
+        SelectionError
+            If the subset cannot be swept.
+        """
+        from orbitdb.filling import make
+
+        chosen, wanted = self._chosen(selection, criteria), _periods(periods)
+        with telling(progress, "sweep") as tell:
+            make.sweep(self.path, chosen, wanted, jobs, workers, tell)
+        return [each for each in self.sweeps(chosen.a, chosen) if each.p in wanted]
+
+    def simulate(
+        self,
+        bounces: int = 20_000_000,
+        *,
+        seed: int = 0,
+        rng: "np.random.Generator | None" = None,
+        legwise: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Reference":
+        """Average over random trajectories, and store the result (`reference`).
+
+        Parameters
+        ----------
+        bounces : int, optional
+            Bounces in all.
+        seed : int, optional
+            The same seed gives the same result.
+        rng : numpy.random.Generator, optional
+            Draws the seed.
+        legwise : bool, optional
+            Sample leg by leg and use exact means, for much smaller errors.
+        progress, a : optional
+            As for `fill`.
+        """
+        from orbitdb.filling import make
+
+        at = Stadium(self._at(a))
+        with telling(progress, "trajectories") as tell:
+            found = make.simulate(at, bounces, _seed(seed, rng), legwise, tell)
+        make.keep_simulated(self.path, at.a, found)
+        return found
+
+    def prove_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        balls: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "EntropyBounds":
+        """Prove bounds on the topological entropy per bounce, and store them (`entropy_bounds`).
+
+        Parameters
+        ----------
+        edges : int, optional
+            Edges of the longest windows; 14 by default if nothing else limits the search.
+        width : float, optional
+            Stop when the bounds are this close.
+        seconds : float, optional
+            Stop after about this time.
+        balls : bool, optional
+            Check every decision in ball arithmetic, and use only what it proves.
+        progress, a : optional
+            As for `fill`.
+
+        Returns
+        -------
+        EntropyBounds
+            Those of the longest windows.
+        """
+        from orbitdb.filling import make
+
+        at, limits = self._at(a), make.limits_of(edges, width, seconds)
+        asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
+        proofs: list[Any] | None = [] if balls else None
+        with telling(progress, "bounds") as tell:
+            *_, last = make.bounds(self.path, [at], limits, proofs, 1, tell, asked)
+        return last
+
+    def fill_levels(
+        self,
+        k_max: float,
+        k_min: float = 0.0,
+        parities: "Sequence[Parity | str]" = ("ee", "eo", "oe", "oo"),
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Levels":
+        """Find and store all quantum levels with k_min <= k < k_max, each with an estimate of its error.
+
+        Parameters
+        ----------
+        k_max, k_min : float
+            The range of wavenumbers, in 1/radius.
+        parities : sequence of str, optional
+            ``ee``, ``eo``, ``oe``, ``oo``: even or odd in x, then in y.
+        jobs, progress, a : optional
+            As for `fill`.
+        """
+        from orbitdb.filling import make
+        from orbitdb.quantum.levels import Levels, parities_of
+
+        at = Stadium(self._at(a))
+        with telling(progress, "levels") as tell:
+            found = make.levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
+        return Levels.joined(at.a, k_min, k_max, found)
+
+    def levels(
+        self, k_max: float | None = None, parity: "Parity | str | None" = None, *, a: float | None = None
+    ) -> "Levels":
+        """Return the stored quantum levels from 0 to the first gap, or to k_max.
+
+        Parameters
+        ----------
+        k_max : float, optional
+            The end of the range, in 1/radius.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If levels up to there are not stored.
+        """
+        from orbitdb.answers.spectrum import levels_from_zero
+
+        with self._file.moment() as moment:
+            return levels_from_zero(moment, self._at(a), parity, k_max)
+
+    @with_criteria
+    def verify(
+        self,
+        selection: Selection | None = None,
+        *,
+        sample: int | None = None,
+        restarts: int = 0,
+        seed: int = 0,
+        rng: "np.random.Generator | None" = None,
+        births: bool = False,
+        rigorous: bool = False,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Verification":
+        """Compute the catalogue again from its words alone and compare.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            What to check, or give criteria, as in `select`; by default everything, at every a.
+        sample : int, optional
+            Check only so many classes, drawn at random.
+        restarts : int, optional
+            Solve every word again from so many random starts.
+        seed, rng : optional
+            Of sample and restarts, as for `simulate`.
+        births : bool, optional
+            Prove that no birth or death is missing between a = 0.02 and 1000.
+        rigorous : bool, optional
+            Prove every row in ball arithmetic, and store the certificate.
+        jobs, progress : optional
+            As for `fill`.
+
+        Examples
+        --------
+        >>> catalogue.verify(p="2-5").sound
+        True
+        """
+        from orbitdb.verification.verify import report
+        from orbitdb.verification.whole import Verification, told, verification_steps
+
+        everywhere = selection is None and criteria.get("a") is None
+        chosen = self._chosen(selection, criteria)
+        selections = [replace(chosen, a=at) for at in self.a_values()] if everywhere else [chosen]
+        drawn = _seed(seed, rng)
+        work = verification_steps(self.path, selections, sample, restarts, drawn, births, rigorous, jobs=jobs)
+        with telling(progress, "verify") as tell, closing(work) as steps:
+            return Verification(tuple(report(told(steps, tell))))
+
     # what else is stored
 
     def a_values(self, orbits: bool = False) -> list[float]:
@@ -632,3 +943,12 @@ class Catalogue:
     def _at(self, a: float | None) -> float:
         """Return the stadium that a question is about."""
         return self.a if a is None else Stadium(a).a
+
+
+def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
+    return () if periods is None else chosen_periods(periods)
+
+
+def _seed(seed: int, rng: "np.random.Generator | None") -> int:
+    """Return a seed, or one that a generator draws if there is one."""
+    return seed if rng is None else int(rng.integers(2**63))

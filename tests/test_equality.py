@@ -14,7 +14,7 @@ import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
 from orbitdb.equality import ByValue
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.levels import Levels
+from orbitdb.quantum.levels import LevelWindow
 from orbitdb.symbols.words import from_strings
 
 
@@ -113,5 +113,5 @@ def test_what_holds_large_arrays_is_written_in_one_line(filled):
 
 @pytest.mark.parametrize("change", [{"a": 1.5}, {"low": 0.5}, {"high": 8.0}, {"below": 1}])
 def test_a_number_alone_makes_a_difference(change):
-    one = Levels(1.6, Parity("ee"), 0.0, 9.0, 0, np.ones(2), np.zeros(2))
+    one = LevelWindow(1.6, Parity("ee"), 0.0, 9.0, 0, np.ones(2), np.zeros(2))
     assert replace(one) == one != replace(one, **change)

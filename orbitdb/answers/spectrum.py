@@ -16,7 +16,7 @@ from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.orbit import Status
 from orbitdb.quantum.amplitudes import Classes, Parity, Terms, orbit_terms
 from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
-from orbitdb.quantum.levels import Levels
+from orbitdb.quantum.levels import Levels, LevelWindow, parities_of
 from orbitdb.quantum.spectrum import Spectrum, check_levels
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
@@ -33,19 +33,35 @@ _USUAL_K_MAX = 30.0
 _LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 
 
+def levels_from_zero(
+    moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
+) -> Levels:
+    """Return the stored levels from 0 to the first gap, or to a k below it (`Catalogue.levels`)."""
+    parities = list(Parity) if parity is None else parities_of([parity])
+    found = {each: stored_levels(moment.connection, a, each) for each in parities}
+    ends = []
+    for windows in found.values():
+        end = 0.0
+        for window in windows:
+            end = window.high if window.low == end else end
+        ends.append(end)
+    high = min(ends) if k_max is None else k_max
+    if not 0 < high <= min(ends):
+        asked = 30 if k_max is None else k_max
+        known = f"levels are stored up to k = {min(ends):g}" if min(ends) else "no levels are stored"
+        raise InputError(
+            f"{known} at a = {exact(a)}: 'orbitdb levels --k 0:{asked:g} --a {exact(a)}' finds them"
+        )
+    return Levels.joined(a, 0.0, high, found)
+
+
 def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
-    ends, found = [], []
-    for each in Parity if parity is None else (parity,):
-        end = 0.0
-        for window in stored_levels(moment.connection, a, each):
-            if window.low == end:
-                end = window.high
-                found.append(window.k)
-        ends.append(end)
-    high = min(ends)
-    k = np.sort(np.concatenate([np.zeros(0), *found]))
-    return (k[k < high], high) if high > 0 else None
+    try:
+        found = levels_from_zero(moment, a, parity)
+    except InputError:
+        return None
+    return found.k, found.high
 
 
 def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
@@ -109,7 +125,7 @@ def read_spectrum(
     return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
-def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[Levels]:
+def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
     """Return the levels of one parity that are stored, window by window, if they were found so."""
     fills, levels = level_fill.c, level.c
     query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
@@ -122,7 +138,7 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
         number, k, error = known[(known[:, 1] >= low) & (known[:, 1] < high)].T
         if not np.array_equal(number, np.arange(below + 1, below + 1 + len(k))) or (np.diff(k) < 0).any():
             raise unsound(f"levels {parity} at a = {exact(a)} in a window from k =", low)
-        found.append(Levels(a, parity, low, high, below, k, error, seconds))
+        found.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
     for one, other in pairwise(found):
         whole = one.below + len(one.k) == other.below
         if one.high > other.low or (one.high == other.low and not whole):
@@ -132,7 +148,7 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
     return found
 
 
-def missing_levels(known: Sequence[Levels], low: float, high: float) -> Iterator[tuple[float, float]]:
+def missing_levels(known: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of k between two values that no window covers."""
     for each in known:
         if low < min(each.low, high):

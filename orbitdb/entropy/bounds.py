@@ -19,9 +19,10 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.growth import growth
-from orbitdb.entropy.verdicts import Decision, Tell, Verdict, decide
+from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
 from orbitdb.numerals import between
+from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
@@ -120,7 +121,7 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
         open_ = decision.verdict == Verdict.UNDECIDED
         windows, at_left = windows.rows(open_), decision.extend_left[open_]
         if tell:
-            tell(f"{windows.edges} letters: what they leave", 0, 0)
+            tell(0, 0, f"{windows.edges} letters: what they leave")
         avoiding = automaton(forbidden)
         upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
         at_end = windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED

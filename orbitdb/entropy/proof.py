@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Tell, Verdict, corner, decide, solve_corner
+from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import Windows, open_chains
+from orbitdb.progress import Tell
 
 PRECISION = 64
 """Bits of the arithmetic."""
@@ -64,7 +65,7 @@ def proved(
                 start = solve_corner(pushed, a, np.zeros(len(rows))).alpha.T.tolist()
                 for column, row in enumerate(batch[rows].tolist()):
                     if tell and done % _OFTEN == 0:
-                        tell(f"{windows.edges} letters in balls", done, len(decided))
+                        tell(done, len(decided), f"{windows.edges} letters in balls")
                     done += 1
                     f = condition_in_balls(pushed, column, a, start[column])
                     found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)

@@ -16,7 +16,6 @@ With theta_j = sigma_j alpha_j, sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hes
 entry off its diagonal. So all theta rise with the push at either end (docs/entropy-proof.md).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -38,6 +37,7 @@ from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
 from orbitdb.equality import ByValue, Columns
 from orbitdb.orbits.cyclic import tridiagonal
+from orbitdb.progress import Tell
 
 EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16
@@ -204,9 +204,6 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
 BATCH = 1 << 15
 """Windows that are solved at a time: it bounds the memory."""
 
-Tell = Callable[[str, int, int], None]
-"""Is told what is at work, how much of it is done, and how much there is (0: not known)."""
-
 _ROUGH = 0.02
 """Error of f, as a share of its range, at which it is clear enough which end to extend."""
 
@@ -247,7 +244,7 @@ def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
     extend_left = np.zeros(len(windows), dtype=np.bool_)
     for start in range(0, len(windows), BATCH):
         if tell:
-            tell(f"{windows.edges} letters", start, len(windows))
+            tell(start, len(windows), f"{windows.edges} letters")
         batch = np.arange(start, min(start + BATCH, len(windows)))
         for rows, chains in open_chains(windows.rows(batch)):
             found = _decide(chains, a)

@@ -12,7 +12,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from traceback import format_exc
@@ -27,6 +27,11 @@ Result = TypeVar("Result")
 
 _AHEAD = 2
 """Blocks under way for each worker, so that none waits for the writer."""
+
+_WORTH_PROCESSES = 1.0
+"""Seconds of work from which on starting further processes pays."""
+_STARTING = 0.1
+"""Seconds of work that starting further processes takes, about."""
 
 _DEATHS = 3
 """How often workers may die on one block."""
@@ -229,3 +234,21 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+@contextmanager
+def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = None) -> Iterator[Workers]:
+    """Give what does the work of so many seconds, about: given workers, or processes that end after use.
+
+    Work that takes no longer than starting processes does is done here, whatever is asked for. Without a
+    number of jobs there are as many as cores, if the work is worth it.
+    """
+    if workers is not None:
+        yield workers
+        return
+    count = jobs or (cores() if seconds >= _WORTH_PROCESSES else 1)
+    if count == 1 or seconds < _STARTING:
+        yield HERE
+        return
+    with Processes(count) as processes:
+        yield processes

@@ -7,8 +7,9 @@ same number on the coarser grid, which has polynomials of lower degree and fewer
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,15 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
+from orbitdb.extras import load
 from orbitdb.numerals import exact
+from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.elements import eigenvalues, gradient
 from orbitdb.quantum.mesh import quarter_stadium
+
+if TYPE_CHECKING:
+    import pandas
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +53,7 @@ all of them give a level the same number."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Levels(ByValue):
+class LevelWindow(ByValue):
     """Levels of one parity in a window of k.
 
     Attributes
@@ -87,7 +93,7 @@ class LevelTask:
     low: float
     high: float
 
-    def solved(self) -> Levels:
+    def solved(self) -> LevelWindow:
         """Solve on two grids.
 
         Raises
@@ -106,7 +112,7 @@ class LevelTask:
             )
         error = _SAFETY * np.abs(k - same) + ROUNDING * k
         seconds = time.process_time() - began
-        return Levels(
+        return LevelWindow(
             self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
         )
 
@@ -162,10 +168,79 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
         low = end
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class Levels(ByValue):
+    """All levels in a range of k, of some parities or all.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    low, high : float
+        The range, in 1/radius: all levels with low <= k < high are there.
+    k, error : ndarray, shape (N,)
+        The levels in rising order, and estimates of their errors.
+    parity : ndarray of str, shape (N,)
+        Even or odd in x, then in y, such as ``oe``.
+    parities : tuple of Parity
+        Those that are there.
+
+    Examples
+    --------
+    >>> levels(1.6, 3)
+    <5 levels from k = 0 to 3 at a = 1.6>
+    """
+
+    a: float
+    low: float
+    high: float
+    k: Floats
+    error: Floats
+    parity: NDArray[np.str_]
+    parities: tuple[Parity, ...] = tuple(Parity)
+
+    @classmethod
+    def joined(
+        cls, a: float, low: float, high: float, parts: Mapping[Parity, Iterable[LevelWindow]]
+    ) -> "Levels":
+        """Return the levels in a range, by parity from windows that cover it."""
+        rows = sorted(
+            (k, error, str(parity))
+            for parity, found in parts.items()
+            for part in found
+            for k, error in zip(part.k.tolist(), part.error.tolist(), strict=True)
+            if low <= k < high
+        )
+        k, error, parity = zip(*rows, strict=True) if rows else ((), (), ())
+        return cls(a, low, high, np.array(k, float), np.array(error, float), np.array(parity, "U2"),
+                   tuple(parts))  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.k)
+
+    def __repr__(self) -> str:
+        of = "" if len(self.parities) == len(Parity) else f" {', '.join(self.parities)}"
+        found = several(len(self), "level")
+        return f"<{found}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame with the columns k, error and parity."""
+        pandas = load("pandas", "to_pandas()", "pandas")
+        return pandas.DataFrame({"k": self.k, "error": self.error, "parity": self.parity})
+
+
+def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
+    """Return parities by their names, each once, or refuse what is none."""
+    try:
+        return list(dict.fromkeys(map(Parity, names)))
+    except ValueError:
+        raise InputError(f"parity {names!r:.40}: use ee, eo, oe or oo") from None
+
+
 def levels(
     stadium: Stadium | float, high: float, low: float = 0.0, parities: Sequence[Parity | str] = tuple(Parity)
-) -> list[Levels]:
-    """Return all levels with low <= k < high, window by window of each parity.
+) -> Levels:
+    """Return all levels with low <= k < high.
 
     Parameters
     ----------
@@ -182,5 +257,7 @@ def levels(
         If the stadium or the range is outside what has been tested.
     """
     at = as_stadium(stadium)
-    tasks = [task for parity in parities for task in windows(at, Parity(parity), low, high)]
-    return [task.solved() for task in tasks]
+    found = {
+        parity: [task.solved() for task in windows(at, parity, low, high)] for parity in parities_of(parities)
+    }
+    return Levels.joined(at.a, low, high, found)

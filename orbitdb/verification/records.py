@@ -23,7 +23,7 @@ from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.levels import ROUNDING, Levels, windows
+from orbitdb.quantum.levels import ROUNDING, LevelWindow, windows
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.records import bounds_stored, is_sound
@@ -119,7 +119,7 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
         yield Check("levels", 1, 1, first=f"levels {parity} at a = {exact(a)}")
 
 
-def _window(stored: Levels) -> Iterator[Check]:
+def _window(stored: LevelWindow) -> Iterator[Check]:
     """Check the number of levels in a window and below it, then each level, if the number is right.
 
     Raises

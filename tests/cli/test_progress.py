@@ -3,15 +3,13 @@
 import io
 import sys
 import threading
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from orbitdb.cli import progress as line
 from orbitdb.cli.progress import Pace, clock, frame
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import show_steps
+from orbitdb.filling.make import watched
 from orbitdb.filling.resuming import Progress
 
 
@@ -83,9 +81,10 @@ def test_times_are_read_at_a_glance():
 def test_a_fill_of_several_periods_is_one_way():
     """What is stored of a period adds to all of those before it, whether they were filled now or not."""
     told = []
-    shown: Any = SimpleNamespace(tell=lambda text, done, total: told.append((text, done, total)))
-    steps = [Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96))]
-    show_steps(shown, steps, "words", {2: 1, 3: 8, 5: 96}, known=1)
+    steps = (Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96)))
+    watched(
+        steps, "words", {2: 1, 3: 8, 5: 96}, lambda done, total, text: told.append((text, done, total)), 1
+    )
     assert told == [
         ("words", 1, 105),
         ("words, p =  3 of 5", 3, 105),

@@ -231,8 +231,8 @@ def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, valu
 
 
 def test_progress_is_of_the_windows_of_a_length():
-    told: dict[str, tuple[int, int]] = {}
-    found = list(search(Stadium(1.6), 6, tell=lambda stage, *counts: told.setdefault(stage, counts) and None))
+    told: dict[str, tuple[float, float]] = {}
+    found = list(search(Stadium(1.6), 6, tell=lambda done, total, text: told.setdefault(text, (done, total))))
     for bounds, count in zip(found, np.diff([0, *(each.windows for each in found)]), strict=True):
         assert told[f"{bounds.window} letters"] == (0, count)
         assert told[f"{bounds.window} letters: what they leave"] == (0, 0)

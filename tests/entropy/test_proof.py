@@ -57,7 +57,7 @@ def test_balls_tell_how_far_they_are():
     told = []
     windows, decision = levels(1.6, 4)[-1]
     proved(windows, decision.verdict, 1.6, lambda *state: told.append(state))
-    assert told == [("4 letters in balls", 0, np.count_nonzero(decision.verdict))]
+    assert told == [(0, np.count_nonzero(decision.verdict), "4 letters in balls")]
 
 
 def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):

@@ -73,11 +73,12 @@ def test_a_window_from_a_level_to_a_level_is_solved():
 
 @pytest.mark.slow
 def test_windows_meet_without_a_gap_and_follow_weyls_law():
-    found = levels(1.6, 23.0, parities=("oo",))
+    found = [task.solved() for task in windows(Stadium(1.6), Parity.OO, 0.0, 23.0)]
     assert len(found) > 1
     assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
     assert [each.below for each in found] == [sum(len(one.k) for one in found[:n]) for n in range(len(found))]
     k, places = np.concatenate([each.k for each in found]), np.linspace(0, 23, 2000)
+    assert levels(1.6, 23.0, parities=("oo",)).k.tolist() == k.tolist()
     off = np.searchsorted(k, places) - weyl(Stadium(1.6), Parity.OO)(places)
     assert abs(off.mean()) < 0.05
     assert np.abs(off).max() < 2.7
@@ -100,7 +101,7 @@ def _smallest(k: float, a: float) -> float:
 @pytest.mark.slow
 def test_particular_solutions_find_the_same_levels():
     """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
-    (found,) = levels(0.3, 9.0, parities=("oo",))
+    found = levels(0.3, 9.0, parities=("oo",))
     assert abs(len(found.k) - weyl(Stadium(0.3), Parity.OO)(9.0)) < 1
     assert found.error.max() < 1e-9
     for k in found.k:

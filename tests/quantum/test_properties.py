@@ -15,7 +15,7 @@ from orbitdb.answers.spectrum import missing_levels
 from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
 from orbitdb.quantum.elements import gradient
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
-from orbitdb.quantum.levels import Levels, LevelTask, windows
+from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
 from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
 
@@ -130,7 +130,7 @@ def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
     """Every other piece between two cuts, and the last, is a window."""
     none = np.zeros(0)
     windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
-    known = [Levels(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
+    known = [LevelWindow(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
     found = list(missing_levels(known, low, high))
     assert all(one < other for one, other in found)
     for one, other in pairwise(sorted({*cuts, low, high})):

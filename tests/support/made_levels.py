@@ -6,7 +6,7 @@ import numpy as np
 
 from orbitdb import Stadium
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
-from orbitdb.quantum.levels import Levels
+from orbitdb.quantum.levels import LevelWindow
 from orbitdb.store.writing.writer import Writer, keep_levels
 
 WINDOWS = ((0.0, 5.0), (5.0, 9.0), (10.0, 11.0))
@@ -21,7 +21,7 @@ def keep_made_levels(path: Path) -> dict[str, list[float]]:
         k = np.array([wavenumber(smooth, n - 0.5) for n in range(1, 40)])
         for low, high in WINDOWS:
             own = k[(low <= k) & (k < high)]
-            keep_levels(writer, Levels(1.6, parity, low, high, int((k < low).sum()), own, own * 1e-12))
+            keep_levels(writer, LevelWindow(1.6, parity, low, high, int((k < low).sum()), own, own * 1e-12))
         found[str(parity)] = k[k < WINDOWS[1][1]].tolist()
     writer.close()
     return found

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import astuple, replace
 from pathlib import Path
@@ -15,23 +15,20 @@ from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import Jobs, Solvers
+from orbitdb.cli.storing import Jobs
 from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.moment import Moment
-    from orbitdb.verification.check import Check, Step
+    from orbitdb.verification.check import Check
 
 EXAMPLES = (
     "verify",
     "verify --p 2-11 --a 1.6 --rigorous",
     "verify --sample 1000 --restarts 10 --seed 7 --json",
 )
-
-_STARTS_A_SECOND = 800_000
-"""Random starts from which words are solved; a check of all else takes as long as four."""
 
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 _COUNTED = {
@@ -90,7 +87,7 @@ def verify(
     from orbitdb.verification.check import Check
     from orbitdb.verification.records import is_known
     from orbitdb.verification.verify import report
-    from orbitdb.verification.verify import verify as steps
+    from orbitdb.verification.whole import told, verification_steps
 
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
@@ -104,34 +101,19 @@ def verify(
         note(str(error))
         _report([broken], db, start, restarts, output)
         return
-    solvers = Solvers(jobs)
     missing: list[str] = []
-
-    def work() -> "Generator[Step]":
-        with source.moment() as moment:
-            stadiums = moment.a_values() if a is None else [Stadium(a).a]
-            subset = choice.at(options.USUAL_A)
-            chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
-            if a is not None and not is_known(moment, stadiums[0]):
-                note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
-                raise typer.Exit(1)
-            known = 0
-            with suppress(AlteredError):  # it is among what is checked
-                fills = ((each, fill) for each in chosen for fill in moment.fills(each.a))
-                known = sum(fill.words for each, fill in fills if each.includes(fill.p))
-                missing.extend(_gaps(moment, chosen, a is not None))
-            checked = known if sample is None else min(sample, known)
-            with solvers.at_work((4 + restarts) * checked / _STARTS_A_SECOND) as workers:
-                here = workers if workers.jobs > 1 else None
-                yield from steps(moment, chosen, sample, restarts, seed, births, here)
-        if rigorous:
-            from orbitdb.verification.recomputation import certify
-
-            for selection in chosen:
-                yield from certify(source.path, selection, sample, seed, again)
-
-    with closing(work()) as steps_taken:  # with whom it has set to work, if it ends before its time
-        found = report(_watched(steps_taken))
+    with source.moment() as moment:
+        stadiums = moment.a_values() if a is None else [Stadium(a).a]
+        subset = choice.at(options.USUAL_A)
+        chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
+        if a is not None and not is_known(moment, stadiums[0]):
+            note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
+            raise typer.Exit(1)
+        with suppress(AlteredError):  # it is among what is checked
+            missing.extend(_gaps(moment, chosen, a is not None))
+    work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, again, jobs)
+    with progress("the catalogue") as shown, closing(work):  # and its processes, if it ends before its time
+        found = report(told(work, shown))
     for gap in missing:
         note(gap)
     _report(found, source.path, start, restarts, output)
@@ -185,11 +167,3 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
         rest = without(each, swept) if swept else each
         if rest is not None and (said := unfilled(moment, rest)):
             yield said
-
-
-def _watched(steps: "Iterable[Step]") -> "Iterator[Step]":
-    """Pass the steps on, and show how far they are if somebody watches."""
-    with progress("the catalogue") as shown:
-        for step in steps:
-            shown.tell(step.stage, step.done, step.total if step.total > 1 else 0)
-            yield step

@@ -13,7 +13,7 @@ from orbitdb.cli.options import count_option
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import Jobs, Solvers, asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import Jobs, asked_periods, bring, written
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
-
-_WORDS_A_SECOND = 40_000
-"""Whose births are found, about."""
 
 
 def births(
@@ -59,7 +56,7 @@ def births(
         periods = range(first, MAX_PERIOD + 1)
     else:
         periods = asked_periods(context, asked, first)
-        _fill(periods, db, Solvers(jobs))
+        _fill(periods, db, jobs)
     with reading(db) as moment:
         found = [each for each in moment.birth_fills() if each.p in periods]
         ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
@@ -92,18 +89,11 @@ def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]
     return rows
 
 
-def _fill(periods: Sequence[int], db: Path, solvers: Solvers) -> None:
-    from orbitdb.filling.births import fill_births
-    from orbitdb.store.reading.moment import reading
-    from orbitdb.symbols.pruning import count_admissible
+def _fill(periods: Sequence[int], db: Path, jobs: int | None) -> None:
+    from orbitdb.catalogue import Catalogue
 
     start, span = time.monotonic(), f"births, p = {written(periods)}"
-    totals = {p: count_admissible(p) for p in periods}
     bring(db)
-    with reading(db) as moment:
-        stored = {each.p: each.words for each in moment.birth_fills()}
-    known = sum(stored.get(p, 0) for p in periods)
-    seconds = (sum(totals.values()) - known) / _WORDS_A_SECOND
-    with solvers.at_work(seconds) as workers, progress(span) as shown:
-        show_steps(shown, fill_births(db, periods, workers), "births", totals, known)
+    with Catalogue(db) as catalogue, progress(span) as shown:
+        catalogue.fill_births(periods, jobs=jobs, progress=shown)
     note(f"{span}: {time.monotonic() - start:.1f} s, in {db}")

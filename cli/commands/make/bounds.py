@@ -1,12 +1,10 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
-import math
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
-from functools import partial
+from collections.abc import Sequence
+from contextlib import closing
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,17 +13,12 @@ from orbitdb.cli.arguments import lengths
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import Jobs, Solvers, bring
-from orbitdb.errors import InputError
-from orbitdb.numerals import exact
+from orbitdb.cli.storing import Jobs, bring
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
 
-    Keep = Callable[[EntropyBounds, str | None], object]
-    Limits = tuple[int | None, float, float]
-    Solving = Generator[tuple[EntropyBounds, str | None]]
 
 EXAMPLES = (
     "bounds",
@@ -35,9 +28,6 @@ EXAMPLES = (
     "bounds --a 0.3:10:40 --window 12",
 )
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
-_USUAL_WINDOW = 14
-_SECONDS = 0.4
-"""In which the entropy is enclosed at one a with the usual windows, about."""
 _WHY = "the time, the length of windows or the memory was not enough"
 
 
@@ -81,27 +71,25 @@ def bounds(
     reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
     there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
-    for name, limit in (("--width", width), ("--time", seconds)):
-        if limit is not None and not 0 < limit < math.inf:
-            raise InputError(f"{name} {limit:g}: give a number above 0")
-    values = lengths(a)
+    from orbitdb.filling.make import bounds as enclosed
+    from orbitdb.filling.make import limits_of
+
+    values, limits = lengths(a), limits_of(window, width, seconds)
     if len(values) == 1:
         options.refuse_idle(context, "at one a", "jobs")
-    most = window or (_USUAL_WINDOW if width is None and seconds is None else None)
-    limits = most, width or 0.0, seconds or math.inf
-    asked = {"a": a, "window": most, "width": width, "time": seconds, "prove": prove}
+    asked = {"a": a, "window": limits[0], "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
-    proofs: list[Proof] = []
-    solving = _solve(values, limits, prove, Solvers(jobs), proofs)
+    proofs: list[Proof] | None = [] if prove else None
+    kept = _kept(db, store)
     try:
-        with _keeping(db, store, prove, asked) as keep, closing(solving) as levels:
-            for level, computed in levels:
-                found.append(level)
-                keep(level, computed)
+        with progress("windows") as shown:
+            steps = enclosed(kept, values, limits, proofs, jobs, shown, asked)
+            with closing(steps):
+                found.extend(steps)  # one by one: what was found before Ctrl-C is shown
     finally:
         last = list({level.a: level for level in found}.values())
         output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
-        if prove:
+        if proofs is not None:
             note(balls_of(proofs))
     apart = [level.width for level in last]
     if width is not None and max(apart) > width:
@@ -119,44 +107,14 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
     )
 
 
-def _solve(
-    values: Sequence[float], limits: "Limits", prove: bool, solvers: Solvers, proofs: "list[Proof]"
-) -> "Solving":
-    """Enclose the entropy with longer and longer windows, at many a in processes; note what balls did."""
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.entropy.bounds import enclose, search
-    from orbitdb.entropy.verdicts import decide
-
-    judges: list[Any] = [None] * len(values)
-    if prove:
-        from orbitdb.entropy.proof import Proof  # it loads flint, which doubles alone do not need
-
-        judges = [Proof() for _ in values]
-    if len(values) == 1:
-        proofs += filter(None, judges)
-        judge = proofs[0].decide if prove else decide
-        with progress("windows") as shown:
-            yield from ((each, None) for each in search(Stadium(values[0]), *limits, shown.tell, judge))
-        return
-    seconds = _SECONDS * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
-    tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
-    with progress("windows") as shown, solvers.at_work(len(tasks) * seconds) as workers:
-        for done, solved in enumerate(workers.solved(tasks), 1):
-            proofs += filter(None, [solved.proof])
-            yield from ((level, solved.arithmetic) for level in solved.levels)
-            shown.tell(f"a = {exact(solved.levels[-1].a)}", done, len(tasks))
-
-
-@contextmanager
-def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -> "Iterator[Keep]":
-    """Give what keeps bounds in the catalogue; it does nothing where there is none, and none is asked for."""
-    from orbitdb.entropy.bounds import BALLS, DOUBLES
+def _kept(db: Path, store: bool | None) -> Path | None:
+    """Return the catalogue that is to keep bounds; None where there is none, and none is asked for."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.reading.moment import Reader
 
     version = None if store else check_file(db)
     if store is False or (store is None and version != SCHEMA_VERSION):
-        yield lambda level, computed: None
         if store is None and version is None:
             note(f"not kept: there is no catalogue at {db}; --store makes one")
         elif store is None:
@@ -164,11 +122,7 @@ def _keeping(db: Path, store: bool | None, prove: bool, asked: dict[str, Any]) -
                 f"not kept: {db} has the older schema {version}; --store, or 'orbitdb migrate', "
                 "brings it to the newest"
             )
-        return
-    from orbitdb.store.reading.moment import Reader
-    from orbitdb.store.writing.writer import Writer, keep_bounds
-
+        return None
     bring(db)
     Reader(db).close()  # what is wrong with it is to be known before
-    with closing(Writer(db, {"command": "bounds", **asked})) as writer:
-        yield lambda level, computed: keep_bounds(writer, level, BALLS if prove else DOUBLES, computed)
+    return db

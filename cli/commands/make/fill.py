@@ -14,7 +14,7 @@ from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, show_steps, written
+from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, written
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
@@ -67,9 +67,8 @@ def fill(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
-    from orbitdb.filling.fill import METHODS, fill_geometric, fill_periods
+    from orbitdb.filling.fill import METHODS
     from orbitdb.orbits.orbit import Status
-    from orbitdb.symbols.pruning import count_admissible, count_primitive
 
     Stadium(a)
     if method not in METHODS:
@@ -87,18 +86,18 @@ def fill(
         return
     check_room(db, coming)
     start = time.monotonic()
-    with solvers.at_work(coming.alone) as workers:
+    with solvers.cluster() as workers:
         bring(db)
-        with progress(span, expected=coming.seconds) as shown:
-            words = {p: count_admissible(p) for p in periods}
-            steps = fill_periods(db, a, periods, method, workers)
-            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
-            if geometric:
-                words = {p: count_primitive(p) for p in periods}
-                show_steps(shown, fill_geometric(db, periods), "pruned words", words)
-    with Catalogue(db) as catalogue:
-        fills = [fill for fill in catalogue.fills(a) if fill.p in periods]
-        pruned = catalogue.count(a=a, p=periods, status=Status.GEOMETRIC) if geometric else 0
+        with Catalogue(db, a) as catalogue, progress(span, expected=coming.seconds) as shown:
+            fills = catalogue.fill(
+                periods,
+                jobs=solvers.jobs,
+                workers=workers,
+                geometric=geometric,
+                method=method,
+                progress=shown,
+            )
+            pruned = catalogue.count(p=periods, status=Status.GEOMETRIC) if geometric else 0
     n_t, n_c = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     stored = f"{several(n_t, 'word')}, {several(n_c, 'orbit')}"
     stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
@@ -106,14 +105,15 @@ def fill(
 
 
 def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
-    from orbitdb.filling.fill import fill_word
+    from orbitdb.catalogue import Catalogue
 
     if dry_run:
         note(f"{len(words)} words to solve at a = {exact(a)}, in {db}")
         return
     bring(db)
+    catalogue = Catalogue(db, a)
     for word in words:
-        found = fill_word(db, word, a, method)
+        found = catalogue.fill_word(word, method=method)
         kept = "" if found.stored else "; not stored"
         note(f"{code_text(word)}: {found.status.sentence}{kept}")
 
@@ -143,10 +143,8 @@ def sweep(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.filling.sweeps import sweep_periods
     from orbitdb.orbits.orbit import Status
     from orbitdb.store.asking.sweepable import swept_text
-    from orbitdb.symbols.pruning import count_admissible
 
     chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
     span = f"p = {written(periods)} at a = {exact(a)}"
@@ -155,18 +153,14 @@ def sweep(
     if dry_run:
         return
     start = time.monotonic()
-    with solvers.at_work(coming.alone) as workers:
+    with solvers.cluster() as workers:
         bring(db)
-        with progress(span, expected=coming.seconds) as shown:
-            words = {p: count_admissible(p) for p in periods}
-            steps = sweep_periods(db, a, periods, workers, chosen)
-            show_steps(shown, steps, "words", words, sum(words.values()) - coming.words)
+        with Catalogue(db) as catalogue, progress(span, expected=coming.seconds) as shown:
+            found = catalogue.sweep(periods, chosen, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     subset = (text,) if (text := swept_text(chosen)) else ()
     if subset:
         note(replace(chosen, statuses=(Status.ORBIT,)).describe())
-    with Catalogue(db) as catalogue:
-        found = [each for each in catalogue.sweeps(a, chosen) if each.p in periods]
     rows = []
     for each in found:
         counts = each.tally

@@ -44,12 +44,11 @@ def simulate(
     The result is stored, and 'orbitdb lyapunov' shows it beside averages over orbits. With --legwise, only
     the small part of lambda whose exact mean is unknown is sampled.
     """
-    from orbitdb.averages.exact_means import exact_means
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.filling.make import keep_simulated
+    from orbitdb.filling.make import simulate as follow
     from orbitdb.store.reading.moment import Reader
-    from orbitdb.store.writing.writer import Writer, add_reference
-    from orbitdb.trajectories.ensemble import simulate as simulate_bounces
-    from orbitdb.trajectories.legwise import simulate_legs
+    from orbitdb.store.writing.writer import Writer
 
     stadium = Stadium(a)
     if store:
@@ -58,21 +57,10 @@ def simulate(
         with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:
-
-        def show(done: float, found: "Reference") -> None:
-            so_far = with_error(found.lambda_d, found.lambda_d_error)
-            shown.tell(f"lambda_d = {so_far}", done, 1.0)
-
-        if legwise:
-            growth = exact_means(a).growth
-            found = simulate_legs(stadium, wanted, (growth.value, growth.error), seed, show)
-        else:
-            found = simulate_bounces(stadium, wanted, seed, progress=show)
+        found = follow(stadium, wanted, seed, legwise, shown)
     try:
         if store:
-            parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-            with closing(Writer(db, parameters)) as writer:
-                add_reference(writer, a, found)
+            keep_simulated(db, a, found)
     finally:
         if output.table:
             write_facts(_facts(a, found))

@@ -16,9 +16,9 @@ from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.store.asking.parsing import parse_periods
+from orbitdb.store.asking.parsing import periods_up_to
+from orbitdb.store.asking.periods import fillable
 from orbitdb.store.file.migrate import migrate
-from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
 
@@ -81,10 +81,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
     value = half_length(a)
     if codes.strip():
         return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
-    spans = parse_periods(periods)
-    if not all(low >= 2 and high <= MAX_PERIOD for low, high in spans):
-        raise InputError(f"periods {periods!r}: fill from 2 to {MAX_PERIOD}")
-    return Wish(value, periods=tuple(sorted({p for low, high in spans for p in range(low, high + 1)})))
+    return Wish(value, periods=fillable(periods_up_to(periods)))
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:

@@ -15,6 +15,7 @@ from orbitdb.store.asking.parsing import (
     parse_statuses,
     parse_symmetry,
 )
+from orbitdb.store.asking.periods import fillable
 from orbitdb.store.asking.selection import MEASURES, USUAL_A, Bounds, Selection, SelectionError
 from orbitdb.symbols.words import parse
 
@@ -96,6 +97,22 @@ def choose(
         where=where,
         parameters=parameters or {},
     )
+
+
+def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
+    """Return the periods that are to be filled, in rising order.
+
+    Parameters
+    ----------
+    periods : int, str or iterable of int
+        A period, text such as ``2-11`` or ``2,3,5-7``, or several: ``range(2, 12)``, a list, an array.
+
+    Raises
+    ------
+    SelectionError
+        If there are none, or one of them cannot be filled.
+    """
+    return fillable(parse_periods(_listed(periods)))
 
 
 def _no_criterion(names: Sequence[str]) -> SelectionError:

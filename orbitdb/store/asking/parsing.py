@@ -8,13 +8,13 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.numerals import real
+from orbitdb.numerals import real, whole
 from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.store.asking.periods import LEAST_PERIOD
 from orbitdb.store.asking.selection import MEASURES, REVERSALS, Bounds, SelectionError
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
-_LEAST = 2
 _MOST_RANGES = 100
 _RANGE = re.compile(r"([^:]*):([^:]*)")
 _INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
@@ -30,12 +30,22 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
             raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
         low, high = int(found[1]), int(found[2] or found[1])
         if low > high:
-            remedy = f"write {high}-{low}" if high >= _LEAST else f"the least period is {_LEAST}"
+            remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
             raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
         ranges.append((low, high))
     if len(ranges) > _MOST_RANGES:
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
+
+
+def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
+    """Read what to fill: one number stands for all periods up to it, anything else as `parse_periods`."""
+    if "-" in text[1:] or "," in text:
+        return parse_periods(text)
+    try:
+        return ((first, whole(text)),)
+    except ValueError:
+        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:

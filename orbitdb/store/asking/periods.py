@@ -1,6 +1,24 @@
-"""Periods in words: ranges of them, joined and written."""
+"""Ranges of periods: those that can be filled, joined, and written."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+
+from orbitdb.errors import InputError
+from orbitdb.symbols.enumeration import MAX_PERIOD
+
+LEAST_PERIOD = 2
+"""No orbit has fewer bounces."""
+
+
+def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+    """Return the periods in some ranges, in rising order, or refuse those that cannot be filled."""
+    found: set[int] = set()
+    for low, high in spans:
+        if (least := min(low, high)) < LEAST_PERIOD:
+            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
+        if (most := max(low, high)) > MAX_PERIOD:
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
+        found.update(range(low, high + 1))
+    return tuple(sorted(found))
 
 
 def written_periods(periods: Sequence[int]) -> str:

@@ -30,7 +30,7 @@ from orbitdb.store.file.tables import (
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
-    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.levels import LevelWindow
     from orbitdb.trajectories.ensemble import Reference
 
 
@@ -191,7 +191,7 @@ def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: st
     return True
 
 
-def keep_levels(writer: Writer, found: "Levels") -> bool:
+def keep_levels(writer: Writer, found: "LevelWindow") -> bool:
     """Store the levels of a window, unless some of it is stored; tell whether it was not."""
     of, own = level_fill.c, {"a": found.a, "parity": str(found.parity)}
     stored = (of.a == found.a) & (of.parity == own["parity"]) & (of.low < found.high) & (of.high > found.low)

@@ -147,7 +147,7 @@ async def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopp
         (("1_6", "2-5", ""), "write a number"),
         (("-1", "2-5", ""), "half length"),
         (("1.6", "two", ""), "periods"),
-        (("1.6", "1-5", ""), "fill from 2"),
+        (("1.6", "1-5", ""), "the least period is 2"),
         (("1.6", "2-5", "9"), "symbol"),
     ],
 )

@@ -1,0 +1,5 @@
+"""``python -m orbitdb``: the command line."""
+
+from orbitdb.cli.main import run
+
+run()

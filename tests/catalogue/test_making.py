@@ -1,0 +1,145 @@
+"""What is made from Python is what the commands make, to the last bit."""
+
+import pandas
+import pytest
+from contents import ask, content
+
+from orbitdb import Catalogue, Fill, InputError, Levels, StoreError, Sweep, Verification
+
+A = 0.7
+
+
+def made_both_ways(cli, tmp_path, commands, make):
+    """Return two catalogues: one that commands have made, and one that Python has."""
+    by_commands, by_python = tmp_path / "orbits.db", tmp_path / "python.db"
+    for command in commands:
+        assert cli(*command.split()).code == 0
+    with Catalogue.create(by_python, A) as catalogue:
+        make(catalogue)
+    return by_commands, by_python
+
+
+def test_a_fill_from_python_has_the_rows_of_a_fill(cli, tmp_path):
+    def make(catalogue):
+        found = catalogue.fill("2-6", words=["1^8 3"], geometric=True)
+        assert [(each.p, each.whole) for each in found] == [(p, True) for p in range(2, 7)]
+        assert isinstance(found[0], Fill)
+
+    commands = [f"fill --p 6 --a {A} --geometric", f"fill --code 111111113 --a {A}"]
+    one, other = made_both_ways(cli, tmp_path, commands, make)
+    assert content(one) == content(other)
+
+
+@pytest.mark.parametrize(
+    ("command", "make", "query"),
+    [
+        ("births --p 5", lambda c: c.fill_births(range(2, 6)),
+         "SELECT cycle, number, a, error, kind FROM change ORDER BY cycle, number"),
+        (f"sweep --p 6 --a {A}", lambda c: c.sweep("2-6"),
+         "SELECT p, selection, words, n_c, sums, moments FROM sweep ORDER BY p"),
+        (f"sweep --p 6 --a {A} --reversal self", lambda c: c.sweep("2-6", time_reversal="self"),
+         "SELECT p, selection, words, n_c, sums FROM sweep ORDER BY p"),
+        (f"bounds --a {A} --window 6 --store", lambda c: c.prove_bounds(6),
+         "SELECT a, proof, edges, lower, upper FROM entropy_bound ORDER BY edges"),
+        (f"simulate --a {A} --bounces 20000 --seed 3", lambda c: c.simulate(20_000, seed=3),
+         "SELECT lambda_d, lambda_d_error, seed FROM trajectory"),
+        (f"levels --k 0:6 --a {A} --parity oo", lambda c: c.fill_levels(6, parities=["oo"]),
+         "SELECT a, parity, number, k, error FROM level ORDER BY number"),
+    ],
+    ids=["births", "sweep", "chosen", "bounds", "simulate", "levels"],
+)  # fmt: skip
+def test_what_python_makes_is_what_the_command_makes(cli, tmp_path, command, make, query):
+    one, other = made_both_ways(cli, tmp_path, [command], make)
+    rows = ask(one, query)
+    assert rows
+    assert ask(other, query) == rows
+
+
+def test_making_tells_how_far_it_is_and_goes_on_where_it_was_stopped(tmp_path):
+    catalogue, told = Catalogue.create(tmp_path / "orbits.db", A), []
+
+    def stop(done, total, text):
+        told.append((done, total, text))
+        if done > 41:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        catalogue.fill("2-7", progress=stop)
+    assert told[0][:2] == (0, told[-1][1])
+    stored = catalogue.count()
+    assert 41 < stored < told[-1][1]
+    catalogue.fill("2-7", progress=lambda *state: told.append(state))
+    assert told[-1][0] == told[-1][1] > stored
+    assert all(fill.whole for fill in catalogue.fills())
+    catalogue.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["orbits.db"]
+
+
+def test_a_verification_is_an_object(filled_once, tmp_path):
+    found = Catalogue(filled_once).verify(p="2-4", sample=5, seed=1)
+    assert isinstance(found, Verification)
+    assert found.sound
+    assert repr(found).startswith("<sound: ")
+    frame = found.to_pandas()
+    assert isinstance(frame, pandas.DataFrame)
+    assert set(frame["check"]) >= {"file", "counts", "statuses"}
+    assert not frame["failures"].any()
+
+
+def test_stored_levels_are_one_object(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", A)
+    with pytest.raises(InputError, match=r"no levels are stored at a = 0\.7: 'orbitdb levels"):
+        catalogue.levels()
+    catalogue.fill_levels(6, parities=["oo", "ee"])
+    found = catalogue.levels(parity="oo")
+    assert isinstance(found, Levels)
+    assert set(found.parity.tolist()) == {"oo"}
+    assert found.to_pandas()["k"].tolist() == found.k.tolist() == sorted(found.k)
+    assert catalogue.levels(2.5, "ee").k.max() < 2.5
+    with pytest.raises(InputError, match="stored up to k = 6"):
+        catalogue.levels(7, "ee")
+    with pytest.raises(InputError, match="no levels"):
+        catalogue.levels()
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda c: c.fill(), "say what to fill"),
+        (lambda c: c.fill("1-5"), "least period is 2"),
+        (lambda c: c.fill("2-99"), "highest period is"),
+        (lambda c: c.fill("2-3", method="magic"), "method 'magic'"),
+        (lambda c: c.fill(words=["1313"]), "give .13."),
+        (lambda c: c.fill(3, a=0), "half length"),
+        (lambda c: c.fill_births("x"), "periods 'x'"),
+        (lambda c: c.sweep("2-3", where="length > 3"), "swept|sweep"),
+        (lambda c: c.prove_bounds(width=-1), "above 0"),
+        (lambda c: c.fill_levels(3, parities=["xx"]), "use ee, eo, oe or oo"),
+        (lambda c: c.fill_levels(3, k_min=5), "is not a range"),
+    ],
+)
+def test_bad_input_is_refused_and_nothing_is_stored(tmp_path, make, told):
+    path = tmp_path / "orbits.db"
+    catalogue = Catalogue.create(path, 1.6)
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=told):
+        make(catalogue)
+    assert path.read_bytes() == before
+
+
+def test_a_generator_draws_the_seed(tmp_path):
+    import numpy as np
+
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
+    found = catalogue.simulate(5_000, rng=np.random.default_rng(7))
+    assert found.seed == int(np.random.default_rng(7).integers(2**63))
+    assert catalogue.reference() == found
+    assert isinstance(catalogue.sweep(3)[0], Sweep)
+
+
+def test_a_file_that_cannot_be_written_is_refused(filled):
+    catalogue = Catalogue(filled)
+    filled.unlink()
+    with pytest.raises(StoreError):
+        catalogue.fill("2-9")
+    assert not filled.exists()
