@@ -572,9 +572,9 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue = Catalogue.create("orbits.db", a=1)
-        >>> [fill.n_c for fill in catalogue.fill("2-5")]
-        [1, 8, 32, 77]
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> [fill.n_c for fill in own.fill("2-5")]
+        [1, 8, 32, 48]
         """
         from orbitdb.filling import make
 
@@ -674,12 +674,12 @@ class Catalogue:
         progress, a : optional
             As for `fill`.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling import records
 
         at = Stadium(self._at(a))
         with telling(progress, "trajectories") as tell:
-            found = make.simulate(at, bounces, _seed(seed, rng), legwise, tell)
-        make.keep_simulated(self.path, at.a, found)
+            found = records.simulate(at, bounces, _seed(seed, rng), legwise, tell)
+        records.keep_simulated(self.path, at.a, found)
         return found
 
     def prove_bounds(
@@ -712,13 +712,13 @@ class Catalogue:
         EntropyBounds
             Those of the longest windows.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling import records
 
-        at, limits = self._at(a), make.limits_of(edges, width, seconds)
+        at, limits = self._at(a), records.limits_of(edges, width, seconds)
         asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
         proofs: list[Any] | None = [] if balls else None
         with telling(progress, "bounds") as tell:
-            *_, last = make.bounds(self.path, [at], limits, proofs, 1, tell, asked)
+            *_, last = records.bounds(self.path, [at], limits, proofs, 1, tell, asked)
         return last
 
     def fill_levels(
@@ -742,12 +742,12 @@ class Catalogue:
         jobs, progress, a : optional
             As for `fill`.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling import records
         from orbitdb.quantum.levels import Levels, parities_of
 
         at = Stadium(self._at(a))
         with telling(progress, "levels") as tell:
-            found = make.levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
+            found = records.levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
         return Levels.joined(at.a, k_min, k_max, found)
 
     def levels(

@@ -1,53 +1,25 @@
-"""What `Catalogue` and the commands make: fills, births, sweeps, trajectories, bounds and levels.
+"""What `Catalogue` and the commands fill: periods, sweeps and births.
 
 Each goes on where it was if it was interrupted, and tells how far it is.
 """
 
-import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import closing, nullcontext
-from functools import partial
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from orbitdb.answers.spectrum import missing_levels, stored_levels
-from orbitdb.averages.exact_means import exact_means
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
-from orbitdb.entropy.verdicts import decide
 from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.estimate import check_room, need, sweep_need
 from orbitdb.filling.fill import METHODS, fill_geometric, fill_periods
 from orbitdb.filling.resuming import Progress
-from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import Workers, at_work, cores
-from orbitdb.numerals import exact, with_error
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.levels import LevelWindow, windows
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import reading
-from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds, keep_levels
 from orbitdb.symbols.pruning import count_admissible, count_primitive
-from orbitdb.trajectories.ensemble import Reference
-from orbitdb.trajectories.ensemble import simulate as simulate_bounces
-from orbitdb.trajectories.legwise import simulate_legs
-
-if TYPE_CHECKING:
-    from orbitdb.entropy.proof import Proof
 
 _BIRTHS_A_SECOND = 40_000
 """Words whose births are found in a second, about."""
-_SECONDS_A_WINDOW = 0.6
-"""In which the levels of a window are found, about, and more at large k."""
-USUAL_WINDOW = 14
-"""Edges of the longest windows for bounds on the entropy, if nothing else limits them."""
-_SECONDS_OF_BOUNDS = 0.4
-"""In which the entropy is enclosed at one a with the usual windows, about."""
-
-Limits = tuple[int | None, float, float]
-"""Of a search for bounds: edges of the longest windows, the width that is enough, and seconds."""
 
 
 def watched(
@@ -103,6 +75,8 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep periods, and sum over chosen orbits at the a of the selection."""
+    from orbitdb.filling.sweeps import sweep_periods  # with averages, which a fill does not need
+
     coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
@@ -117,139 +91,3 @@ def births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Te
         known = sum(each.words for each in moment.birth_fills() if each.p in totals)
     with at_work((sum(totals.values()) - known) / _BIRTHS_A_SECOND, jobs) as workers:
         watched(fill_births(path, periods, workers), "births", totals, tell, known)
-
-
-def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
-    """Average over random trajectories, bounce by bounce or leg by leg."""
-
-    def show(done: float, found: Reference) -> None:
-        tell(done, 1.0, f"lambda_d = {with_error(found.lambda_d, found.lambda_d_error)}")
-
-    if legwise:
-        growth = exact_means(stadium.a).growth
-        return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
-    return simulate_bounces(stadium, bounces, seed, progress=show)
-
-
-def keep_simulated(path: Path, a: float, found: Reference) -> None:
-    """Store averages over random trajectories."""
-    parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
-    with closing(Writer(path, parameters)) as writer:
-        add_reference(writer, a, found)
-
-
-def levels(
-    path: Path | None,
-    stadium: Stadium,
-    low: float,
-    high: float,
-    parities: Sequence[Parity],
-    jobs: int | None = None,
-    tell: Tell = nobody,
-) -> dict[Parity, list[LevelWindow]]:
-    """Find all levels in a range of k, by parity; a catalogue keeps them, and gives those that it has."""
-    for parity in parities:
-        list(windows(stadium, parity, low, high))  # so that a range that is refused changes nothing
-    found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
-    if path is not None:
-        with reading(path) as moment:
-            found = {parity: stored_levels(moment.connection, stadium.a, parity) for parity in parities}
-    tasks = [
-        task
-        for parity in parities
-        for gap in missing_levels(found[parity], low, high)
-        for task in windows(stadium, parity, *gap)
-    ]
-    if not tasks:
-        return found
-    parameters = {"command": "levels", "k": f"{low:g}:{high:g}", "a": stadium.a}
-    with (
-        nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
-        at_work(_SECONDS_A_WINDOW * len(tasks), jobs) as workers,
-    ):
-        tell(0, len(tasks), "levels")
-        for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
-            if writer is not None:
-                keep_levels(writer, solved)
-            found[solved.parity].append(solved)
-            tell(done, len(tasks), f"levels {solved.parity} to k = {solved.high:.4g}")
-    return found
-
-
-def bounds(
-    path: Path | None,
-    values: Sequence[float],
-    limits: Limits,
-    proofs: "list[Proof] | None" = None,
-    jobs: int | None = None,
-    tell: Tell = nobody,
-    asked: Mapping[str, Any] | None = None,
-) -> Generator[EntropyBounds]:
-    """Enclose the topological entropy with longer and longer windows; a catalogue keeps what is found.
-
-    Parameters
-    ----------
-    path : Path or None
-        A catalogue, if it is to keep them.
-    values : sequence of float
-        The values of a. Several are solved in processes.
-    limits : (int or None, float, float)
-        Edges of the longest windows, width that is enough, and seconds.
-    proofs : list of Proof, optional
-        If there is one, balls check each decision, and it gets what they have proved.
-    jobs, tell : optional
-    asked : mapping, optional
-        What the run notes as its parameters.
-
-    Yields
-    ------
-    EntropyBounds
-        For each a and length of windows, in rising order.
-    """
-    kind = DOUBLES if proofs is None else BALLS
-    parameters = {"command": "bounds", **(asked or {})}
-    with nullcontext() if path is None else closing(Writer(path, parameters)) as writer:
-        for level, computed in _enclosed(values, limits, proofs, jobs, tell):
-            if writer is not None:
-                keep_bounds(writer, level, kind, computed)
-            yield level
-
-
-def _enclosed(
-    values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
-) -> Iterator[tuple[EntropyBounds, str | None]]:
-    """Yield bounds, and the arithmetic of other processes that found them."""
-    judges: list[Proof | None] = [None] * len(values)
-    if proofs is not None:
-        from orbitdb.entropy import proof  # it loads flint, which doubles alone do not need
-
-        judges = [proof.Proof() for _ in values]
-    if len(values) == 1:
-        if proofs is not None:
-            proofs += filter(None, judges)
-        judge = decide if judges[0] is None else judges[0].decide
-        yield from ((each, None) for each in search(Stadium(values[0]), *limits, tell, judge))
-        return
-    seconds = _SECONDS_OF_BOUNDS * 1.8 ** ((limits[0] or USUAL_WINDOW) - USUAL_WINDOW)
-    tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
-    with at_work(len(tasks) * seconds, jobs) as workers:
-        for done, solved in enumerate(workers.solved(tasks), 1):
-            if proofs is not None:
-                proofs += filter(None, [solved.proof])
-            yield from ((level, solved.arithmetic) for level in solved.levels)
-            tell(done, len(tasks), f"a = {exact(solved.levels[-1].a)}")
-
-
-def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
-    """Return the limits of a search for bounds, of which the first that is reached ends it.
-
-    Raises
-    ------
-    InputError
-        If a width or a time is not above 0.
-    """
-    for name, limit in (("width", width), ("time", seconds)):
-        if limit is not None and not 0 < limit < math.inf:
-            raise InputError(f"{name} {limit:g}: give a number above 0")
-    most = window or (USUAL_WINDOW if width is None and seconds is None else None)
-    return most, width or 0.0, seconds or math.inf

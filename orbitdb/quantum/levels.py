@@ -188,7 +188,7 @@ class Levels(ByValue):
     Examples
     --------
     >>> levels(1.6, 3)
-    <5 levels from k = 0 to 3 at a = 1.6>
+    <4 levels from k = 0 to 3 at a = 1.6>
     """
 
     a: float

@@ -36,7 +36,7 @@ class Verification:
     Examples
     --------
     >>> catalogue.verify(p="2-5")
-    <sound: 32 checks>
+    <sound: 22 checks>
     """
 
     checks: tuple[Check, ...]

@@ -71,8 +71,8 @@ def bounds(
     reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
     there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
-    from orbitdb.filling.make import bounds as enclosed
-    from orbitdb.filling.make import limits_of
+    from orbitdb.filling.records import bounds as enclosed
+    from orbitdb.filling.records import limits_of
 
     values, limits = lengths(a), limits_of(window, width, seconds)
     if len(values) == 1:
@@ -91,6 +91,8 @@ def bounds(
         output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
         if proofs is not None:
             note(balls_of(proofs))
+    if kept is None and store is None:
+        note(_why_not_kept(db))
     apart = [level.width for level in last]
     if width is not None and max(apart) > width:
         where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(values) > 1 else ""
@@ -113,16 +115,17 @@ def _kept(db: Path, store: bool | None) -> Path | None:
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader
 
-    version = None if store else check_file(db)
-    if store is False or (store is None and version != SCHEMA_VERSION):
-        if store is None and version is None:
-            note(f"not kept: there is no catalogue at {db}; --store makes one")
-        elif store is None:
-            note(
-                f"not kept: {db} has the older schema {version}; --store, or 'orbitdb migrate', "
-                "brings it to the newest"
-            )
+    if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
         return None
     bring(db)
     Reader(db).close()  # what is wrong with it is to be known before
     return db
+
+
+def _why_not_kept(db: Path) -> str:
+    from orbitdb.store.file.database import check_file
+
+    if (version := check_file(db)) is None:
+        return f"not kept: there is no catalogue at {db}; --store makes one"
+    older = f"not kept: {db} has the older schema {version}"
+    return f"{older}; --store, or 'orbitdb migrate', brings it to the newest"

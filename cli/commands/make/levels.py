@@ -45,7 +45,7 @@ def levels(
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.make import levels as find
+    from orbitdb.filling.records import levels as find
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
 

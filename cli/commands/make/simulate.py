@@ -45,8 +45,8 @@ def simulate(
     the small part of lambda whose exact mean is unknown is sampled.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.make import keep_simulated
-    from orbitdb.filling.make import simulate as follow
+    from orbitdb.filling.records import keep_simulated
+    from orbitdb.filling.records import simulate as follow
     from orbitdb.store.reading.moment import Reader
     from orbitdb.store.writing.writer import Writer
 
