@@ -203,13 +203,9 @@ def test_bytes_a_row_add_up_to_the_file(filled, cli):
 
 
 def test_a_word_that_is_an_orbit_from_the_beginning_has_no_birth_in_any_view(filled, cli):
-    assert cli("births", "--p", "4").code == 0
-    with reading(filled) as moment:
-        query = "SELECT word, born FROM {} WHERE p <= 4 AND word = representative AND a = 1.6"
-        of_words = dict(moment.connection.exec_driver_sql(query.format("catalogue")).tuples().all())
-        of_lives = (
-            moment.connection.exec_driver_sql("SELECT word, born FROM life WHERE p <= 4").tuples().all()
-        )
-        assert dict(of_lives) == of_words
-        assert None in of_words.values()
-        assert [life.born for life in moment.births(2)] == [0.0]
+    assert cli("births", "--p", "4", "--db", str(filled)).code == 0
+    of_lives = ask(filled, "SELECT word, born FROM life WHERE p <= 4 ORDER BY word")
+    of_words = "SELECT word, born FROM catalogue WHERE p <= 4 AND word = representative ORDER BY word"
+    assert of_lives == ask(filled, of_words)
+    assert None in dict(of_lives).values()
+    assert [life.born for life in Catalogue(filled).births(2)] == [0.0]
