@@ -37,6 +37,7 @@ PANELS = {
         "lyapunov": "Compute average Lyapunov exponents, by period",
         "spectrum": "Compare the length spectra of quantum levels and orbits",
         "assess": "Tell which levels of a list are missing, and their statistics",
+        "scars": "Tell how strongly orbits scar quantum levels",
     },
     "Files and figures": {
         "export": "Write rows to csv, jsonl, parquet or npz",

@@ -208,6 +208,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "spectrum.svg": spectrum,
     "assess.svg": assess,
     "rigidity.svg": rigidity,
+    "wave.svg": _figure("orbitdb plot wave 13 --k 20.17 --parity ee -o"),
     "entropy-over-a.svg": entropy_over_a,
     "entropy-width.svg": entropy_width,
     "work-precision.svg": _figure("orbitdb bench --plot"),

@@ -11,7 +11,7 @@ Orbits
 Trajectories
     `simulate` averages over random trajectories; the result is a `Reference`.
 Quantum levels
-    `levels` computes all levels of a stadium in a range of k.
+    `levels` computes all levels of a stadium in a range of k, `waves` the `Wave` of each.
 Errors
     `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
 
@@ -46,6 +46,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.assessment import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.spectrum import Spectrum as Spectrum
+    from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.asking.selection import Selection as Selection
     from orbitdb.store.reading.fills import Fill as Fill
     from orbitdb.store.reading.lives import Life as Life
@@ -70,6 +71,7 @@ _HOMES = {
     "quantum.assessment": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
     "quantum.spectrum": ("Spectrum",),
+    "quantum.waves": ("Wave", "waves"),
     "store.asking.selection": ("Selection",),
     "store.reading.fills": ("Fill",),
     "store.reading.lives": ("Life",),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.counts import Counted
     from orbitdb.answers.identification import Candidate, Trajectory
     from orbitdb.answers.results import Result
+    from orbitdb.answers.scarring import Scar
     from orbitdb.answers.subset import Subset
     from orbitdb.answers.whole_periods import ChosenClasses
     from orbitdb.entropy.bounds import EntropyBounds
@@ -824,6 +825,42 @@ class Catalogue:
         of = None if parity is None else parities_of([parity])[0]
         with self._file.moment() as moment:
             return assess_levels(moment, self._at(a), k, of, fit_radius)[0]
+
+    def scars(
+        self,
+        k_max: float,
+        k_min: float,
+        word: str | None = None,
+        parities: "Sequence[Parity | str]" = ("ee", "eo", "oe", "oo"),
+        *,
+        a: float | None = None,
+    ) -> "list[Scar]":
+        """Tell how strongly orbits scar the quantum levels with k_min <= k < k_max.
+
+        Parameters
+        ----------
+        k_max, k_min : float
+            The range of wavenumbers, in 1/radius.
+        word : str, optional
+            An orbit; then all levels come, the most scarred first. By default each level comes with the five
+            of the twenty shortest stored orbits that scar it most.
+        parities : sequence of str, optional
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If the range cannot be used, or the word is no orbit.
+        """
+        from orbitdb.answers.scarring import scars_of, scars_of_shortest
+        from orbitdb.quantum.levels import parities_of
+
+        named, at = parities_of(parities), self._at(a)
+        if word is not None:
+            return scars_of(self._find_or_solve(parse_primitive(word), at), k_min, k_max, named)
+        with self._file.moment() as moment:
+            return scars_of_shortest(moment, at, k_min, k_max, named)
 
     @with_criteria
     def verify(

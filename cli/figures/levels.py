@@ -13,12 +13,16 @@ from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots import waves
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
-from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.assessment import CUTOFF_OF_ALL
 from orbitdb.quantum.lengths import family_count
 from orbitdb.quantum.spectrum import Peak, check_levels
 from orbitdb.quantum.statistics import FAMILY_TO, delta3, goe_delta3, unfolded
+from orbitdb.quantum.waves import Wave
+from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
@@ -153,3 +157,37 @@ def _by_parity(
         return {parity: k}
     parities = list(Parity) if parity is None else [parity]
     return {each: levels_from_zero(moment, chosen.a, each).k for each in parities}
+
+
+def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
+    """Draw psi^2 of the level next to some k, and an orbit over it."""
+    found = _nearest(a, k, parity)
+    with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
+        waves.draw_wave(made.add_subplot(), found, orbit)
+    return made
+
+
+def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
+    """Draw the Husimi function of the level next to some k, and the bounces of an orbit over it."""
+    found = _nearest(a, k, parity)
+    with figure(7.2, 4.2, _title(found, orbit)) as made:
+        waves.draw_husimi(made.add_subplot(), found, orbit)
+    return made
+
+
+def _nearest(a: float, k: float, parity: Parity) -> Wave:
+    """Return the wave of the level that is nearest to some k."""
+    stadium, width = Stadium(a), 0.0
+    spacing = 1 / max(float(weyl(stadium, parity).deriv()(k)), 0.2)
+    found: list[Wave] = []
+    while not found:
+        width += 2 * spacing
+        found = list(all_waves(stadium, max(k - width, 0.0), k + width, parity))
+    return min(found, key=lambda wave: abs(wave.k - k))
+
+
+def _title(found: Wave, orbit: Orbit | None) -> str:
+    level = f"k = {found.k:.7g}, {found.parity}, a = {exact(found.stadium.a)}"
+    if orbit is None:
+        return level
+    return f"{level}; {short(orbit.code)} with strength {found.strength(orbit):.3f}"

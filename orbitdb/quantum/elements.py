@@ -10,6 +10,7 @@ Spectral/hp Element Methods for Computational Fluid Dynamics (2005).
 
 from collections.abc import Callable, Sequence
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -53,10 +54,40 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
     return x, 2 / (order * (order + 1) * values**2), matrix
 
 
-def gradient(
-    cells: Sequence[Cell], order: int, fixed: Callable[[Floats], NDArray[np.bool_]]
-) -> sparse.csr_matrix:
-    """Return the matrix B whose B^T B has the eigenvalues k^2 of -Laplace, in units of 1/radius^2.
+class Grid(NamedTuple):
+    """Nodes of cells, and the gradient on them.
+
+    Attributes
+    ----------
+    root : csr_matrix
+        The matrix B whose B^T B has the eigenvalues k^2 of -Laplace, in units of 1/radius^2: two rows a node
+        of a cell, a column a node that is not fixed. Functions are weighted with the root of the mass, so
+        that |v|^2 is the integral of the square.
+    points : ndarray, shape (E, n, n, 2)
+        The nodes of each cell.
+    node : ndarray of int, shape (E, n, n)
+        Which of all different nodes each is.
+    mass : ndarray, shape (M,)
+        Of all nodes.
+    free : ndarray of bool, shape (M,)
+        Those that are not fixed.
+    """
+
+    root: sparse.csr_matrix
+    points: Floats
+    node: NDArray[np.intp]
+    mass: Floats
+    free: NDArray[np.bool_]
+
+    def functions(self, vectors: Floats) -> Floats:
+        """Return functions, shape (M free, F), at the nodes of each cell, shape (F, E, n, n)."""
+        values = np.zeros((vectors.shape[1], len(self.mass)))
+        values[:, self.free] = vectors.T / np.sqrt(self.mass[self.free])
+        return values[:, self.node]
+
+
+def grid(cells: Sequence[Cell], order: int, fixed: Callable[[Floats], NDArray[np.bool_]]) -> Grid:
+    """Return the nodes of cells, and the gradient of functions on them.
 
     Parameters
     ----------
@@ -66,12 +97,6 @@ def gradient(
         Degree of the polynomials.
     fixed : callable
         Tells of points, shape (N, 2), where functions are 0 (Dirichlet); the rest of the edge is free.
-
-    Returns
-    -------
-    csr_matrix
-        Two rows a node of a cell, a column a node that is not fixed; functions are weighted with the root
-        of the mass, so that |v|^2 is the integral of the square.
     """
     x, weights, slope = nodes(order)
     s, t = np.meshgrid((x + 1) / 2, (x + 1) / 2, indexing="ij")
@@ -98,7 +123,8 @@ def gradient(
             entries = (rows.ravel(), columns[direction].ravel())
             matrix += sparse.csr_matrix((values.ravel(), entries), shape=matrix.shape)
     matrix.eliminate_zeros()
-    return (matrix @ sparse.diags_array(1 / np.sqrt(mass)))[:, free]
+    root_of_mass = sparse.diags_array(1 / np.sqrt(mass))
+    return Grid((matrix @ root_of_mass)[:, free], points, node, np.asarray(mass, np.float64), free)
 
 
 def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
@@ -110,7 +136,13 @@ def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
 
 def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats]:
-    """Return how many eigenvalues of B^T B lie below an interval, and those in it.
+    """Return how many eigenvalues of B^T B lie below an interval, and those in it, in rising order."""
+    below, values, _ = eigenvectors(root, low, high)
+    return below, values
+
+
+def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats, Floats]:
+    """Return how many eigenvalues of B^T B lie below an interval, those in it, and their vectors.
 
     Parameters
     ----------
@@ -121,7 +153,7 @@ def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, 
 
     Returns
     -------
-    int; ndarray, in rising order
+    int; ndarray, shape (F,), in rising order; ndarray, shape (M, F), of norm 1
 
     Raises
     ------
@@ -138,21 +170,24 @@ def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, 
     below = _factors(matrix, low)[1] if low > 0 else 0
     count = _factors(matrix, high)[1] - below
     if not count:
-        return below, np.zeros(0)
+        return below, np.zeros(0), np.zeros((matrix.shape[0], 0))
     middle = (low + high) / 2
     factors, _ = _factors(matrix, middle)
     inverse = linalg.LinearOperator(matrix.shape, factors.solve, dtype=np.float64)
     start = np.random.default_rng(0).standard_normal(matrix.shape[0])  # the same levels every time
     asked = min(count + _MORE, matrix.shape[0] - 2)
     _, vectors = linalg.eigsh(matrix, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
-    values = np.sort((np.square(root @ vectors)).sum(axis=0) / np.square(vectors).sum(axis=0))
-    found: Floats = values[(values >= low) & (values < high)]
+    vectors /= np.sqrt(np.square(vectors).sum(axis=0))
+    values = np.square(root @ vectors).sum(axis=0)
+    inside = np.flatnonzero((values >= low) & (values < high))
+    inside = inside[np.argsort(values[inside])]
+    found: Floats = values[inside]
     if len(found) != count:
         raise WorkError(
             f"only {len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
             "change the ends of the range slightly"
         )
-    return below, found
+    return below, found, vectors[:, inside]
 
 
 def _factors(matrix: sparse.csc_matrix, shift: float) -> tuple[linalg.SuperLU, int]:

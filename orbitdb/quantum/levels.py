@@ -22,7 +22,7 @@ from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
-from orbitdb.quantum.elements import eigenvalues, gradient
+from orbitdb.quantum.elements import Grid, eigenvalues, grid
 from orbitdb.quantum.mesh import quarter_stadium
 
 if TYPE_CHECKING:
@@ -128,10 +128,13 @@ class LevelTask:
 
     def _around(self, order: int, layers: int) -> tuple[int, Floats]:
         """Return how many levels lie below a slightly wider window, and those in it."""
-        cells = quarter_stadium(self.a, _PHASE / self.high, layers)
         low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
-        below, values = eigenvalues(gradient(cells, order, self.fixed), low**2, high**2)
+        below, values = eigenvalues(self.grid(order, layers).root, low**2, high**2)
         return below, np.sqrt(values)
+
+    def grid(self, order: int = _FINE[0], layers: int = _FINE[1]) -> Grid:
+        """Return a grid that is fine enough for the window, by default that of the levels."""
+        return grid(quarter_stadium(self.a, _PHASE / self.high, layers), order, self.fixed)
 
     def fixed(self, points: Floats) -> NDArray[np.bool_]:
         """Tell which points, shape (N, 2), lie where the functions are 0: on the edge, on axes if odd."""

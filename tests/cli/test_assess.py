@@ -5,6 +5,7 @@ import io
 import json
 import math
 import re
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -144,3 +145,33 @@ def test_figures_take_levels_of_ones_own(cli, own, exact, tmp_path, figure):
     assert cli("plot", "entropy", "--levels", path, "-o", str(target), "--force", "--db", own).says(
         2, "--levels"
     )
+
+
+def test_scars_of_a_word_and_of_levels(cli, own):
+    found = json.loads(cli("scars", "0123", "--k", "8:10", "--parity", "oo", "--db", own, "--json").out)
+    assert list(found[0]) == ["k", "parity", "code", "strength", "above"]
+    assert [row["strength"] for row in found] == sorted((row["strength"] for row in found), reverse=True)
+    every = json.loads(cli("scars", "--k", "8:9", "--parity", "oo", "--db", own, "--json").out)
+    assert {row["code"] for row in every} > {"0123"}
+    assert all(each == 5 for each in Counter(row["k"] for row in every).values())
+    of_word = {round(row["k"], 9): row["strength"] for row in found}
+    for row in every:
+        assert row["code"] != "0123" or row["strength"] == pytest.approx(
+            of_word[round(row["k"], 9)], rel=1e-7
+        )
+    assert cli("scars", "1001", "--k", "8:9", "--db", own).says(2, "scars nothing")
+    assert cli("scars", "13", "--k", "9:8", "--db", own).says(2, "--k '9:8'")
+    assert cli("scars", "13", "--k", "0.1:0.2", "--db", own).says(1, "no level")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("figure", ["wave", "husimi"])
+def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
+    target = tmp_path / "wave.png"
+    asked = ("plot", figure, "0123", "--k", "8.1", "--a", "1.6", "-o", str(target), "--force", "--db", own)
+    outcome = cli(*asked, "--parity", "oo")
+    assert outcome.code == 0
+    assert "0123 with strength" in outcome.err
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert cli(*asked).says(2, "name one parity")
+    assert cli("plot", figure, "--parity", "oo", "-o", str(target), "--force", "--db", own).says(2, "--k")

@@ -11,7 +11,7 @@ from scipy.special import jv
 
 from orbitdb import InputError, Stadium
 from orbitdb.quantum.amplitudes import Parity, weyl
-from orbitdb.quantum.elements import eigenvalues, gradient
+from orbitdb.quantum.elements import eigenvalues, grid
 from orbitdb.quantum.levels import LevelTask, levels, windows
 from orbitdb.quantum.mesh import quarter_stadium
 
@@ -25,7 +25,7 @@ def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
     task = LevelTask(a, Parity(parity), 0.0, 9.0)
     found = task.solved()
     cells = quarter_stadium(a, 0.25, 4)
-    _, finer = eigenvalues(gradient(cells, 18, task.fixed), 0.0, 81.0)
+    _, finer = eigenvalues(grid(cells, 18, task.fixed).root, 0.0, 81.0)
     assert len(finer) == len(found.k)
     assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
     assert found.error.max() < 1e-9

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from orbitdb import InputError, Stadium
 from orbitdb.answers.spectrum import missing_levels
 from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
-from orbitdb.quantum.elements import gradient
+from orbitdb.quantum.elements import grid
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
@@ -66,7 +66,7 @@ def test_functions_have_their_energy_and_their_mass():
         seen.append(points)
         return np.zeros(len(points), np.bool_)
 
-    matrix = gradient(quarter_disc(0.3, 0.5), 10, fixed).toarray()
+    matrix = grid(quarter_disc(0.3, 0.5), 10, fixed).root.toarray()
     _, values, vectors = np.linalg.svd(matrix)
     assert (values < 1e-9).sum() == 1  # the constant function alone has no energy
     one = vectors[-1] * math.sqrt(math.pi / 4)  # the root of the mass of each node

@@ -51,13 +51,18 @@ Figures:
   assess      where levels are missing, by the orbits
   spacings    the spacings of levels, in their mean
   rigidity    Delta_3 of levels, beside that of random matrices
+  wave        psi^2 of the level next to --k, with the orbit of WORD if named
+  husimi      its Husimi function on the boundary, with the bounces of WORD
 """
 
 Kind = Literal[
     "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
     "spectrum", "staircase", "assess", "spacings", "rigidity",
+    "wave", "husimi",
 ]  # fmt: skip
 _LEVELS = ("spectrum", "staircase", "assess", "spacings", "rigidity")
+_MOST_K = 200.0
+"""Of a wave that is drawn."""
 _LEAST, _MOST = 1.0, 100.0
 """Inches that a figure may be wide or high."""
 
@@ -77,6 +82,8 @@ _TAKES = {
     "assess": _OF_LEVELS,
     "spacings": _OF_LEVELS,
     "rigidity": _OF_LEVELS,
+    "wave": ("words", "code", "a", "k", "parity"),
+    "husimi": ("words", "code", "a", "k", "parity"),
 }
 """What may be said of figures that are of no chosen subset."""
 
@@ -114,6 +121,7 @@ def plot(
     ] = None,
     energies: Annotated[bool, typer.Option("--energies", help="The file holds energies k^2.")] = False,
     parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo, of the levels.")] = None,
+    k: Annotated[float | None, options.number_option(help="The level to draw: the next one is.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -150,7 +158,7 @@ def plot(
         asked = "with --over-a" if over_a else f"in plot {kind}"
         options.takes_only(context, asked, "kind", "output", "size", "dpi", "title", *takes)
     else:
-        options.refuse_idle(context, f"in plot {kind}", "levels", "energies", "parity")
+        options.refuse_idle(context, f"in plot {kind}", "levels", "energies", "parity", "k")
         if kind != "sheet":
             options.refuse_idle(context, f"in plot {kind}", "words", "code", "limit", "order")
         elif words or code:
@@ -159,7 +167,10 @@ def plot(
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # not before: matplotlib takes its time
 
-    if kind in _OF_WORDS:
+    if kind in ("wave", "husimi"):
+        with progress("waves"):
+            made = _of_wave(kind, list(given_codes(words, code)), k, parity, at, db)
+    elif kind in _OF_WORDS:
         if kind == "life":
             options.refuse_idle(context, f"in plot {kind}", "db")
         made = _of_word(kind, list(given_codes(words, code)), at, db)
@@ -240,6 +251,29 @@ def _of_levels(
             "rigidity": figures.draw_rigidity,
         }
         return draw[kind](moment, chosen, given, of)
+
+
+def _of_wave(
+    kind: str, codes: list[str], k: float | None, parity: str | None, a: float | None, db: Path
+) -> "Figure":
+    """Draw the wave of the level that is next to some k, and maybe an orbit over it."""
+    from orbitdb.cli.commands.make.levels import read_parities
+    from orbitdb.cli.figures.levels import draw_husimi, draw_wave
+    from orbitdb.store.reading.lookup import find_or_solve
+
+    if k is None or not 0 < k < _MOST_K:
+        raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
+    if parity is None or len(named := read_parities(parity)) != 1:
+        raise InputError(f"plot {kind}: name one parity, such as --parity ee")
+    if len(codes) > 1:
+        raise InputError(f"plot {kind}: name one orbit at most")
+    (at,) = meant(db, a)
+    orbit = find_or_solve(known_catalogue(db), primitive(codes[0]), at) if codes else None
+    if orbit is not None and orbit.points is None:
+        raise InputError(
+            f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
+        )
+    return (draw_wave if kind == "wave" else draw_husimi)(at, k, named[0], orbit)
 
 
 def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":

@@ -1,0 +1,69 @@
+"""``orbitdb scars``: which orbits scar which levels."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.arguments import primitive
+from orbitdb.cli.commands.make.levels import read_parities, read_range
+from orbitdb.cli.output import Output
+from orbitdb.cli.progress import progress
+from orbitdb.cli.reading import known_catalogue, meant
+from orbitdb.cli.render import code_text, note
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact
+
+if TYPE_CHECKING:
+    from orbitdb.quantum.amplitudes import Parity
+
+EXAMPLES = ("scars 13 --k 20:22", "scars --k 20:20.5 --parity ee", "scars 0123 --k 10:20 --format csv")
+
+
+def scars(
+    *,
+    word: Annotated[
+        str | None, typer.Argument(metavar="WORD", help="An orbit [default: the shortest stored ones].")
+    ] = None,
+    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
+    parity: Annotated[
+        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
+    ] = None,
+    a: options.StoredHalfLength = None,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Tell how strongly orbits scar quantum levels.
+
+    strength: the mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
+    above: how far it is above the mean of the levels of its parity in the range, in standard deviations. With
+    WORD you see all levels, the most scarred first; without, for each level the five strongest of the twenty
+    shortest stored orbits.
+    """
+    from orbitdb.answers.scarring import Scar
+
+    low, high = read_range("--k", k)
+    with progress("waves"):
+        found = _found(word, low, high, read_parities(parity), a, db)
+    output.write(Scar._fields, found)
+    if not found:
+        note(f"no level with k from {low:g} to {high:g}")
+        raise typer.Exit(1)
+
+
+def _found(
+    word: str | None, low: float, high: float, parities: "list[Parity]", asked: float | None, db: Path
+) -> list[tuple[object, ...]]:
+    from orbitdb.answers.scarring import scars_of, scars_of_shortest
+    from orbitdb.store.reading.lookup import find_or_solve
+    from orbitdb.store.reading.moment import reading
+
+    (a,) = meant(db, asked)
+    if word is None:
+        with reading(db) as moment:
+            return list(scars_of_shortest(moment, a, low, high, parities))
+    orbit = find_or_solve(known_catalogue(db), primitive(word), a)
+    if orbit.points is None:
+        raise InputError(f"{code_text(word)} at a = {exact(a)} scars nothing: {orbit.status.sentence}")
+    return list(scars_of(orbit, low, high, parities))

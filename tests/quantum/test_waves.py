@@ -1,0 +1,156 @@
+"""Wave functions of levels, and the scars that orbits leave in them."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from there import there
+
+from orbitdb import InputError, solve_word, waves
+from orbitdb.answers.scarring import scars_of
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.elements import eigenvectors, grid
+from orbitdb.quantum.levels import levels
+from orbitdb.quantum.mesh import quarter_disc, rectangle
+from orbitdb.quantum.waves import Wave, _Cells, boundary
+
+A = 1.6
+
+
+@pytest.fixture(scope="module")
+def few():
+    """The waves of oo from k = 8 to 10 at a = 1.6."""
+    return list(waves(A, 8, 10, "oo"))
+
+
+def quarter(a=A, size=60):
+    """Nodes and weights of a quadrature over a quarter of the stadium."""
+    x, weight = np.polynomial.legendre.leggauss(size)
+    s, w = (x + 1) / 2, weight / 2
+    flat = np.stack(np.meshgrid(a * s, s, indexing="ij"), axis=-1)
+    r, angle = np.meshgrid(s, math.pi / 2 * s, indexing="ij")
+    round_ = np.stack([a + r * np.cos(angle), r * np.sin(angle)], axis=-1)
+    both = [a * w[:, None] * w, math.pi / 2 * w[:, None] * w * r]
+    return np.concatenate([flat.reshape(-1, 2), round_.reshape(-1, 2)]), np.concatenate(
+        [each.ravel() for each in both]
+    )
+
+
+def test_waves_are_of_the_levels_of_norm_one_and_orthogonal(few):
+    assert [wave.k for wave in few] == pytest.approx(levels(A, 10, 8, ["oo"]).k.tolist(), rel=1e-11)
+    points, weights = quarter()
+    values = np.stack([wave.psi(*points.T) for wave in few])
+    np.testing.assert_allclose(4 * (values * weights) @ values.T, np.eye(len(few)), atol=1e-9)
+
+
+def test_waves_are_odd_or_even_and_nothing_outside(few):
+    x, y = np.array([0.3, 1.2, 2.4]), np.array([0.2, 0.7, 0.3])
+    for parity, wave in ((Parity.OO, few[0]), (Parity.EO, next(waves(A, 3, 4, "eo")))):
+        assert np.abs(wave.psi(x, y)).max() > 0.05
+        np.testing.assert_allclose(wave.psi(-x, y), parity.signs[0] * wave.psi(x, y), atol=1e-12)
+        np.testing.assert_allclose(wave.psi(x, -y), parity.signs[1] * wave.psi(x, y), atol=1e-12)
+    assert np.isnan(few[0].psi([2.61, 0.0, 2.4], [0.0, 1.01, 0.9])).all()
+    assert few[0].psi(0.3, 0.2).shape == ()
+    assert np.abs(few[0].psi(A + np.cos(1.0), np.sin(1.0))) < 1e-10
+
+
+def test_rellichs_identity(few):
+    """The integral of (r . n) (d psi / d n)^2 along the boundary is 2 k^2."""
+    stadium = Stadium(A)
+    ends = np.cumsum([0, 2 * A, math.pi, 2 * A, math.pi])
+    x, weight = np.polynomial.legendre.leggauss(120)
+    for wave in few[:2]:
+        total = 0.0
+        for low, high in pairwise(ends.tolist()):
+            s = low + (x + 1) / 2 * (high - low)
+            points, normal = boundary(stadium, s)
+            slope = wave.normal_derivative(s)
+            total += ((points * normal).sum(axis=-1) * slope**2 * weight).sum() * (high - low) / 2
+        assert total == pytest.approx(2 * wave.k**2, rel=1e-8)
+
+
+def test_the_functions_of_a_rectangle_are_products_of_sines():
+    edge = lambda points: (np.abs(points * (points - [1.3, 1.0])) < 1e-9).any(axis=1)  # noqa: E731
+    made = grid(list(rectangle(1.3, 0.5, 0.5)), 14, edge)
+    k2 = (2 * math.pi / 1.3) ** 2 + math.pi**2
+    _, values, vectors = eigenvectors(made.root, k2 - 1, k2 + 1)
+    assert values == pytest.approx([k2], rel=1e-10)
+    points = np.array([[0.2, 0.3], [0.9, 0.8], [0.65, 0.5]])
+    found = _Cells(made.points).at(points).values(made.functions(vectors)[0])
+    exact = 2 / math.sqrt(1.3) * np.sin(2 * math.pi * points[:, 0] / 1.3) * np.sin(math.pi * points[:, 1])
+    np.testing.assert_allclose(found * np.sign(found[0] * exact[0]), exact, atol=1e-9)
+
+
+def test_the_functions_of_a_quarter_disc_are_those_of_bessel():
+    from scipy.special import jn_zeros, jv
+
+    edge = lambda points: (np.hypot(*points.T) > 1 - 1e-9) | (points[:, 0] < 1e-9) | (points[:, 1] < 1e-9)  # noqa: E731
+    made = grid(list(quarter_disc(0.0, 0.3)), 14, edge)
+    zero = jn_zeros(2, 1)[0]
+    _, values, vectors = eigenvectors(made.root, zero**2 - 2, zero**2 + 2)
+    assert math.sqrt(values[0]) == pytest.approx(zero, rel=1e-11)
+    r, angle = np.array([0.2, 0.5, 0.9]), np.array([0.3, 0.8, 1.2])
+    points = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
+    found = _Cells(made.points).at(points).values(made.functions(vectors)[0])
+    exact = jv(2, zero * r) * np.sin(2 * angle) / math.sqrt(math.pi / 8) / abs(jv(3, zero))
+    np.testing.assert_allclose(found * np.sign(found[0]), exact, atol=1e-9)
+
+
+def test_slopes_are_those_of_differences(few):
+    points, normal = boundary(Stadium(A), np.array([1.0, 4.0, 7.7, 11.0]))
+    step = 1e-5
+    one, other = points - step * normal, points - 2 * step * normal
+    inward = (few[0].psi(*other.T) - 4 * few[0].psi(*one.T)) / (2 * step)
+    np.testing.assert_allclose(few[0].normal_derivative([1.0, 4.0, 7.7, 11.0]), inward, rtol=1e-5, atol=1e-5)
+
+
+def test_the_strength_of_an_orbit_is_the_mean_of_the_wave_along_it(few):
+    orbit, wave = solve_word("0123", A), few[-1]
+    points = there(orbit.points)
+    s = (np.arange(20_000) + 0.5) / 20_000
+    total = 0.0
+    for one, other in zip(points, np.roll(points, -1, axis=0), strict=True):
+        along = one + s[:, None] * (other - one)
+        total += np.mean(wave.psi(*along.T) ** 2) * np.hypot(*(other - one))
+    area = Stadium(A).area
+    assert wave.strength(orbit) == pytest.approx(area * total / there(orbit.length), rel=1e-6)
+    for image in ("1032", "0321"):
+        assert wave.strength(solve_word(image, A)) == pytest.approx(wave.strength(orbit), rel=1e-8)
+    with pytest.raises(InputError, match="scars no wave"):
+        wave.strength(solve_word("1001", A))
+    with pytest.raises(InputError, match="no orbit at a"):
+        wave.strength(solve_word("0123", 1.5))
+
+
+@pytest.mark.slow
+def test_the_mean_strength_is_one_and_on_an_axis_two_or_nothing():
+    every = {parity: list(waves(A, 2, 14, parity)) for parity in Parity}
+    for word, wanted in (("13", {"ee": 2, "oe": 2, "eo": 0, "oo": 0}), ("013", dict.fromkeys(Parity, 1))):
+        orbit = solve_word(word, A)
+        for parity, found in every.items():
+            strength = [wave.strength(orbit) for wave in found]
+            error = np.std(strength) / math.sqrt(len(strength))
+            assert abs(np.mean(strength) - wanted[parity]) < 4 * error + 1e-12, (word, parity)
+
+
+def test_the_husimi_function_lies_where_the_momentum_is(few):
+    s, sine = np.linspace(0.1, 12, 40), np.linspace(-0.95, 0.95, 21)
+    found = few[0].husimi(s, sine)
+    assert found.shape == (40, 21)
+    assert found.max() == 1
+    np.testing.assert_allclose(found, found[:, ::-1], atol=1e-9)  # a real function: both ways round
+    whole = Stadium(A).perimeter
+    np.testing.assert_allclose(few[0].husimi(s + whole / 2, sine), found, atol=1e-6)
+
+
+def test_scars_come_by_strength(few):
+    found = scars_of(solve_word("0123", A), 8, 10, [Parity.OO])
+    assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
+    assert {scar.k for scar in found} == {wave.k for wave in few}
+    above = [there(scar.above) for scar in found]
+    assert np.mean(above) == pytest.approx(0, abs=1e-9)
+    assert np.std(above) == pytest.approx(1)
+    assert isinstance(few[0], Wave)
+    assert repr(few[0]) == f"<wave oo at k = {few[0].k:.6g}, a = 1.6>"
