@@ -179,7 +179,7 @@ class MainScreen(Keeping):
     def action_sort(self) -> None:
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
-        named = {column.name: column.heading for column in every}
+        named = {column.name: column.name for column in every}
         self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str) -> None:

@@ -98,7 +98,7 @@ class OrbitDrawing(PictureWidget):
             here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
             orbits = here + [other for other in self.compared if other.code not in {o.code for o in here}]
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
-            self._entitle("phase space: sine of angle, way along wall")
+            self._entitle("phase space: sine over arclength")
             return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
         self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))

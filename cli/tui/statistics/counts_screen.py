@@ -169,7 +169,7 @@ class CountsScreen(OwnScreen[None]):
 
     def action_column(self) -> None:
         """Choose the column from a list."""
-        named = {name: EVERY[name].heading for name in DRAWN}
+        named = {name: name for name in DRAWN}
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:

@@ -31,8 +31,12 @@ from orbitdb.trajectories.ensemble import Reference, references
 FIRST_BOUNCES = 6_000_000
 FIRST = 11
 """The highest period of which the averages are there at once."""
-_TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
-_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
+_TITLES = {
+    "entropy": "topological entropy",
+    "lambda_d": "lambda_d, per bounce",
+    "lambda_c": "lambda_c, per length",
+}
+_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-lambda", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d_sum_rule", "lambda_c_sum_rule",
     "lambda_d", "lambda_d_pair", "lambda_d_zeta", "lambda_c", "lambda_c_pair", "lambda_c_zeta",
@@ -212,14 +216,14 @@ class StatisticsScreen(OwnScreen[None]):
 
 
 def _described(one: Reference) -> str:
-    values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
+    values = (("lambda_d", one.lambda_d, one.lambda_d_error), ("lambda_c", one.lambda_c, one.lambda_c_error))
     return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
 
 
 def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
-        table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+        table.add_column(name, justify="right", no_wrap=True)
     errors = [found.columns.get(f"{name}_error") for name in COLUMNS]
     for place, row in enumerate(found.rows(COLUMNS)):
         cells = zip(COLUMNS, row, errors, strict=True)

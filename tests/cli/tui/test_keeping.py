@@ -173,7 +173,7 @@ def test_choices_are_links_to_what_changes_them():
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
     links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
-        ("choose_a", "a = 1, one of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
+        ("choose_a", "a = 1, one of 2 stadiums"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
         ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
     ]  # fmt: skip
 
