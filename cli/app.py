@@ -36,6 +36,7 @@ PANELS = {
         "entropy": "Compute the topological entropy, by period",
         "lyapunov": "Compute average Lyapunov exponents, by period",
         "spectrum": "Compare the length spectra of quantum levels and orbits",
+        "assess": "Tell which levels of a list are missing, and their statistics",
     },
     "Files and figures": {
         "export": "Write rows to csv, jsonl, parquet or npz",

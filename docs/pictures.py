@@ -134,6 +134,27 @@ def spectrum(folder: Path) -> str:
     return _figure("orbitdb plot spectrum -o")(folder)
 
 
+def assess(folder: Path) -> str:
+    """Draw a list of levels without a twentieth of them against the staircase of the orbits."""
+    import numpy as np
+
+    from orbitdb import levels
+
+    session, rng = Session(folder), np.random.default_rng(2)
+    session.command("orbitdb fill --p 12 --a 1.8 --db judged.db")
+    k = levels(1.8, 40, parities=["oo"]).k
+    lost = rng.choice(len(k) - 8, len(k) // 20, replace=False)
+    np.savetxt(folder / "measured.txt", np.delete(k, lost))
+    drawn = "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 --db judged.db -o"
+    return _figure(drawn)(folder)
+
+
+def rigidity(folder: Path) -> str:
+    """Draw Delta_3 of the levels up to k = 31.5."""
+    Session(folder).command("orbitdb levels --k 0:31.5")
+    return _figure("orbitdb plot rigidity -o")(folder)
+
+
 def entropy_over_a(folder: Path) -> str:
     """Draw the enclosed entropy over a, from a catalogue of its own."""
     session = Session(folder)
@@ -185,6 +206,8 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "birkhoff.svg": _figure("orbitdb plot phase-space --p 2-5 -o"),
     "births.svg": births,
     "spectrum.svg": spectrum,
+    "assess.svg": assess,
+    "rigidity.svg": rigidity,
     "entropy-over-a.svg": entropy_over_a,
     "entropy-width.svg": entropy_width,
     "work-precision.svg": _figure("orbitdb bench --plot"),

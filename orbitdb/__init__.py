@@ -2,9 +2,9 @@
 
 The catalogue
     `Catalogue`: a database file, to fill, to ask and to check; `Selection`: a chosen subset of it.
-    It returns a `Subset` (rows as arrays), a `Result` (a table by period), a `Spectrum`, `Levels`, each
-    `Fill`, `Sweep` and `Life`, `EntropyBounds`, a `Reference`, a `Verification`, or a `Trajectory` with the
-    orbits that it shadows as `Followed`, and each `Candidate` for a length.
+    It returns a `Subset` (rows as arrays), a `Result` (a table by period), a `Spectrum`, `Levels`, an
+    `Assessment`, each `Fill`, `Sweep` and `Life`, `EntropyBounds`, a `Reference`, a `Verification`, or a
+    `Trajectory` with the orbits that it shadows as `Followed`, and each `Candidate` for a length.
 Orbits
     `solve_word` solves one word, `solve` many as arrays; `existence` finds the ranges of a in which a word
     is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -43,6 +43,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.orbits.newton import solve as solve
     from orbitdb.orbits.orbit import Orbit as Orbit, Orbits as Orbits, Status as Status
     from orbitdb.orbits.single_word import existence as existence, solve_word as solve_word
+    from orbitdb.quantum.assessment import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.spectrum import Spectrum as Spectrum
     from orbitdb.store.asking.selection import Selection as Selection
@@ -66,6 +67,7 @@ _HOMES = {
     "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "Orbits", "Status"),
+    "quantum.assessment": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
     "quantum.spectrum": ("Spectrum",),
     "store.asking.selection": ("Selection",),

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.filling.workers import Workers
     from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.quantum.assessment import Assessment
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.spectrum import Spectrum
     from orbitdb.store.reading.fills import Fill
@@ -751,28 +752,78 @@ class Catalogue:
         return Levels.joined(at.a, k_min, k_max, found)
 
     def levels(
-        self, k_max: float | None = None, parity: "Parity | str | None" = None, *, a: float | None = None
+        self,
+        k_max: float | None = None,
+        parity: "Parity | str | None" = None,
+        *,
+        method: str = "elements",
+        a: float | None = None,
     ) -> "Levels":
-        """Return the stored quantum levels from 0 to the first gap, or to k_max.
+        """Return the stored quantum levels from 0 on, or those that the stored orbits give by themselves.
 
         Parameters
         ----------
         k_max : float, optional
-            The end of the range, in 1/radius.
+            The end of the range, in 1/radius; by default the first gap, or with ``orbits`` where the rms
+            error reaches a fifth of the mean spacing.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
+        method : str, optional
+            ``elements``: those that `fill_levels` has stored; ``orbits``: from N_X(k), with errors that hold
+            for nine of ten levels (`orbitdb.quantum.staircase`).
         a : float, optional
             The stadium; by default the catalogue's.
 
         Raises
         ------
         InputError
-            If levels up to there are not stored.
+            If levels up to there are not stored, or the orbits are too few.
         """
+        from orbitdb.answers.judging import levels_from_orbits
         from orbitdb.answers.spectrum import levels_from_zero
+        from orbitdb.quantum.amplitudes import Parity
+        from orbitdb.quantum.levels import parities_of
 
+        if method not in ("elements", "orbits"):
+            raise InputError(f"method {method!r}: use elements or orbits")
         with self._file.moment() as moment:
-            return levels_from_zero(moment, self._at(a), parity, k_max)
+            if method == "elements":
+                return levels_from_zero(moment, self._at(a), parity, k_max)
+            parities = tuple(Parity) if parity is None else parities_of([parity])
+            return levels_from_orbits(moment, self._at(a), k_max, parities)
+
+    def assess(
+        self,
+        k: "ArrayLike | None" = None,
+        parity: "Parity | str | None" = None,
+        *,
+        fit_radius: bool = False,
+        a: float | None = None,
+    ) -> "Assessment":
+        """Tell which levels of a list are missing, and which are spurious, from the stored orbits.
+
+        Parameters
+        ----------
+        k : array-like, shape (N,), optional
+            All levels from the lowest on, in 1/radius; by default the stored ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``, if they are of one; by default levels of all parities.
+        fit_radius : bool, optional
+            Whether the radius is only known to half a per cent, and is to be found.
+        a : float, optional
+            The stadium; by default the catalogue's.
+
+        Raises
+        ------
+        InputError
+            If these cannot be levels of the stadium, or the orbits are too few.
+        """
+        from orbitdb.answers.judging import assess_levels
+        from orbitdb.quantum.levels import parities_of
+
+        of = None if parity is None else parities_of([parity])[0]
+        with self._file.moment() as moment:
+            return assess_levels(moment, self._at(a), k, of, fit_radius)[0]
 
     @with_criteria
     def verify(

@@ -136,12 +136,12 @@ def counted(terms: Terms, k: Floats) -> Floats:
     return _transform(terms.length, terms.amplitude / terms.length, k).imag
 
 
-def family_count(stadium: Stadium, k: Floats, longest: float) -> Floats:
-    """Return what the bouncing balls add to the number of levels below each k.
+def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
+    """Return what the bouncing balls add to the number of levels below each k, of one parity or of all.
 
     To leading orders the integral of a term is the term a quarter of a turn behind, over its length.
     """
-    return sum((wave.imag / length for length, wave in family(stadium, k, longest)), np.zeros_like(k))
+    return sum((wave.imag / length for length, wave in family(stadium, k, longest, parity)), np.zeros_like(k))
 
 
 def _window(k: Floats, k_max: float) -> Floats:

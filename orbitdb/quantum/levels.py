@@ -184,6 +184,8 @@ class Levels(ByValue):
         Even or odd in x, then in y, such as ``oe``.
     parities : tuple of Parity
         Those that are there.
+    basis : str
+        What levels from orbits rest on; empty for those from elements.
 
     Examples
     --------
@@ -198,6 +200,7 @@ class Levels(ByValue):
     error: Floats
     parity: NDArray[np.str_]
     parities: tuple[Parity, ...] = tuple(Parity)
+    basis: str = ""
 
     @classmethod
     def joined(

@@ -15,7 +15,10 @@ SCREENSHOTS_OF = "8.2"
 
 QUICK = ("README", "orbit.svg")
 """Pages and pictures that plain pytest compares."""
-LONG = dict.fromkeys(("entropy-over-a.svg", "births.svg", "deviations.svg", "spectrum.svg"), "fuzz")
+LONG = dict.fromkeys(
+    ("assess.svg", "births.svg", "deviations.svg", "entropy-over-a.svg", "rigidity.svg", "spectrum.svg"),
+    "fuzz",
+)
 """Pictures that take so long that CI leaves them out."""
 
 

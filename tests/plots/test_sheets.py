@@ -10,7 +10,7 @@ from PIL import Image
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.cli.figures.subsets import _times
+from orbitdb.cli.figures.levels import _times
 from orbitdb.quantum.spectrum import Peak
 
 matplotlib.use("agg")

@@ -3,7 +3,7 @@
 import csv
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,11 +17,17 @@ from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
+if TYPE_CHECKING:
+    from orbitdb.store.reading.moment import Moment
+
 EXAMPLES = (
     "spectrum --range 3:11 --json",
     "spectrum --parity oo --k-max 25 --format csv",
     "spectrum --levels measured.csv --peaks",
 )
+_SHOWN = 3
+"""Places where levels are missing that one line names."""
+
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
 
@@ -69,18 +75,37 @@ def spectrum(
     given = None if levels is None else read_file(levels, energies, parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
         found = read_spectrum(moment, chosen.a, (low, high), points, k_max, given, parity)
+        judged = _judged(moment, chosen.a, given, parity)
     if peaks:
         output.write(PEAKS, found.peaks())
     else:
         from orbitdb.quantum.spectrum import COLUMNS
 
         output.write(COLUMNS, found.rows())
-    for said in found.notes():
+    for said in [*found.notes(), *judged]:
         note(said)
 
 
-def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
-    """Return the levels k in a file; of a csv with parities those of one, if it is named.
+def _judged(moment: "Moment", a: float, given: "list[float] | None", parity: str | None) -> list[str]:
+    """Say which levels of a file are missing, if the orbits can tell."""
+    from orbitdb.answers.judging import assess_levels
+    from orbitdb.quantum.amplitudes import Parity
+
+    if given is None:
+        return []
+    try:
+        found, _ = assess_levels(moment, a, given, None if parity is None else Parity(parity))
+    except InputError:
+        return []
+    if not found.gaps:
+        return []
+    places = ", ".join(f"{gap.after or 0:.4g} and {gap.before or 0:.4g}" for gap in found.gaps[:_SHOWN])
+    more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
+    return [f"{found.verdict()}: between {places}{more}; 'orbitdb assess FILE' lists them"]
+
+
+def read_file(path: Path, energies: bool, parity: str | None, column: str = "k") -> list[float]:
+    """Return the levels k in a file, or another column; of a csv with parities those of one, if it is named.
 
     Refuse what cannot be read, or is no level.
     """
@@ -89,7 +114,7 @@ def read_file(path: Path, energies: bool, parity: str | None) -> list[float]:
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "no text"
         raise InputError(f"{path}: {why}; give a file with one level a line") from None
-    lines, name = [line for line in text.splitlines() if line.strip()], "energy" if energies else "k"
+    lines, name = [line for line in text.splitlines() if line.strip()], "energy" if energies else column
     bare = not lines or _level(lines[0].split(",")[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, skipinitialspace=True)
     if name not in (table.fieldnames or ()):

@@ -47,13 +47,17 @@ Figures:
   lengths     how many orbits are no longer than L, and their density
   births      how many words are orbits at each a (run 'orbitdb births' first)
   spectrum    the length spectrum of levels beside that of the orbits
-  staircase   levels below k, and their fluctuations ('orbitdb levels' first)
+  staircase   levels below k, and what the orbits give ('orbitdb levels' first)
+  assess      where levels are missing, by the orbits
+  spacings    the spacings of levels, in their mean
+  rigidity    Delta_3 of levels, beside that of random matrices
 """
 
 Kind = Literal[
     "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
-    "spectrum", "staircase",
+    "spectrum", "staircase", "assess", "spacings", "rigidity",
 ]  # fmt: skip
+_LEVELS = ("spectrum", "staircase", "assess", "spacings", "rigidity")
 _LEAST, _MOST = 1.0, 100.0
 """Inches that a figure may be wide or high."""
 
@@ -62,13 +66,17 @@ _OF_WORDS = ("orbit", "reverse", "life")
 _OF_CLASSES = ("entropy", "lyapunov", "lengths")
 """Figures of averages, and of the lengths that they are made of."""
 
+_OF_LEVELS = ("a", "levels", "energies", "parity")
 _TAKES = {
     "orbit": ("words", "code", "a"),
     "reverse": ("words", "code", "a"),
     "life": ("words", "code"),
     "births": ("p",),
-    "spectrum": ("a",),
+    "spectrum": _OF_LEVELS,
     "staircase": ("a",),
+    "assess": _OF_LEVELS,
+    "spacings": _OF_LEVELS,
+    "rigidity": _OF_LEVELS,
 }
 """What may be said of figures that are of no chosen subset."""
 
@@ -101,6 +109,11 @@ def plot(
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
+    levels: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Levels k of your own, as in 'orbitdb spectrum'.")
+    ] = None,
+    energies: Annotated[bool, typer.Option("--energies", help="The file holds energies k^2.")] = False,
+    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo, of the levels.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -137,6 +150,7 @@ def plot(
         asked = "with --over-a" if over_a else f"in plot {kind}"
         options.takes_only(context, asked, "kind", "output", "size", "dpi", "title", *takes)
     else:
+        options.refuse_idle(context, f"in plot {kind}", "levels", "energies", "parity")
         if kind != "sheet":
             options.refuse_idle(context, f"in plot {kind}", "words", "code", "limit", "order")
         elif words or code:
@@ -155,7 +169,10 @@ def plot(
         made = _sheet_of_words(list(given_codes(words, code)), at, db)
     else:
         with progress("drawing"):
-            made = _of_subset("over a" if over_a else kind, choice, values, (limit, order), db)
+            if kind in _LEVELS:
+                made = _of_levels(kind, levels, energies, parity, at, db)
+            else:
+                made = _of_subset("over a" if over_a else kind, choice, values, (limit, order), db)
     style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
@@ -194,12 +211,35 @@ def _of_subset(
         "phase-space": subsets.draw_phase_space,
         "lengths": subsets.draw_lengths,
         "births": over_a.draw_births,
-        "spectrum": subsets.draw_length_spectrum,
-        "staircase": subsets.draw_levels,
     }
     a = values[0] if values else None
     with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (moment, (chosen,)):
         return draw[kind](moment, chosen)
+
+
+def _of_levels(
+    kind: str, path: Path | None, energies: bool, parity: str | None, a: float | None, db: Path
+) -> "Figure":
+    """Draw a figure of levels: those in a file, or in the catalogue."""
+    from orbitdb.cli.commands.average.spectrum import read_file
+    from orbitdb.cli.commands.make.levels import read_parities
+    from orbitdb.cli.figures import levels as figures
+
+    named = read_parities(parity)
+    if parity is not None and len(named) != 1:
+        raise InputError(f"--parity {parity}: give one, or leave it out for all")
+    of = named[0] if parity is not None else None
+    given = None if path is None else read_file(path, energies, parity)
+    with reading(db, a, Choice()) as (moment, (chosen,)):
+        if kind == "staircase":
+            return figures.draw_levels(moment, chosen)
+        draw = {
+            "spectrum": figures.draw_length_spectrum,
+            "assess": figures.draw_assessment,
+            "spacings": figures.draw_spacings,
+            "rigidity": figures.draw_rigidity,
+        }
+        return draw[kind](moment, chosen, given, of)
 
 
 def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":

@@ -1,5 +1,6 @@
 """``orbitdb levels``: the quantum levels of the stadium."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -20,13 +21,20 @@ EXAMPLES = (
     "levels --k 0:30",
     "levels --k 0:12 --parity oo --a 0.5 --json",
     "levels --k 20:21 --no-store --format csv",
+    "levels --method orbits --parity oo",
 )
 COLUMNS = ("k", "error", "parity")
 
 
 def levels(
     *,
-    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
+    context: typer.Context,
+    k: Annotated[
+        str | None, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option(help="elements, or orbits: from the stored orbits alone, with larger errors.")
+    ] = "elements",
     parity: Annotated[
         str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
     ] = None,
@@ -41,7 +49,28 @@ def levels(
     k^2 are the eigenvalues of minus the Laplacian, for functions that vanish on the boundary. A parity has
     two letters: even or odd under x -> -x, then under y -> -y. Levels that the catalogue already has are not
     computed again, so an interrupted run goes on where it stopped.
+
+    With --method orbits, each level is where the number of levels below k, as the orbits give it, first
+    reaches n - 1/2. These levels are not stored; the column stored has the level with the same number if the
+    catalogue has it. Without --k, they end where the rms error reaches a fifth of the mean spacing.
     """
+    if method == "orbits":
+        options.refuse_idle(context, "with --method orbits", "jobs", "store")
+        found = _from_orbits(k, parity, a, output, db)
+    elif method != "elements":
+        raise InputError(f"method {method!r}: use elements or orbits")
+    elif k is None:
+        raise InputError("give the range of k, such as --k 0:30")
+    else:
+        found = _from_elements(k, parity, a, jobs, output, db if store else None)
+    if not found:
+        raise typer.Exit(1)
+
+
+def _from_elements(
+    k: str, parity: str | None, a: float, jobs: int | None, output: Output, db: Path | None
+) -> int:
+    """Find levels on grids, and keep them if there is a catalogue; return how many there are."""
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
@@ -53,10 +82,10 @@ def levels(
     stadium, parities = Stadium(a), read_parities(parity)
     for each in parities:
         list(windows(stadium, each, low, high))  # so that a range that is refused leaves no file
-    if store:
+    if db is not None:
         bring(db)
     with progress("levels") as shown:
-        parts = find(db if store else None, stadium, low, high, parities, jobs, shown)
+        parts = find(db, stadium, low, high, parities, jobs, shown)
     found = Levels.joined(a, low, high, parts)
     output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
     for each, windows_of in parts.items():
@@ -68,8 +97,23 @@ def levels(
         worst = f", errors up to {error.max():.0e}" if len(own) else ""
         count = several(len(own), "level")
         note(f"{each}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
-    if not len(found):
-        raise typer.Exit(1)
+    return len(found)
+
+
+def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
+    """Show the levels that the stored orbits give; return how many there are."""
+    from orbitdb.answers.judging import beside, levels_from_orbits
+    from orbitdb.store.reading.moment import reading
+
+    low, high = (0.0, None) if k is None else read_range("--k", k)
+    with progress("summing orbits"), reading(db) as moment:
+        found = levels_from_orbits(moment, a, high, read_parities(parity))
+        known = beside(moment, found)
+    rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
+    shown = [row for row in rows if row[0] >= low]
+    output.write((*COLUMNS, "stored"), shown)
+    note(f"{several(len(shown), 'level')} below k = {found.high:g}: {found.basis}")
+    return len(shown)
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:

@@ -1,0 +1,155 @@
+"""Figures of quantum levels, and of what the orbits say about them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from orbitdb.answers.judging import assess_levels, orbits_for
+from orbitdb.answers.spectrum import levels_from_zero, read_classes, read_levels, read_spectrum
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.figures.orbits import short
+from orbitdb.cli.render import note
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact
+from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
+from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.assessment import CUTOFF_OF_ALL
+from orbitdb.quantum.lengths import family_count
+from orbitdb.quantum.spectrum import Peak, check_levels
+from orbitdb.quantum.statistics import FAMILY_TO, delta3, goe_delta3, unfolded
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
+
+Floats = NDArray[np.float64]
+
+_LENGTHS = (1.0, 12.0)
+_NONE = "no levels to draw: 'orbitdb levels --k 0:30 --a {a}' finds them"
+_RIGID = np.linspace(0.5, 25.0, 50)
+_BINS = [n / 5 for n in range(21)]
+
+
+def draw_length_spectrum(
+    moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
+) -> Figure:
+    """Draw the length spectrum of the orbits downwards, and that of the levels upwards if there are any."""
+    found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
+    for said in found.notes():
+        note(said)
+    with figure(7.2, 4.8, f"length spectrum at a = {exact(chosen.a)}, k below {found.k_max:.4g}") as made:
+        ax = made.add_subplot()
+        side = -1 if found.quantum is None else 1
+        if found.quantum is not None:
+            ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
+        ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
+        first, last = found.length[[0, -1]]
+        if found.complete < last:
+            beyond = max(found.complete, first)
+            ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
+        for peak in found.peaks(1):
+            ax.annotate(_times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),
+                        textcoords="offset points", fontsize=7, rotation=90, ha="center",
+                        va="bottom" if side > 0 else "top")  # fmt: skip
+        ax.axhline(0, color=INK, linewidth=0.6)
+        ax.margins(x=0, y=0.25)
+        ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
+    return made
+
+
+def _times(peak: Peak) -> str:
+    """Say how often which orbit is gone round; of one parity it may be half of it."""
+    whole, half = divmod(peak.repetitions, 1)
+    times = f"{int(whole) or ''}{'½' if half else ''}"
+    return short(peak.code) if times == "1" else f"{times} × {short(peak.code)}"
+
+
+def draw_levels(moment: Moment, chosen: Selection) -> Figure:
+    """Draw the number of levels, and its fluctuations, beside those that the orbits give."""
+    known = read_levels(moment, chosen.a, None)
+    if known is None:
+        raise InputError(_NONE.format(a=exact(chosen.a)))
+    k, end = known
+    stadium, classes = Stadium(chosen.a), read_classes(moment, chosen)[0]
+    orbits = orbits_for(stadium, classes, None, end)
+    here = orbits.k <= end
+    at, smooth, count = orbits.k[here], orbits.smooth[here], orbits.count[0][here]
+    label = f"orbits, $X = {CUTOFF_OF_ALL:g}$"
+    with figure(7.2, 6.0, f"{len(k)} levels at a = {exact(chosen.a)}, k below {end:.4g}") as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
+        above.plot(at, count, color=ORANGE, linewidth=0.8, label=label)
+        above.plot(at, smooth, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
+        above.set(ylabel="levels below $k$")
+        rest = np.searchsorted(k, at) - smooth
+        below.plot(at, rest, color=BLUE, linewidth=0.8, label="levels, less Weyl's law")
+        below.plot(at, count - smooth, color=ORANGE, linewidth=0.8, label=f"{label}, less Weyl's law")
+        family = family_count(stadium, at, _LENGTHS[1])
+        below.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls")
+        below.set(xlabel="$kR$", ylabel="fluctuation")
+    return made
+
+
+def draw_assessment(
+    moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
+) -> Figure:
+    """Draw how far N_X at each level is from its place in the list: it rises by one at a missing level."""
+    found, told = assess_levels(moment, chosen.a, levels, parity)
+    for said in [*told, found.verdict()]:
+        note(said)
+    with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
+        found.draw(made.add_subplot())
+    return made
+
+
+def draw_spacings(
+    moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
+) -> Figure:
+    """Draw the spacings of levels in their means, beside Wigner's curve and that of random numbers."""
+    stadium, parts = Stadium(chosen.a), _by_parity(moment, chosen, levels, parity)
+    gaps = np.concatenate([np.diff(np.sort(unfolded(k, stadium, each))) for each, k in parts.items()])
+    s = np.linspace(0, _BINS[-1], 200)
+    with figure(6.4, 4.2, f"{len(gaps)} spacings at a = {exact(chosen.a)}: {', '.join(parts)}") as made:
+        ax = made.add_subplot()
+        ax.hist(gaps, _BINS, density=True, color=BLUE, alpha=0.5, label="levels, by Weyl's law")
+        wigner = np.pi / 2 * s * np.exp(-np.pi / 4 * s**2)
+        ax.plot(s, wigner, color=INK, label="random matrices (Wigner)")
+        ax.plot(s, np.exp(-s), color=GREY, linestyle="--", label="random numbers (Poisson)")
+        ax.set(xlabel="spacing, in its mean", ylabel="density", xlim=(0, _BINS[-1]))
+    return made
+
+
+def draw_rigidity(
+    moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
+) -> Figure:
+    """Draw Delta_3 of each parity, with the bouncing balls in and out, beside random matrices and numbers."""
+    stadium, parts = Stadium(chosen.a), _by_parity(moment, chosen, levels, parity)
+    colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
+    with figure(6.4, 4.6, f"spectral rigidity at a = {exact(chosen.a)}") as made:
+        ax = made.add_subplot()
+        for each, k in parts.items():
+            for balls, style in ((False, "-"), (True, ":")):
+                x = np.sort(unfolded(k, stadium, each, balls))
+                values = [delta3(x, length) for length in _RIGID]
+                label = f"{each}, bouncing balls out" if balls else f"{each}"
+                shown = [np.nan if value is None else value for value in values]
+                ax.plot(_RIGID, shown, style, color=colours[each], label=label)
+        ax.plot(_RIGID, [goe_delta3(length) for length in _RIGID], color=INK, label="random matrices (GOE)")
+        ax.plot(_RIGID, _RIGID / 15, "--", color=GREY, label="random numbers (Poisson)")
+        ax.set(xlabel="$L$, mean spacings", ylabel=r"$\Delta_3(L)$", ylim=(0, 0.8), xlim=(0, _RIGID[-1]))
+    note(f"bouncing balls up to length {FAMILY_TO:g} are taken out of the staircase for the dotted lines")
+    return made
+
+
+def _by_parity(
+    moment: Moment, chosen: Selection, levels: Sequence[float] | None, parity: Parity | None
+) -> dict[Parity, Floats]:
+    """Return the levels of each parity that is asked for: those of a list, or stored ones."""
+    if levels is not None:
+        if parity is None:
+            raise InputError("statistics are of one parity: name that of the levels with --parity")
+        k = np.sort(np.asarray(levels, np.float64))
+        check_levels(k, Stadium(chosen.a), parity)
+        return {parity: k}
+    parities = list(Parity) if parity is None else [parity]
+    return {each: levels_from_zero(moment, chosen.a, each).k for each in parities}

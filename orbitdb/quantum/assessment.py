@@ -1,0 +1,313 @@
+"""Which levels of a list are missing, and which are none: the list against the staircase of the orbits.
+
+A missing level shifts N_X(k_i) - i by one from there on (`orbitdb.quantum.staircase`). Each k_i gets a true
+number n_i, rising with i, at the cost (N_X(k_i) - n_i + 1/2)^2 / (2 sigma^2); a number that is left out and
+a k_i that is taken for spurious cost `LEFT_OUT` each. Dynamic programming finds the cheapest assignment, for
+many scales of k at once if the radius is to be found, too.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.equality import ByValue
+from orbitdb.extras import load
+from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.staircase import Staircase
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+CUTOFF, CUTOFF_OF_ALL = 12.0, 16.0
+"""X of the staircase that lists are held against: of one parity, and of all levels."""
+
+LEFT_OUT = 6.0
+"""What a missing or a spurious level costs."""
+
+_SPREAD, _LEAST_SPREAD = 0.08, 0.12
+"""sigma of N_X(k_i) - n_i + 1/2 in complete lists is the first times the root of the density of levels,
+and never below the second."""
+
+_BAND = 12
+"""How far true numbers may be from the staircase."""
+
+_WIDEST = 0.005
+"""How far off a radius that is to be found may be, relatively."""
+_SCALES, _FINER, _REFINED = 401, 21, 4
+"""How many scales are tried, how many around the best of them, and on how many grids."""
+WIDEST = 1 + 2 * _WIDEST
+"""How far the staircase must go, over the last level."""
+
+_ROUNDS = 3
+"""How often the spread is taken from the list, and the levels are numbered again."""
+
+
+class Gap(NamedTuple):
+    """A place where the numbers of a list are off.
+
+    Attributes
+    ----------
+    after, before : float or None
+        The levels on both sides, in 1/radius; None at the beginning of the list or at its end.
+    missing : int
+        How many levels are missing between them; below zero for spurious or double ones.
+    """
+
+    after: float | None
+    before: float | None
+    missing: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(ByValue):
+    """What the orbits say about a list of levels.
+
+    Attributes
+    ----------
+    a : float
+        The stadium.
+    parity : Parity or None
+        None for all levels in one list.
+    k : ndarray, shape (N,)
+        The levels in rising order, in 1/radius, scaled by `scale`.
+    number : ndarray of int, shape (N,)
+        Their true numbers, from 1 on; 0 for those that are taken for spurious.
+    expected : ndarray, shape (N,)
+        N_X at each of them.
+    sigma : ndarray, shape (N,)
+        How far expected and true numbers are apart, about.
+    scale, scale_error : float
+        The radius that was found over the one that was given, and its standard error; 1 and 0 if it was not
+        looked for.
+    cost : float
+        Of the assignment; the lower, the better the list fits.
+    """
+
+    a: float
+    parity: Parity | None
+    k: Floats
+    number: Integers
+    expected: Floats
+    sigma: Floats
+    scale: float
+    scale_error: float
+    cost: float
+
+    def __len__(self) -> int:
+        return len(self.k)
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict()}>"
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Where levels are missing, or too many, in rising order."""
+        found: list[Gap] = []
+        after, last, spurious = None, 0, 0
+        for k, number in zip([*self.k.tolist(), None], [*self.number.tolist(), None], strict=True):
+            if number == 0:
+                spurious += 1
+                continue
+            missing = 0 if number is None else number - last - 1
+            if missing - spurious or (missing and spurious):
+                found.append(Gap(after, k, missing - spurious))
+            after, last, spurious = k, number or 0, 0
+        return found
+
+    @property
+    def missing(self) -> int:
+        """How many levels are missing below the last one."""
+        return int(self.number.max(initial=0)) - int((self.number > 0).sum())
+
+    @property
+    def spurious(self) -> int:
+        """How many of the list are none, or double."""
+        return int((self.number == 0).sum())
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the gaps as a data frame, with the columns after, before and missing."""
+        return load("pandas", "to_pandas()", "pandas").DataFrame(self.gaps, columns=list(Gap._fields))
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw N_X(k_i) - i + 1/2 with matplotlib, and the steps that missing levels make in it.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+        """
+        paths = load("orbitdb.plots.paths", "plot()", "plot")
+        axes: Axes = paths.draw_titled(lambda ax: self.draw(ax), (), self.verdict(), ax)
+        return axes
+
+    def draw(self, ax: "Axes") -> None:
+        """Draw on axes (`plot`)."""
+        place = np.arange(1, len(self) + 1)
+        true, off = self.number > 0, self.expected - place + 0.5
+        ax.plot(self.k[true], off[true], ".", markersize=3, label="$N_X(k_i) - i + 1/2$")
+        ax.step(self.k[true], (self.number - place)[true], where="mid", label="levels missing so far")
+        if not true.all():
+            ax.plot(self.k[~true], off[~true], "x", markersize=6, label="spurious or double")
+        ax.set(xlabel="$kR$", ylabel="levels")
+
+    def verdict(self) -> str:
+        """Say in a sentence what is missing."""
+        of = f" of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
+        none = self.spurious
+        extra = f"; {none} {'is' if none == 1 else 'are'} spurious or double" if none else ""
+        if not self.missing:
+            return f"no level is missing{of}{extra}"
+        are = "level is" if self.missing == 1 else "levels are"
+        return f"{self.missing} {are} missing{of}{extra}"
+
+
+def assess(
+    k: Floats, orbits: Staircase, a: float, parity: Parity | None = None, fit_scale: bool = False
+) -> Assessment:
+    """Hold a list of levels against the staircase of the orbits.
+
+    Parameters
+    ----------
+    k : ndarray, shape (N,)
+        In rising order, in 1/radius.
+    orbits : Staircase
+        For one cutoff, up to `WIDEST` times the last level.
+    a : float
+        The stadium.
+    parity : Parity, optional
+        Of the levels; by default they are all levels.
+    fit_scale : bool, optional
+        Whether the radius is to be found, within half a per cent.
+    """
+    density = np.gradient(orbits.smooth, orbits.k)
+    wider = 1.0
+    scale, scale_error = 1.0, 0.0
+    for _ in range(_ROUNDS):
+        if fit_scale:
+            scale, scale_error = _fitted(k, orbits, density, wider, scale if scale_error else None)
+        expected, sigma = _held(k[None, :] * scale, orbits, density, wider)
+        numbers, cost = numbered(expected, sigma)
+        number = numbers[0]
+        true = number > 0
+        off = (expected[0] - number + 0.5)[true] / (sigma[0, true] / wider)
+        spread = float(1.4826 * np.median(np.abs(off))) if true.any() else 1.0
+        if spread <= wider * 1.05:
+            break
+        wider = spread
+    return Assessment(a, parity, k * scale, number, expected[0], sigma[0], scale, scale_error, float(cost[0]))
+
+
+def misfit(k: Floats, orbits: Staircase) -> float:
+    """Return the least cost of numbering levels, with the spread that complete lists have."""
+    density = np.gradient(orbits.smooth, orbits.k)
+    return float(numbered(*_held(k[None, :], orbits, density, 1.0))[1][0])
+
+
+def _held(k: Floats, orbits: Staircase, density: Floats, wider: float) -> tuple[Floats, Floats]:
+    """Return N_X, and sigma, at levels for several scales, shape (S, N)."""
+    expected = orbits.at(k.ravel())[0].reshape(k.shape)
+    at = np.maximum(np.interp(k, orbits.k, density), 0.0)
+    return expected, wider * np.maximum(_SPREAD * np.sqrt(at), _LEAST_SPREAD)
+
+
+def _fitted(
+    k: Floats, orbits: Staircase, density: Floats, wider: float, near: float | None
+) -> tuple[float, float]:
+    """Return the scale of k at the least cost, found on finer and finer grids, and its standard error.
+
+    The error takes the deviations of the levels as independent.
+    """
+    step = 2 * _WIDEST / (_SCALES - 1)
+    scales = np.linspace(1 - _WIDEST, 1 + _WIDEST, _SCALES)
+    if near is not None:
+        scales = near + step * np.linspace(-1, 1, _FINER)
+    best = 1.0
+    for _ in range(_REFINED):
+        costs = numbered(*_held(k * scales[:, None], orbits, density, wider))[1]
+        best = float(scales[costs.argmin()])
+        scales, step = best + step * np.linspace(-1, 1, _FINER), 2 * step / (_FINER - 1)
+    _, sigma = _held(k[None, :] * best, orbits, density, wider)
+    shift = k * best * np.interp(k * best, orbits.k, density) / sigma[0]
+    return best, float(1 / math.sqrt((shift**2).sum()))
+
+
+def numbered(expected: Floats, sigma: Floats) -> tuple[Integers, Floats]:
+    """Return the true numbers of levels at the least cost, for several lists at once.
+
+    Parameters
+    ----------
+    expected, sigma : ndarray, shape (S, N)
+        N_X at each level in rising order, and how far it may be off.
+
+    Returns
+    -------
+    number : ndarray of int, shape (S, N)
+        From 1 on, rising; 0 for spurious levels.
+    cost : ndarray, shape (S,)
+    """
+    lists, count = expected.shape
+    low = np.maximum.accumulate(np.floor(expected).astype(np.int64), axis=1) - _BAND
+    width = 2 * _BAND + 2
+    offset = np.arange(width)
+    # total[s, j]: the least cost at which all numbers up to base[s] + j are settled
+    base = low[:, 0]
+    settled = base[:, None] + offset
+    total = np.where(settled >= 0, LEFT_OUT * settled, np.inf)
+    taken = np.zeros((count, lists, width), bool)
+    came = np.zeros((count, lists, width), np.int16)
+    for i in range(count):
+        shift = low[:, i] - base
+        base = low[:, i]
+        total = _moved(total, shift)
+        number = base[:, None] + offset
+        cost = (expected[:, i, None] - number + 0.5) ** 2 / (2 * sigma[:, i, None] ** 2)
+        before = np.concatenate([np.full((lists, 1), np.inf), total[:, :-1]], axis=1)
+        assigned = np.where(number >= 1, before + cost, np.inf)
+        skipped = total + LEFT_OUT
+        taken[i] = assigned <= skipped
+        here = np.minimum(assigned, skipped)
+        least = np.minimum.accumulate(here - LEFT_OUT * offset, axis=1)
+        came[i] = _last_least(here - LEFT_OUT * offset, least)
+        total = least + LEFT_OUT * offset
+    return _traced(total, taken, came, low)
+
+
+def _moved(total: Floats, shift: Integers) -> Floats:
+    """Return costs in a band that begins higher; numbers that fall out below it are settled at its first."""
+    width = total.shape[1]
+    place = np.arange(width) + shift[:, None]
+    inside = np.minimum(place, width - 1)
+    moved = np.take_along_axis(total, inside, axis=1)
+    return moved + LEFT_OUT * (place - inside)
+
+
+def _last_least(values: Floats, least: Floats) -> NDArray[np.int16]:
+    """Return where the running minimum of each row was reached."""
+    places = np.where(values <= least, np.arange(values.shape[1]), 0)
+    return np.maximum.accumulate(places, axis=1).astype(np.int16)
+
+
+def _traced(
+    total: Floats, taken: NDArray[np.bool_], came: NDArray[np.int16], low: Integers
+) -> tuple[Integers, Floats]:
+    """Return the numbers of the cheapest assignments, from the last level back to the first."""
+    count, lists, _ = taken.shape
+    every = np.arange(lists)
+    at = total.argmin(axis=1)
+    cost = total[every, at]
+    number = np.zeros((lists, count), np.int64)
+    settled = low[:, -1] + at
+    for i in range(count - 1, -1, -1):
+        place = np.clip(settled - low[:, i], 0, taken.shape[2] - 1)
+        place = came[i][every, place].astype(np.int64)
+        true = taken[i][every, place]
+        number[:, i] = np.where(true, low[:, i] + place, 0)
+        settled = low[:, i] + place - true
+    return number, cost

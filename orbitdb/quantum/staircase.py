@@ -1,0 +1,181 @@
+"""The number of levels below k, from orbits alone, and the levels that it gives.
+
+With all terms Re(A exp(i k l)) of the density of levels (`orbitdb.quantum.amplitudes`) and bouncing balls,
+
+    N_X(k) = smooth number + sum of Im(A exp(i k l)) / l * exp(-(l / X)^2 / 2).
+
+A longer cutoff X makes steeper steps and needs longer orbits. The n-th level is where N_X first reaches
+n - 1/2; several X give several answers, of which the median is the level, and their spread the base of its
+error.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.amplitudes import Classes, Parity, orbit_terms, weyl
+from orbitdb.quantum.lengths import family
+
+Floats = NDArray[np.float64]
+
+CUTOFFS = (6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0)
+"""X of the levels, in units of the radius."""
+
+BEYOND = 2.5
+"""How many X long the longest terms are: those beyond have less than a twentieth of their weight."""
+
+_BIN = 0.02
+"""Width of the bins that terms are collected in by length."""
+_ORDERS = 10
+"""Powers of k (l - centre of the bin) that are kept: the rest is below 1e-8 of a term at k = 100."""
+_MORE = 3
+"""How many levels more than Weyl's law has are looked for."""
+_NEIGHBOURS = 9
+_AT_LEAST = 0.05
+"""Of the error of a level, in mean spacings."""
+_LEAST_DENSITY = 0.1
+_RMS, _GOOD = 0.027, 0.2
+_STEPS = 16
+"""Places of a grid of k in one period of the longest term."""
+
+
+@dataclass(frozen=True, eq=False)
+class Staircase:
+    """The numbers of levels below k, from orbits, for several cutoffs.
+
+    Attributes
+    ----------
+    k : ndarray, shape (n,)
+        A grid, from near 0 on.
+    count : ndarray, shape (X, n)
+        N_X at each k.
+    cutoffs : tuple of float
+        The X, in units of the radius.
+    smooth : ndarray, shape (n,)
+        Weyl's law.
+    """
+
+    k: Floats
+    count: Floats
+    cutoffs: tuple[float, ...]
+    smooth: Floats
+
+    def at(self, k: Floats) -> Floats:
+        """Return N_X at some k, shape (X, m), between the places of the grid by straight lines."""
+        return np.stack([np.interp(k, self.k, row) for row in self.count])
+
+    def reached(self, numbers: Floats) -> Floats:
+        """Return where each N_X first reaches some numbers, shape (X, m); NaN beyond the grid."""
+        return np.stack([_first(self.k, row, numbers) for row in self.count])
+
+
+def staircase(
+    stadium: Stadium,
+    classes: Classes,
+    k_max: float,
+    parity: Parity | None = None,
+    cutoffs: Sequence[float] = CUTOFFS,
+) -> Staircase:
+    """Return the numbers of levels below k, from orbits, up to some k.
+
+    Parameters
+    ----------
+    stadium : Stadium
+    classes : Classes
+        All orbits that are long enough, and shorter than `BEYOND` times the largest cutoff, or twice that for
+        one parity.
+    k_max : float
+        End of the grid, in 1/radius.
+    parity : Parity, optional
+        By default all levels are counted.
+    cutoffs : sequence of float, optional
+    """
+    longest = BEYOND * max(cutoffs)
+    k = np.linspace(0.0, k_max, math.ceil(k_max * longest * _STEPS / (2 * math.pi)) + 2)[1:]
+    terms = orbit_terms(classes, longest, parity)
+    smooth = weyl(stadium, parity)(k)
+    count = smooth + _collected(terms.length, terms.amplitude / terms.length, k, cutoffs)
+    for length, wave in family(stadium, k, longest, parity):
+        count += _weights(np.array([float(length)]), cutoffs) * (wave.imag / length)
+    return Staircase(k, count, tuple(cutoffs), smooth)
+
+
+def _weights(length: Floats, cutoffs: Sequence[float]) -> Floats:
+    """Return the weights of terms for each cutoff, shape (X, N)."""
+    return np.exp(-((length / np.array(cutoffs)[:, None]) ** 2) / 2)
+
+
+def _collected(
+    length: Floats, amplitude: NDArray[np.complex128], k: Floats, cutoffs: Sequence[float]
+) -> Floats:
+    """Return the sums of Im(amplitude exp(i k l)) with the weights of each cutoff, shape (X, n).
+
+    Terms of nearly one length are collected in bins, as powers of k times the distance from the centre.
+    """
+    if not len(length):
+        return np.zeros((len(cutoffs), len(k)))
+    bins, place = np.unique(np.floor(length / _BIN).astype(np.int64), return_inverse=True)
+    centre = (bins + 0.5) * _BIN
+    off = length - centre[place]
+    found = np.zeros((len(cutoffs), len(k)), np.complex128)
+    waves = np.exp(1j * k[:, None] * centre)
+    weighted = _weights(length, cutoffs) * amplitude
+    power = np.ones(len(length))
+    for order in range(_ORDERS):
+        moments = np.stack([_binned(place, row * power, len(bins)) for row in weighted])
+        found += (1j * k) ** order * (moments @ waves.T)
+        power = power * off / (order + 1)
+    return found.imag
+
+
+def _binned(place: NDArray[np.int64], values: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:
+    real, imag = (np.bincount(place, part, count) for part in (values.real, values.imag))
+    return real + 1j * imag
+
+
+def _first(k: Floats, count: Floats, numbers: Floats) -> Floats:
+    """Return where a function on a grid first reaches some numbers, by straight lines."""
+    highest = np.maximum.accumulate(count)
+    place = np.searchsorted(highest, numbers)
+    inside = np.clip(place, 1, len(k) - 1)
+    rise = highest[inside] - count[inside - 1]
+    share = (numbers - count[inside - 1]) / np.where(rise > 0, rise, 1.0)
+    found = k[inside - 1] + np.clip(share, 0.0, 1.0) * (k[inside] - k[inside - 1])
+    found[place == 0] = k[0]
+    found[place >= len(k)] = np.nan
+    return found
+
+
+def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
+    """Return the levels below some k, as the orbits have them, and their errors, shape (N,) each.
+
+    The error is taken from the spread of the answers of the cutoffs and of its mean over neighbouring
+    levels; measured at a from 0.5 to 3, it holds for 98 % of the levels where rms errors are below .2 mean
+    spacings, and for 90 % well beyond.
+    """
+    most = math.floor(float(orbits.smooth[-1])) + _MORE
+    found = orbits.reached(np.arange(0.5, most))
+    found = found[:, ~np.isnan(found).any(axis=0)]
+    k = np.sort(np.median(found, axis=0))
+    spacing = 1 / np.maximum(np.interp(k, orbits.k, np.gradient(orbits.smooth, orbits.k)), _LEAST_DENSITY)
+    spread = np.ptp(found, axis=0) / spacing
+    window = np.ones(_NEIGHBOURS)
+    near = np.convolve(spread, window, "same") / np.convolve(np.ones(len(spread)), window, "same")
+    error = (np.hypot(2 * spread, 2.5 * near) + _AT_LEAST) * spacing
+    below = k < k_max
+    return k[below], error[below]
+
+
+def reliable_end(stadium: Stadium, parity: Parity) -> float:
+    """Return the k up to which levels from orbits have an rms error below .2 mean spacings, as was measured.
+
+    The rms error near k, in mean spacings, is about `_RMS` times the mean number of levels of the parity per
+    unit of k, whatever the stadium, if all periods to 12 are there.
+    """
+    smooth = weyl(stadium, parity)
+    slope, curve = smooth.coef[1], 2 * smooth.coef[2]
+    return float((_GOOD / _RMS - slope) / curve)

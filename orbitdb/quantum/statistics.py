@@ -1,0 +1,151 @@
+"""Statistics of levels: ratios of gaps, spacings, number variance and spectral rigidity.
+
+Sources: Y. Y. Atas et al., Phys. Rev. Lett. 110 (2013) 084101 (ratios); M. L. Mehta, Random Matrices (2004),
+chapter 16 (number variance, Delta_3); O. Bohigas, M.-J. Giannoni, Lecture Notes in Physics 209 (1984) 1.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import sici
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.amplitudes import Parity, weyl
+from orbitdb.quantum.lengths import family_count
+
+Floats = NDArray[np.float64]
+
+LENGTHS = (1, 5, 20)
+"""L of the number variance and of Delta_3, in mean spacings."""
+
+FAMILY_TO = 30.0
+"""Up to this length bouncing balls are taken out of the staircase, in units of the radius."""
+
+_WINDOWS_A_SPACING = 4
+_NODES = 64
+
+
+class Statistics(NamedTuple):
+    """Statistics of the levels of one parity, in mean spacings.
+
+    Attributes
+    ----------
+    parity : str
+        Or ``GOE`` and ``Poisson``, for what random matrices and random numbers have.
+    balls : str
+        ``in`` where the levels are unfolded with Weyl's law; ``out`` where the bouncing balls are taken out
+        of the staircase, too.
+    levels : int or None
+    gap_ratio, gap_ratio_error : float or None
+        Mean of min/max of neighbouring gaps, and its standard error.
+    spacing_variance : float
+    delta3_1, delta3_5, delta3_20 : float or None
+        Dyson and Mehta's Delta_3 at L = 1, 5, 20; None where the levels are too few.
+    variance_1, variance_5, variance_20 : float or None
+        Variance of the number of levels in a stretch of so many spacings.
+    """
+
+    parity: str
+    balls: str
+    levels: int | None
+    gap_ratio: float
+    gap_ratio_error: float | None
+    spacing_variance: float
+    delta3_1: float | None
+    delta3_5: float | None
+    delta3_20: float | None
+    variance_1: float | None
+    variance_5: float | None
+    variance_20: float | None
+
+
+def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
+    """Return levels in units of the mean spacing, with Weyl's law, and the bouncing balls if asked for."""
+    smooth: Floats = weyl(stadium, parity)(k)
+    return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
+
+
+def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Statistics:
+    """Return the statistics of all levels of one parity from the lowest on, shape (N,), in rising order."""
+    x = np.sort(unfolded(k, stadium, parity, balls))
+    gaps = np.diff(x)
+    ratios = gap_ratios(x)
+    error = float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
+    return Statistics(
+        str(parity), "out" if balls else "in", len(x), float(ratios.mean()), error, float(gaps.var()),
+        *(delta3(x, each) for each in LENGTHS), *(number_variance(x, each) for each in LENGTHS),
+    )  # fmt: skip
+
+
+def expected() -> list[Statistics]:
+    """Return what random matrices (GOE) and random numbers (Poisson) have."""
+    goe = [*(float(goe_delta3(each)) for each in LENGTHS), *(float(goe_variance(each)) for each in LENGTHS)]
+    poisson = [*(each / 15 for each in LENGTHS), *map(float, LENGTHS)]
+    return [
+        Statistics("GOE", "", None, 0.5307, None, 0.2856, *goe),
+        Statistics("Poisson", "", None, 2 * math.log(2) - 1, None, 1.0, *poisson),
+    ]
+
+
+def gap_ratios(x: Floats) -> Floats:
+    """Return min/max of neighbouring gaps, shape (N - 2,); 1 where both are zero."""
+    gaps = np.diff(x)
+    low, high = np.minimum(gaps[1:], gaps[:-1]), np.maximum(gaps[1:], gaps[:-1])
+    return np.where(high > 0, low / np.where(high > 0, high, 1.0), 1.0)
+
+
+def _windows(x: Floats, length: float) -> Floats:
+    """Return where stretches of a length begin; none if the levels do not hold two of them."""
+    room = x[-1] - x[0] - length
+    count = math.floor(room * _WINDOWS_A_SPACING) if room >= length else 0
+    return x[0] + room * (np.arange(count) + 0.5) / max(count, 1)
+
+
+def number_variance(x: Floats, length: float) -> float | None:
+    """Return the mean of (n - L)^2 over stretches of L mean spacings; None for too few levels."""
+    starts = _windows(x, length)
+    if not len(starts):
+        return None
+    number = np.searchsorted(x, starts + length) - np.searchsorted(x, starts)
+    return float(((number - length) ** 2).mean())
+
+
+def delta3(x: Floats, length: float) -> float | None:
+    """Return Delta_3: how far the staircase is from a straight line in L mean spacings, mean square.
+
+    With z the places of n levels from the middle of a stretch, it is
+    n^2/16 - S1^2/L^2 + 3 n S2 / (2 L^2) - 3 S2^2 / L^4 + sum (n - 2 i + 1) z_i / L.
+    """
+    starts = _windows(x, length)
+    if not len(starts):
+        return None
+    found = []
+    for start in starts.tolist():
+        first, last = np.searchsorted(x, [start, start + length])
+        z, n = x[first:last] - start - length / 2, int(last - first)
+        one, two = z.sum(), (z**2).sum()
+        order = n - 2 * np.arange(1, n + 1) + 1
+        value = n**2 / 16 - (one / length) ** 2 + 1.5 * n * two / length**2 - 3 * two**2 / length**4
+        found.append(value + (order * z).sum() / length)
+    return float(np.mean(found))
+
+
+def goe_variance(length: float | Floats) -> Floats:
+    """Return the number variance of random matrices of the orthogonal ensemble."""
+    length = np.maximum(np.asarray(length, np.float64), 1e-12)
+    one, _ = sici(np.pi * length)
+    two, cosine = sici(2 * np.pi * length)
+    unitary = np.log(2 * np.pi * length) + np.euler_gamma + 1 - np.cos(2 * np.pi * length) - cosine
+    unitary = unitary / np.pi**2 + length * (1 - 2 * two / np.pi)
+    found: Floats = 2 * unitary + (one / np.pi) ** 2 - one / np.pi
+    return found
+
+
+def goe_delta3(length: float) -> float:
+    """Return Delta_3 of random matrices: 2/L^4 times the integral of (L^3 - 2 L^2 r + r^3) variance(r)."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    r = (nodes + 1) * length / 2
+    kernel = length**3 - 2 * length**2 * r + r**3
+    return float((weights * kernel * goe_variance(r)).sum() * length / 2 * 2 / length**4)

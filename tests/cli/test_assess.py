@@ -1,0 +1,146 @@
+"""``orbitdb assess`` and ``levels --method orbits`` as users meet them."""
+
+import csv
+import io
+import json
+import math
+import re
+
+import numpy as np
+import pytest
+from there import there
+
+from orbitdb import Catalogue
+from orbitdb.quantum.levels import levels
+
+GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
+"""What k = 1 is in a resonator of radius 0.2 m."""
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A catalogue with p = 2..8 at a = 1.6."""
+    path = tmp_path_factory.mktemp("assess") / "orbits.db"
+    Catalogue.create(path, 1.6).fill("2-8")
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return levels(1.6, 12.0, parities=["oo"]).k
+
+
+def written(path, values, head=""):
+    path.write_text(head + "\n".join(map(repr, values)) + "\n")
+    return str(path)
+
+
+def numbers(text):
+    return [list(map(float, row)) for row in list(csv.reader(io.StringIO(text)))[1:]]
+
+
+def test_a_whole_list_is_whole_and_what_was_taken_out_is_found(cli, own, exact, tmp_path):
+    whole = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "oo", "--db", own)
+    assert whole.code == 0
+    assert whole.err == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}\n"
+    few = np.delete(exact, 9).tolist()
+    found = cli("assess", written(tmp_path / "few.txt", few), "--parity", "oo", "--db", own, "--json")
+    assert found.code == 1
+    (row,) = json.loads(found.out)
+    assert list(row) == ["after", "before", "missing"]
+    assert row["missing"] == 1
+    assert row["after"] < exact[9] + 0.5
+    assert row["before"] > exact[9] - 0.5
+    assert "1 level is missing" in found.err
+
+
+def test_energies_and_frequencies_are_levels(cli, own, exact, tmp_path):
+    few = np.delete(exact, 9)
+    energies = written(tmp_path / "energy.csv", (few**2).tolist(), "energy\n")
+    frequencies = written(tmp_path / "f.csv", (few * GHZ).tolist(), "frequency\n")
+    asked = ("--parity", "oo", "--db", own, "--format", "csv")
+    one = cli("assess", energies, "--energies", *asked)
+    other = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2", *asked)
+    assert one.code == other.code == 1
+    np.testing.assert_allclose(numbers(one.out), numbers(other.out), rtol=1e-12)
+    fitted = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2004", "--fit-radius", *asked)
+    found = re.search(r"radius (\S+) \+- (\S+) m; k above are scaled by it", fitted.err)
+    radius, error = there(found).groups()
+    assert abs(float(radius) - 0.2) < 3 * float(error) < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--frequency", "GHz"), "need --frequency with their unit and --radius"),
+        (("--radius", "0.2"), "need --frequency with their unit and --radius"),
+        (("--frequency", "GHz", "--radius", "0"), "--radius 0: give metres"),
+        (("--frequency", "GHz", "--radius", "1", "--energies"), "one or the other"),
+        (("--parity", "ee,oo"), "give one"),
+        (("--energies",), "Weyl's law expects"),
+        (("--statistics",), "name it with --parity"),
+        (("--statistics", "--fit-radius"), "--fit-radius"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(cli, own, exact, tmp_path, options, told):
+    path = written(tmp_path / "k.txt", exact.tolist())
+    assert cli("assess", path, *options, "--db", own).says(2, told)
+
+
+def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
+    found = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "eo", "--db", own)
+    assert found.code == 1
+    assert "the parity oo fits these levels better than eo" in found.err
+
+
+def test_levels_out_of_order_are_sorted_and_said(cli, own, exact, tmp_path):
+    path = written(tmp_path / "k.txt", exact[::-1].tolist())
+    found = cli("assess", path, "--parity", "oo", "--db", own)
+    assert (found.code, "not in order: sorted" in found.err) == (0, True)
+
+
+def test_statistics_stand_beside_those_of_random_matrices(cli, own, exact, tmp_path):
+    path = written(tmp_path / "k.txt", exact.tolist())
+    rows = json.loads(cli("assess", path, "--parity", "oo", "--statistics", "--db", own, "--json").out)
+    assert [(row["parity"], row["balls"]) for row in rows] == [
+        ("oo", "in"), ("oo", "out"), ("GOE", ""), ("Poisson", ""),
+    ]  # fmt: skip
+    assert list(rows[0])[:5] == ["parity", "balls", "levels", "gap_ratio", "gap_ratio_error"]
+    assert rows[0]["levels"] == len(exact)
+    assert abs(rows[0]["gap_ratio"] - rows[2]["gap_ratio"]) < 5 * rows[0]["gap_ratio_error"]
+    assert cli("assess", "--statistics", "--db", own).says(2, "no levels are stored", "orbitdb levels")
+
+
+def test_levels_from_orbits_say_what_they_rest_on(cli, own, exact):
+    found = cli("levels", "--method", "orbits", "--k", "6:12", "--parity", "oo", "--db", own, "--json")
+    rows = json.loads(found.out)
+    assert [list(row) for row in rows] == [["k", "error", "parity", "stored"]] * len(rows)
+    assert len(rows) == sum(exact >= 6)
+    assert all(abs(row["k"] - k) < 3 * row["error"] for row, k in zip(rows, exact[exact >= 6], strict=True))
+    assert f"{len(rows)} levels below k = 12: from " in found.err
+    assert "orbits to period 8" in found.err
+    assert "'orbitdb fill --p 12 --a 1.6 --db " in found.err
+    assert cli("levels", "--method", "orbits", "--jobs", "2", "--db", own).says(2, "--jobs")
+    assert cli("levels", "--method", "magic", "--db", own).says(2, "use elements or orbits")
+    assert cli("levels", "--db", own).says(2, "--k 0:30")
+
+
+def test_the_spectrum_of_a_list_says_which_levels_are_missing(cli, own, exact, tmp_path):
+    path = written(tmp_path / "k.txt", np.delete(exact, 9).tolist())
+    found = cli("spectrum", "--levels", path, "--parity", "oo", "--db", own, "--points", "3")
+    assert found.code == 0
+    assert "1 level is missing" in found.err
+    assert "'orbitdb assess FILE --db " in found.err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("figure", ["spectrum", "assess", "spacings", "rigidity"])
+def test_figures_take_levels_of_ones_own(cli, own, exact, tmp_path, figure):
+    path = written(tmp_path / "k.txt", exact.tolist())
+    target = tmp_path / f"{figure}.png"
+    asked = ("plot", figure, "--levels", path, "-o", str(target), "--db", own)
+    assert cli(*asked, "--parity", "oo").code == 0
+    assert target.read_bytes().startswith(b"\x89PNG")
+    assert cli("plot", "entropy", "--levels", path, "-o", str(target), "--force", "--db", own).says(
+        2, "--levels"
+    )

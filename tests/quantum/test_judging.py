@@ -1,0 +1,186 @@
+"""Orbits judge a spectrum: levels from orbits, missing levels, the radius."""
+
+import math
+
+import numpy as np
+import pytest
+from contents import answer
+from hypothesis import given
+from hypothesis import strategies as st
+
+from orbitdb import Catalogue, InputError
+from orbitdb.answers.judging import beside, levels_from_orbits
+from orbitdb.answers.spectrum import read_classes
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.amplitudes import Parity, orbit_terms, weyl
+from orbitdb.quantum.assessment import CUTOFF, WIDEST, assess, numbered
+from orbitdb.quantum.lengths import family
+from orbitdb.quantum.levels import levels
+from orbitdb.quantum.staircase import CUTOFFS, staircase
+from orbitdb.store.asking.selection import Selection
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    """A catalogue with p = 2..10 at a = 1.6."""
+    made = Catalogue.create(tmp_path_factory.mktemp("judging") / "orbits.db", 1.6)
+    made.fill("2-10")
+    return made
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """All levels of the parity oo below k = 16 at a = 1.6."""
+    return levels(1.6, 16.0, parities=["oo"]).k
+
+
+@pytest.fixture(scope="module")
+def orbits(catalogue):
+    classes, _, _ = answer(catalogue.path, read_classes, Selection(1.6))
+    return staircase(Stadium(1.6), classes, 16.0 * WIDEST + 0.1, Parity.OO, (CUTOFF,))
+
+
+def test_the_staircase_is_the_sum_of_its_terms(catalogue):
+    classes, _, _ = answer(catalogue.path, read_classes, Selection(1.6))
+    stadium, cutoffs = Stadium(1.6), (6.0, 9.0)
+    for parity in (None, Parity.EO):
+        made = staircase(stadium, classes, 30.0, parity, cutoffs)
+        some = slice(None, None, 97)
+        k = made.k[some]
+        terms = orbit_terms(classes, 2.5 * 9, parity)
+        for row, cutoff in zip(made.count, cutoffs, strict=True):
+            weights = np.exp(-((terms.length / cutoff) ** 2) / 2) / terms.length
+            waves = (terms.amplitude * np.exp(1j * k[:, None] * terms.length)).imag @ weights
+            balls = sum(
+                wave.imag / length * math.exp(-((length / cutoff) ** 2) / 2)
+                for length, wave in family(stadium, k, 2.5 * 9, parity)
+            )
+            expected = weyl(stadium, parity)(k) + waves + balls
+            np.testing.assert_allclose(row[some], expected, atol=1e-7)
+
+
+@pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
+def test_levels_from_orbits_are_near_the_exact_ones_and_their_errors_hold(catalogue, exact, parity):
+    known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
+    found = catalogue.levels(16.0, parity, method="orbits")
+    assert len(found) == len(known)
+    off = np.abs(found.k - known)
+    density = weyl(Stadium(1.6), parity).deriv()(known)
+    assert math.sqrt(np.mean((off * density) ** 2)) < 0.15
+    assert np.mean(off < found.error) >= 0.9
+    assert np.median(found.error * density) < 0.5
+    assert f"X = {CUTOFFS[0]:g} to" in found.basis
+
+
+def test_levels_from_orbits_end_where_they_are_no_longer_good(catalogue):
+    found = catalogue.levels(parity="oo", method="orbits")
+    assert 15 < found.high < 25
+    assert "above k" not in found.basis
+    assert "above k = 20" in catalogue.levels(25, "oo", method="orbits").basis
+    with pytest.raises(InputError, match="method 'magic'"):
+        catalogue.levels(method="magic")
+
+
+@pytest.mark.slow
+def test_stored_levels_stand_beside_those_with_their_numbers(catalogue, tmp_path):
+    own = Catalogue.create(tmp_path / "orbits.db", 1.6)
+    own.fill("2-8")
+    own.fill_levels(7, 5, ["oo", "ee"])
+    found = own.levels(9, method="orbits")
+    known = answer(own.path, beside, found)
+    stored = {(k, parity) for k, parity in zip(own_rows(own), ["oo"] * 99, strict=False)}
+    assert stored
+    pairs = [(k, value) for k, value in zip(found.k.tolist(), known, strict=True) if value is not None]
+    assert len(pairs) > 5
+    assert all(abs(k - value) < 0.3 for k, value in pairs)
+    assert all(value is None for value, parity in zip(known, found.parity, strict=True) if parity == "oe")
+
+
+def own_rows(catalogue):
+    from contents import ask
+
+    return [k for (k,) in ask(catalogue.path, "SELECT k FROM level WHERE parity = 'oo' ORDER BY k")]
+
+
+def test_a_whole_list_misses_nothing_and_every_level_taken_out_is_found(orbits, exact):
+    whole = assess(exact, orbits, 1.6, Parity.OO)
+    assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
+    assert whole.verdict() == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}"
+    for n in range(len(exact) - 8):  # a level that is missing at the end shifts too few
+        found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
+        assert (found.missing, found.spurious) == (1, 0)
+        (gap,) = found.gaps
+        spacing = 1 / weyl(Stadium(1.6), Parity.OO).deriv()(exact[n])
+        assert (gap.after or 0) - 1.5 * spacing < exact[n] < gap.before + 1.5 * spacing
+
+
+def test_a_double_level_is_spurious(orbits, exact):
+    for n in (10, 30):
+        found = assess(np.sort([*exact, exact[n] + 1e-3]), orbits, 1.6, Parity.OO)
+        (gap,) = found.gaps
+        assert gap.missing == -1
+        assert gap.after <= exact[n] + 0.3
+        assert found.spurious == 1
+        assert "1 is spurious or double" in found.verdict()
+
+
+@pytest.mark.parametrize("off", [-0.003, 0.0021])
+def test_the_radius_is_found(orbits, exact, off):
+    found = assess(exact[:-1] * (1 + off), orbits, 1.6, Parity.OO, fit_scale=True)
+    assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3
+    assert found.missing == 0
+
+
+@given(st.data())
+def test_the_cheapest_numbers_are_those_of_every_assignment(data):
+    """All assignments of few levels, tried one by one."""
+    places = st.floats(0, 5)
+    expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
+    sigma = np.full(len(expected), data.draw(st.floats(0.1, 1)))
+    numbers, cost = numbered(expected[None], sigma[None])
+    tried = [_cost(expected, sigma, each) for each in _every(len(expected), 7)]
+    assert cost[0] == pytest.approx(min(tried))
+    assert _cost(expected, sigma, numbers[0].tolist()) == pytest.approx(min(tried))
+
+
+def _every(count, most, least=0):
+    """Yield all numbers of some levels: 0, or rising ones."""
+    if count == 0:
+        yield []
+        return
+    for first in (0, *range(least + 1, most + 1)):
+        for rest in _every(count - 1, most, max(first, least)):
+            yield [first, *rest]
+
+
+def _cost(expected, sigma, numbers):
+    """Return what an assignment costs; numbers after the last one are not missing."""
+    given = [number for number in numbers if number]
+    left_out = max(given, default=0) - len(given) + numbers.count(0)
+    off = sum((x - n + 0.5) ** 2 / (2 * s**2) for x, n, s in zip(expected, numbers, sigma, strict=True) if n)
+    return 6 * left_out + off
+
+
+def test_a_catalogue_assesses_a_list_and_refuses_what_is_none(catalogue, exact):
+    few = np.delete(exact, [7, 21])
+    found = catalogue.assess(few[::-1], "oo")
+    assert found.missing == 2
+    assert repr(found).startswith("<2 levels are missing of 40")
+    assert found.to_pandas()["missing"].tolist() == [1, 1]
+    refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "too few": exact[:5], "above 0": -exact}
+    for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:
+        with pytest.raises(InputError, match=told):
+            catalogue.assess(k, "oo")
+    with pytest.raises(InputError, match="no orbits at a = 2"):
+        catalogue.assess(exact, "oo", a=2)
+    with pytest.raises(InputError, match="no levels are stored"):
+        catalogue.assess(parity="oo")
+
+
+def test_too_few_periods_are_refused(tmp_path):
+    own = Catalogue.create(tmp_path / "orbits.db", 1.6)
+    own.fill("2-6")
+    with pytest.raises(InputError, match=r"whole periods end at 6 .* 'orbitdb fill --p 12 --a 1\.6'"):
+        own.levels(method="orbits")
+    with pytest.raises(InputError, match="half length from"):
+        answer(own.path, levels_from_orbits, 50.0)
