@@ -13,6 +13,7 @@ from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.numerals import exact
+from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, Terms, weyl
 from orbitdb.quantum.lengths import peak_of_each
 
@@ -151,7 +152,7 @@ def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
         If they are too few, not positive, not in rising order, or not as many as Weyl's law says.
     """
     if len(k) < _LEAST_LEVELS:
-        raise InputError(f"{len(k)} levels are too few: give {_LEAST_LEVELS} or more")
+        raise InputError(f"{several(len(k), 'level')}, too few: give {_LEAST_LEVELS} or more")
     if not np.isfinite(k).all() or k.min() <= 0:
         raise InputError(f"level {k[~(k > 0)][:1].sum():g}: give k above 0, in 1/radius")
     if (falls := np.flatnonzero(np.diff(k) < 0)).size:

@@ -13,11 +13,13 @@ from orbitdb.entropy.bounds import BALLS
 from orbitdb.numerals import exact
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.plaintext import shortened
-from orbitdb.store.file.schema import SCHEMA_VERSION
+from orbitdb.store.file.guard import other_views
+from orbitdb.store.file.schema import SCHEMA_VERSION, VIEWS
 from orbitdb.store.file.tables import (
     certificate,
     change,
     cycle,
+    driver,
     entropy_bound,
     level_fill,
     orbit,
@@ -58,6 +60,7 @@ def check_provenance(connection: sa.Connection) -> Iterator[Check]:
     """Check the schema number that Alembic reads, all runs, and the columns that name or repeat them."""
     found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
     yield judged("schema", ["alembic_version"], [found != [f"{SCHEMA_VERSION:04}"]])
+    yield listed("schema", len(VIEWS), [f"view {name}" for name in other_views(driver(connection))])
     yield from _runs(connection, parameters_of(connection))
     yield from _certificates(connection)
 

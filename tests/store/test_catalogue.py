@@ -200,3 +200,12 @@ def test_bytes_a_row_add_up_to_the_file(filled, cli):
     (last,) = [row for row in json.loads(cli("info", "--db", str(filled), "--json").out) if row["p"] == 8]
     assert last["stored"] == last["N_t"] == 2096
     assert min(last["enumerating"], last["solving"], last["storing"]) > 0
+
+
+def test_a_word_that_is_an_orbit_from_the_beginning_has_no_birth_in_any_view(filled, cli):
+    assert cli("births", "--p", "4", "--db", str(filled)).code == 0
+    of_lives = ask(filled, "SELECT word, born FROM life WHERE p <= 4 ORDER BY word")
+    of_words = "SELECT word, born FROM catalogue WHERE p <= 4 AND word = representative ORDER BY word"
+    assert of_lives == ask(filled, of_words)
+    assert None in dict(of_lives).values()
+    assert [life.born for life in Catalogue(filled).births(2)] == [0.0]

@@ -116,7 +116,8 @@ def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     found = {"words": [row[:3] + row[4:10] for row in asked(path, words)], "pruned": asked(path, pruned)}
     found["catalogue"] = asked(path, f"SELECT {', '.join(sorted(view.split(', ')))} FROM catalogue"
                                      " WHERE status <> 'geometric'")  # fmt: skip
-    found["life"] = asked(path, "SELECT p, class_size, word, born, born_error, dies, dies_error FROM life")
+    lives = "SELECT p, class_size, word, coalesce(born, 0.0), born_error, dies, dies_error FROM life"
+    found["life"] = asked(path, lives)
     for table, columns in REFERRING.items():
         found[table] = asked(
             path, f"SELECT word, {columns} FROM {table} JOIN cycle ON cycle.id = {table}.cycle"

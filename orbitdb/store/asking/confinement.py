@@ -86,7 +86,7 @@ def confined(
         sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
     }
     before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
-    own.set_authorizer(authorize or free.allowing(TABLES_OF_VIEW | VIEWS.keys()))
+    own.set_authorizer(authorize or free.allowing(TABLES_OF_VIEW | VIEWS.keys(), own=VIEWS.keys()))
     try:
         with heeding(connection, patience):
             yield

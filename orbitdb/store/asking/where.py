@@ -187,18 +187,24 @@ def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
 
 
 def allowing(
-    readable: Set[str], views: Set[str] = frozenset(), behind: Set[str] = frozenset(), more: str | None = None
+    readable: Set[str],
+    views: Set[str] = frozenset(),
+    behind: Set[str] = frozenset(),
+    more: str | None = None,
+    own: Set[str] = frozenset(),
 ) -> Authorizer:
     """Return what allows computing, calling the functions of the list or one more, and reading some tables.
 
     Of the tables behind views, what the views show may be read. SQLite reads no column of a table, and names
-    no view, where it but looks whether there is a row.
+    no view, where it but looks whether there is a row. Of the views `own` a file may have others, which may
+    not be read: only those that the connection has made.
     """
 
     def authorize(
-        action: int, first: str | None, second: str | None, _base: str | None, view: str | None
+        action: int, first: str | None, second: str | None, base: str | None, view: str | None
     ) -> int:
         seen = first in readable or view in views or (first in behind and not second)
+        seen = seen and (first not in own or base == "temp")
         allowed = (
             action == sqlite3.SQLITE_SELECT
             or (action == sqlite3.SQLITE_READ and seen)

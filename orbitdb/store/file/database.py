@@ -11,7 +11,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import refuse_tampered
+from orbitdb.store.file.guard import own_views, refuse_tampered
 from orbitdb.store.file.journal import refuse_foreign
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
@@ -133,6 +133,7 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
         # so that no function that free expressions may call makes a text longer; while a query runs, SQLite

@@ -2,8 +2,9 @@
 
 SQLite runs what a file brings along: triggers, views, virtual tables, generated columns, CHECK and
 DEFAULT expressions, indexes of expressions. So the guard first reads the schema of a file as text, which
-runs none of it. The catalogue's own names must be as in `orbitdb.store.file.schema`, and
-everything else must be plain. It takes about 0.3 ms.
+runs none of it. The catalogue's own tables must be as in `orbitdb.store.file.schema`, and everything else
+must be plain. It takes about 0.3 ms. The views in a file are for other programs: orbitdb makes its own on
+each connection that reads (`own_views`), and never runs those of the file.
 """
 
 import sqlite3
@@ -16,7 +17,6 @@ from orbitdb.store.file.tokens import meaningful
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 
 _OURS = {("table", name): text.split() for name, text in TABLES.items()}
-_OURS |= {("view", name): text.split() for name, text in VIEWS.items()}
 """What a catalogue has, as the words of its text."""
 
 
@@ -51,6 +51,29 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
             len(schema),
             faults,
         )
+
+
+def own_views(connection: sqlite3.Connection) -> None:
+    """Make the views of this version for a connection, in place of those in the file."""
+    connection.execute("PRAGMA temp_store = MEMORY")
+    for text in VIEWS.values():
+        connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+
+
+def other_views(connection: sqlite3.Connection) -> list[str]:
+    """Return which views in a file are not those of this version."""
+    found = connection.execute("SELECT name, sql FROM main.sqlite_master WHERE type = 'view'")
+    texts = {name: (text or "").split() for name, text in found}
+    return [name for name, text in VIEWS.items() if texts.get(name) != text.split()]
+
+
+def renew_views(connection: sqlite3.Connection) -> None:
+    """Bring the views in a file, for other programs, to those of this version, in the transaction at work."""
+    query = "SELECT 1 FROM main.sqlite_master WHERE type <> 'view' AND lower(name) = ?"
+    for name in other_views(connection):
+        if connection.execute(query, (name,)).fetchone() is None:  # somebody's table is left alone
+            connection.execute(f"DROP VIEW IF EXISTS main.{name}")
+            connection.execute(VIEWS[name])
 
 
 def _acts(kind: str, text: str) -> bool:

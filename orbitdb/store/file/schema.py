@@ -115,7 +115,7 @@ SELECT change.cycle AS cycle,
        cycle.p AS p,
        cycle.class_size AS class_size,
        cycle.word AS word,
-       change.a AS born,
+       nullif(change.a, 0.0) AS born,
        change.error AS born_error,
        death.a AS dies,
        death.error AS dies_error
@@ -127,4 +127,4 @@ WHERE change.kind = 'born'""",
 """The statements that make the views.
 
 `class` has one row a class and a, `catalogue` one row a word and a, both by a, class and element; `life` has
-one row a life of a class, from ``born`` to ``dies`` (NULL: no end)."""
+one row a life of a class, from ``born`` (NULL: from a = 0 on) to ``dies`` (NULL: no end)."""

@@ -112,7 +112,9 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     """Return the lives of all classes of one period, by their births."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))
-    query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
+    from_zero = {"born": sa.func.coalesce(life.c.born, 0.0)}
+    columns = [from_zero.get(name, life.c[name]) for name in names]
+    query = sa.select(*columns).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
 
 

@@ -84,7 +84,7 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
     """Return the ranges of a in which one class is an orbit; None if its births are not stored."""
     if len(representative) > MAX_KEYED:
         return None
-    query = "SELECT born, dies FROM life WHERE cycle = ? ORDER BY born"
+    query = "SELECT coalesce(born, 0.0), dies FROM life WHERE cycle = ? ORDER BY born"
     return tuple(connection.execute(query, (key(representative),))) or None
 
 

@@ -16,8 +16,10 @@ from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import StoreError
 from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.guard import renew_views
 from orbitdb.store.file.journal import COUNT_COMMIT, Place, beside, place
 from orbitdb.store.file.tables import (
+    driver,
     entropy_bound,
     level,
     level_fill,
@@ -63,6 +65,8 @@ class Writer:
         try:
             self._need_place()
             with plain_errors(self.path), self._engine.begin() as connection:
+                if not self._written:
+                    renew_views(driver(connection))
                 yield connection
                 if self._run_ids:
                     connection.exec_driver_sql(COUNT_COMMIT, (next(iter(self._run_ids.values())),))
