@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group
 from screens import LARGE, SMALL, browsing, press, shown
+from textual.widgets import Input
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
@@ -239,6 +240,27 @@ async def test_enter_opens_the_whole_orbit(filled_once, size):
         await press(pilot, "enter")
         assert isinstance(app.screen, MainScreen)
         assert there(app.screen.orbit).code == "013"
+
+
+async def test_the_whole_orbit_follows_the_main_screen(filled_once):
+    async with browsing(filled_once, LARGE, notifications=True) as (app, pilot):
+        await press(pilot, "enter", "n", "n")
+        assert "031 at a = 1.6" in shown(app)
+        await press(pilot, "p", "greater_than_sign")
+        main = app.screen_stack[0]
+        assert main.orbit.a > 1.6
+        assert f"013 at a = {main.orbit.a:.9g}" in shown(app)
+        await press(pilot, "a", *"2.5", "enter")
+        assert "013 at a = 2.5" in shown(app)
+        await press(pilot, "X", "y")
+        assert app.clipboard == main.orbit.code != "013"
+        await press(pilot, "c", *"1232131", "enter")
+        assert "1232131 at a = 2.5" in shown(app)
+        await press(pilot, "asterisk", "e")
+        assert app.screen.query_one(Input).value == "1232131.svg"
+        await press(pilot, "escape", "escape")
+        assert isinstance(app.screen, MainScreen)
+        assert (main.orbit.code, main.selection.a) == ("1232131", 2.5)
 
 
 @pytest.mark.slow
