@@ -280,28 +280,18 @@ class MainScreen(Keeping):
 
     def action_export(self, of_orbit: bool = False) -> None:
         """Ask for a file and write what is shown to it."""
-        from orbitdb.cli.tui.export import export, kind_told, path_of
+        from orbitdb.cli.tui.export import ask_for_file, export
 
         self.catch_up()
         orbit, of_rows = self.orbit, self.rows.table.has_focus and not of_orbit
         name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
-
-        def take(name: str) -> None:
-            shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
-            path = path_of(name).absolute()
-            if path in self.browser.exports:
-                self.failed(f"{path} is still being written: wait for it, or name another file")
-                return
-            self.browser.exports.add(path)
-            self.notify(f"writing {path} ...")
-
-            def write(_: object) -> str:
-                try:
-                    self.browser.take_in_hand()
-                    return export(path_of(name), *shown, lambda: self.browser.leaving)
-                finally:
-                    self.browser.exports.discard(path)
-
-            self.in_thread(f"export {name}", write, self.notify)
-
-        self.ask(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)
+        drawing = self.query_one(OrbitDrawing)
+        in_phase_space = drawing.in_phase_space() if drawing.phase and not of_orbit else []
+        shown = self.browser.catalogue, self.selection, self.ordering, orbit
+        ask_for_file(
+            self,
+            name,
+            lambda path: export(path, *shown, lambda: self.browser.leaving, in_phase_space),
+            "the bounces in phase space" if in_phase_space else "the orbit in its stadium",
+            rows=True,
+        )

@@ -63,7 +63,7 @@ class WholeOrbitScreen(OwnScreen[None]):
             _main("p", "next(-1)", "orbit of the previous row", "previous"),
             _main("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
             _main("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
-            _main("a", "choose_a(True)", "the same word at another a", "a"),
+            _main("a", "choose_a(True)", "the same word at another a", "other a"),
             _main("c", "code", "any code", "code"),
             _main("T,t", f"move_in_class({REVERSE})", "time reverse"),
             _main("X,x", f"move_in_class({MIRROR_X})", "mirror left and right"),

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -87,7 +88,8 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
             Curve("one", "orbits", p, shown[name]),
             Curve("three", "pairs", p, shown[f"{name}_pair"]),
             Curve("two", "zeta", p, shown[f"{name}_zeta"], "×"),
-            *(Curve("six", "", p, held + sign * error) for sign in (-1, 1)),
+            Curve("six", "error of sum rules", p, held - error),
+            Curve("six", "", p, held + error),
         ]
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))
@@ -102,6 +104,7 @@ class StatisticsScreen(OwnScreen[None]):
         "statistics": [
             *RETURN,
             Binding("w", "weight", "weight", tooltip="the other weight"),
+            Binding("e", "export", "export", tooltip="export the curves as a figure"),
             Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
         ]
     }
@@ -203,6 +206,19 @@ class StatisticsScreen(OwnScreen[None]):
         self.query_one("#notes", Static).update("; ".join((*self.found.facts, *self.found.notes)))
         for name, curves in curves_of(self.found, self.reference).items():
             self.query_one(f"#plot-{name}", Plot).curves = curves
+
+    def action_export(self) -> None:
+        """Save the curves as a figure."""
+        from orbitdb.cli.tui.export import ask_for_file, save_figure
+
+        if self.found is None:
+            return
+        curves, title = curves_of(self.found, self.reference), self._selection.describe()
+
+        def write(path: Path) -> str:
+            return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
+
+        ask_for_file(self, "statistics.png", write, "the three curves, below one another")
 
     def action_weight(self) -> None:
         """Take the other weight."""

@@ -200,6 +200,33 @@ async def test_a_file_that_is_being_written_is_not_written_twice_and_quitting_as
 
 
 @pytest.mark.slow
+async def test_what_is_drawn_is_saved_as_a_figure(filled, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    async def saved(pilot, name):
+        await press(pilot, "e")
+        await write(pilot, name, "enter")
+        drawn = (tmp_path / name).read_text(encoding="utf-8")
+        return re.findall(r"<!-- (.*?) -->", drawn)
+
+    async with browsing(filled, LARGE) as (app, pilot):
+        await press(pilot, "m", "j", "v")
+        assert {"13", "013", "sine"} <= set(await saved(pilot, "phase.svg"))
+        await press(pilot, "e")
+        await write(pilot, "phase.svg")
+        assert "phase.svg exists and will be replaced: the bounces in phase space" in shown(app)
+        await press(pilot, "escape", "d")
+        texts = await saved(pilot, "histogram.svg")
+        assert {"words", "length"} <= set(texts)
+        await press(pilot, "e")
+        await write(pilot, "rows.csv")
+        assert "rows.csv: end the name in .svg, .png, .pdf" in shown(app)
+        await press(pilot, "escape", "escape", "S")
+        texts = await saved(pilot, "averages.svg")
+        assert {"topological entropy", "lambda_d, per bounce", "K_0", "trajectories"} <= set(texts)
+
+
+@pytest.mark.slow
 async def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
     async with browsing(filled) as (app, pilot):
         for keys, name, told in (("e", "orbits.csv", "the chosen rows"), ("tab e", "13.svg", "the orbit in")):
