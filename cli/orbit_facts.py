@@ -22,7 +22,7 @@ def facts(
     facts = [
         ("code", code),
         ("a", exact(orbit.a)),
-        ("period", str(orbit.p)),
+        ("p", str(orbit.p)),
         ("status", orbit.status.sentence),
     ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
@@ -42,7 +42,7 @@ def facts(
         words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
         reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
-        facts += [("time reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
+        facts += [("time_reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]
 
 

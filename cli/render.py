@@ -70,7 +70,7 @@ def number(name: str, value: Any) -> str:
         if name.endswith("error"):
             return upwards(value)
         if name.endswith(_TINY) or (value and abs(value) < 1e-4):
-            return f"{value:.1e}"
+            return f"{value:z.1e}"
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)

@@ -73,16 +73,16 @@ def with_error(value: float, error: float, sign: str = "+-") -> str:
 
 def as_sure(value: float, error: float) -> str:
     """Return a value with the digits that both digits of its error are of, and six at least."""
-    return f"{value:.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
+    return f"{value:z.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
 
 
 def concise(value: float | None, error: float | None) -> str | None:
     """Return a value with two digits of its error, rounded up, in brackets: 0.88677(22) is +- 0.00022."""
     if value is None or error is None or not 0 < error < math.inf:
-        return None if value is None else f"{value:.6f}"
+        return None if value is None else f"{value:z.6f}"
     digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
     decimals = max(0, -int(digits.as_tuple().exponent))
-    return f"{value:.{decimals}f}({round(digits.scaleb(decimals))})"
+    return f"{value:z.{decimals}f}({round(digits.scaleb(decimals))})"
 
 
 _RELATIVE = 1e-12

@@ -47,7 +47,7 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     status = ", ".join(selection.statuses) or "every status"
     reversal = {"self": "self-retracing", "pair": "with a reverse", None: "any reversal"}
-    several = f", one of {len(a_values)}" if len(a_values) > 1 else ""
+    several = f", one of {len(a_values)} stadiums" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("choose_a", f"a = {exact(selection.a)}{stored}"),

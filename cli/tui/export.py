@@ -1,14 +1,17 @@
-"""Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the orbit as SVG or PNG."""
+"""Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the rest as a figure."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from orbitdb.answers.gaps import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import KEYS, provenance
 from orbitdb.cli.render import Format, code_text, write_data
+from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
@@ -21,7 +24,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
-PICTURES = (".svg", ".png")
+PICTURES = (".svg", ".png", ".pdf")
 _WIDTH = 800
 
 
@@ -30,12 +33,45 @@ def path_of(name: str) -> Path:
     return Path(os.path.expanduser(name))
 
 
-def kind_told(name: str) -> str:
+def ask_for_file(
+    screen: OwnScreen[Any], name: str, write: Callable[[Path], str], figure: str, rows: bool = False
+) -> None:
+    """Ask for a file and write to it in a thread, unless that is being done already.
+
+    It takes what the figure is called, or rows if there are some.
+    """
+    browser = screen.browser
+
+    def take(name: str) -> None:
+        path = path_of(name).absolute()
+        if path in browser.exports:
+            screen.failed(f"{path} is still being written: wait for it, or name another file")
+            return
+        browser.exports.add(path)
+        screen.notify(f"writing {path} ...")
+
+        def work(_: object) -> str:
+            try:
+                browser.take_in_hand()
+                return write(path_of(name))
+            finally:
+                browser.exports.discard(path)
+
+        screen.in_thread(f"export {name}", work, screen.notify)
+
+    def check(name: str) -> str:
+        return kind_told(name, figure, rows)
+
+    example = "orbits.csv, .parquet .." if rows else "figure.png, .svg, .pdf"
+    screen.ask(LineDialog("export to a file", name, example, check), take)
+
+
+def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
     """Say what a file of this name will hold, or which endings are known."""
-    path = path_of(name)
-    if path.suffix not in (*ROWS, *PICTURES):
-        raise InputError(f"{path.name}: end the name in {', '.join((*ROWS, *PICTURES))}")
-    told = "the chosen rows, in full precision" if path.suffix in ROWS else "the orbit in its stadium"
+    path, known = path_of(name), (*(ROWS if rows else ()), *PICTURES)
+    if path.suffix not in known:
+        raise InputError(f"{path.name}: end the name in {', '.join(known)}")
+    told = "the chosen rows, in full precision" if path.suffix in ROWS else figure
     return f"{path} exists and will be replaced: {told}" if os.path.exists(path) else told
 
 
@@ -46,14 +82,15 @@ def export(
     ordering: Ordering,
     orbit: Orbit | None,
     cancelled: Callable[[], bool] = never,
+    in_phase_space: Sequence[Orbit] = (),
 ) -> str:
-    """Write the rows, or the orbit if the file is a picture, and say what was written.
+    """Write the rows, or if the file is a picture what is drawn, and say what was written.
 
     ``cancelled`` is asked now and then whether to stop, so that nothing is left of the file.
     """
     kind_told(str(path))
     if path.suffix in PICTURES:
-        return _draw(path, orbit)
+        return _draw(path, orbit, in_phase_space)
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
@@ -69,6 +106,33 @@ def export(
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 
 
+def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> str:
+    """Draw orbits in phase space, or else one in its stadium, which as SVG needs no matplotlib."""
+    if in_phase_space:
+        return save_figure(path, lambda figures: figures.draw_phase(in_phase_space))
+    if orbit is None or orbit.points is None:
+        raise InputError("there is no orbit to draw")
+    if path.suffix != ".svg":
+        with _or_write("an .svg"):
+            return save_figure(path, lambda figures: figures.draw_orbit(orbit))
+    code = code_text(orbit.code)
+    title = f"The orbit {code} at a = {exact(orbit.a)}"
+    with complete(path) as draft:
+        drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
+        draft.write_text(drawn + "\n", encoding="utf-8")
+    return f"{code} drawn in {path}"
+
+
+def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
+    """Draw a figure into a file by a function of `orbitdb.cli.figures.shown`, and say what it shows."""
+    style = load("orbitdb.plots.style", "a figure", "plot")
+    made = draw(load("orbitdb.cli.figures.shown", "a figure", "plot"))
+    said = str(made.get_label())
+    with complete(path) as draft:
+        style.save(made, draft, path.suffix[1:], said)
+    return f"{said} drawn in {path}"
+
+
 @contextmanager
 def _or_write(other: str) -> Iterator[None]:
     """Name another ending where what is needed for this one is not installed."""
@@ -76,21 +140,3 @@ def _or_write(other: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise InputError(f"{error}, or write {other}") from None
-
-
-def _draw(path: Path, orbit: Orbit | None) -> str:
-    if orbit is None or orbit.points is None:
-        raise InputError("there is no orbit to draw")
-    code = code_text(orbit.code)
-    title = f"The orbit {code} at a = {exact(orbit.a)}"
-    with complete(path) as draft:
-        if path.suffix == ".svg":
-            drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
-            draft.write_text(drawn + "\n", encoding="utf-8")
-        else:
-            with _or_write("an .svg"):
-                style = load("orbitdb.plots.style", "PNG", "plot")
-            from orbitdb.cli.figures.orbits import draw_orbit
-
-            style.save(draw_orbit(orbit), draft, "png", title)
-    return f"{code} drawn in {path}"

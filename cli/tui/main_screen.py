@@ -126,6 +126,10 @@ class MainScreen(Keeping):
         title, example = "code, in any rotation", "1232131 or 1^20(02)^5 3"
         self.ask(LineDialog(title, "", example, choices.code_told, self._codes), take)
 
+    def action_next(self, steps: int) -> None:
+        """Go to another row, wherever the focus is."""
+        self.rows.table.action_move(steps)
+
     # choosing
 
     def action_filter(self) -> None:
@@ -163,8 +167,8 @@ class MainScreen(Keeping):
         ring = ((), *(((p, p),) for p in self.periods))
         self.selection = choices.turned(self.selection, "periods", ring, step)
 
-    def action_choose_a(self) -> None:
-        """Choose another stadium: one of the catalogue, or any."""
+    def action_choose_a(self, stay: bool = False) -> None:
+        """Choose another stadium, one of the catalogue or any, and stay with the word on show if asked to."""
         values = [repr(a) for a in self.browser.a_values()]
 
         def check(text: str) -> str:
@@ -172,14 +176,18 @@ class MainScreen(Keeping):
             return "filled" if filled else "nothing is filled there: f fills it, c solves a code"
 
         def take(a: str) -> None:
+            shown = self.orbit
             self.selection = replace(self.selection, a=choices.half_length(a))
+            if stay and shown is not None:
+                self.following.come_back()
+                self.ask_for(shown.code)
 
         self.ask(LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values), take)
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
-        named = {column.name: column.heading for column in every}
+        named = {column.name: column.name for column in every}
         self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str) -> None:
@@ -209,7 +217,7 @@ class MainScreen(Keeping):
     def action_whole(self) -> None:
         """Open all that is known of the orbit."""
         if (orbit := self.shown_orbit()) is not None:
-            self.app.push_screen(WholeOrbitScreen(orbit))
+            self.app.push_screen(WholeOrbitScreen(self, orbit))
 
     def action_compare(self) -> None:
         """Compare the orbit in phase space, or no longer."""
@@ -270,30 +278,20 @@ class MainScreen(Keeping):
         else:
             self.app.push_screen(screen(self.browser.catalogue, self.selection, *more))
 
-    def action_export(self) -> None:
+    def action_export(self, of_orbit: bool = False) -> None:
         """Ask for a file and write what is shown to it."""
-        from orbitdb.cli.tui.export import export, kind_told, path_of
+        from orbitdb.cli.tui.export import ask_for_file, export
 
         self.catch_up()
-        orbit, of_rows = self.orbit, self.rows.table.has_focus
+        orbit, of_rows = self.orbit, self.rows.table.has_focus and not of_orbit
         name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
-
-        def take(name: str) -> None:
-            shown = self.browser.catalogue, self.selection, self.ordering, self.orbit
-            path = path_of(name).absolute()
-            if path in self.browser.exports:
-                self.failed(f"{path} is still being written: wait for it, or name another file")
-                return
-            self.browser.exports.add(path)
-            self.notify(f"writing {path} ...")
-
-            def write(_: object) -> str:
-                try:
-                    self.browser.take_in_hand()
-                    return export(path_of(name), *shown, lambda: self.browser.leaving)
-                finally:
-                    self.browser.exports.discard(path)
-
-            self.in_thread(f"export {name}", write, self.notify)
-
-        self.ask(LineDialog("export to a file", name, "orbits.csv, .parquet ..", kind_told), take)
+        drawing = self.query_one(OrbitDrawing)
+        in_phase_space = drawing.in_phase_space() if drawing.phase and not of_orbit else []
+        shown = self.browser.catalogue, self.selection, self.ordering, orbit
+        ask_for_file(
+            self,
+            name,
+            lambda path: export(path, *shown, lambda: self.browser.leaving, in_phase_space),
+            "the bounces in phase space" if in_phase_space else "the orbit in its stadium",
+            rows=True,
+        )

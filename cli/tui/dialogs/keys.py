@@ -15,7 +15,6 @@ from textual.keys import format_key
 from textual.widgets import Static
 
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, Keys, ScrollBox, key
-from orbitdb.cli.tui.table.columns import COLUMNS
 from orbitdb.columns import IN_CATALOGUE, Column
 
 Group = tuple[str, Sequence[tuple[str, str]]]
@@ -41,12 +40,8 @@ def groups_of(parts: Iterable[Keys]) -> list[Group]:
 
 
 def columns_told() -> Group:
-    """Return what the columns are that a filter may name, with the heading of those that have another."""
-    headings = {column.name: column.heading for column in COLUMNS}
-    return "columns, as a filter names them", [
-        (" ".join(dict.fromkeys((each.name, headings.get(each.name, each.name)))), _told(each))
-        for each in IN_CATALOGUE
-    ]
+    """Return what the columns are that a filter may name."""
+    return "columns, as a filter names them", [(each.name, _told(each)) for each in IN_CATALOGUE]
 
 
 def _told(column: Column) -> str:

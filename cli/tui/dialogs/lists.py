@@ -7,6 +7,7 @@ from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
+from textual.events import Key
 from textual.widgets import OptionList
 
 from orbitdb.cli.tui.screens import ESCAPE, Dialog, Result, key
@@ -34,6 +35,7 @@ class ListDialog(Dialog[Result]):
         super().__init__()
         self._title, self._hint, self._texts, self._current = title, hint, texts, current
         self._names = list(texts)
+        self._typed, self._landed = "", -1  # letters, and where they have led
 
     def compose(self) -> ComposeResult:
         """Show the names."""
@@ -44,6 +46,18 @@ class ListDialog(Dialog[Result]):
     def on_mount(self) -> None:
         """Begin at what holds now."""
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
+
+    def on_key(self, event: Key) -> None:
+        """Go to what begins with the letters that were typed; other keys have their meaning."""
+        letter = event.character if event.is_printable else None
+        typed = self._typed if self._list.highlighted == self._landed else ""
+        for text in (typed + letter, letter) if letter else ():
+            for place, name in enumerate(self._names):
+                if self._texts[name].startswith(text):
+                    self._typed, self._landed, self._list.highlighted = text, place, place
+                    event.stop()
+                    event.prevent_default()
+                    return
 
     def _told(self, name: str) -> Text:
         return Text(printable(self._texts[name]))
@@ -68,13 +82,13 @@ class ChoiceDialog(ListDialog[str | None]):
 class FiltersDialog(ChoiceDialog):
     """Choose a filter by its name, beside what each one chooses, or keep the present one; or forget one."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [key("x,delete", "forget")]
+    BINDINGS: ClassVar[list[BindingType]] = [key("delete,backspace", "forget")]
 
     def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
         width = max(map(len, filters), default=0)
         texts = {name: f"{name:{width}}  {told}" for name, told in filters.items()}
         texts = {KEEP: f"keep the present one … ({present})"} | texts
-        super().__init__("filters", "enter takes it, x forgets it", texts, next(iter(filters), KEEP))
+        super().__init__("filters", "enter takes it, delete forgets it", texts, next(iter(filters), KEEP))
         self._forget = forget
 
     def action_forget(self) -> None:
@@ -123,13 +137,13 @@ class ColumnDialog(MarksDialog):
     BINDINGS: ClassVar[list[BindingType]] = [
         key("J", "shift(1)"),
         key("K", "shift(-1)"),
-        key("r", "usual"),
+        key("R", "usual"),
     ]
 
     def __init__(self, shown: Sequence[str]) -> None:
         width = max(map(len, EVERY))
         texts = {name: f"{name:{width}}  {column.brief}" for name, column in EVERY.items()}
-        super().__init__("columns", "space marks, J K move, r: the usual, enter takes", texts, ())
+        super().__init__("columns", "space marks, J K move, R: the usual, enter takes", texts, ())
         self._arrange(shown)
 
     def _arrange(self, shown: Sequence[str]) -> None:

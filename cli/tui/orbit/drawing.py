@@ -92,13 +92,17 @@ class OrbitDrawing(PictureWidget):
         if self.particle is not None and self.orbit is not None and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
+    def in_phase_space(self) -> list[Orbit]:
+        """Return the orbits that are drawn in phase space: the one on show, and those it is compared with."""
+        here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
+        return here + [other for other in self.compared if other.code not in {o.code for o in here}]
+
     def picture(self, columns: int, rows: int) -> Picture:
         """Draw the stadium, or phase space."""
         if self.phase:
-            here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
-            orbits = here + [other for other in self.compared if other.code not in {o.code for o in here}]
+            orbits = self.in_phase_space()
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
-            self._entitle("phase space: sine of angle, way along wall")
+            self._entitle("phase space: sine over arclength")
             return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
         self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))

@@ -26,8 +26,7 @@ _LEAST, _MOST = 0.05, 20.0
 """The ends of the bar."""
 _ALL_OF_A_BOUNCE = 66
 """Columns."""
-_HEADS = ("coordinate", "x", "y", "along wall", "sine")
-_SHORT = {"time reversal": "reversal"}
+_HEADS = ("coordinate", "x", "y", "arclength", "sine")
 
 Certificate = tuple[float, int] | None
 """Radius and bits of a proof."""
@@ -37,13 +36,13 @@ Partners = Sequence[tuple[float, list[str]]]
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
     """Return what is known of a word, name by name, with a bar over ln a that shows where it exists."""
-    known = [(_SHORT.get(name, name), told) for name, told in facts(orbit, partners, "±") if name != "a"]
+    known = [(name, told) for name, told in facts(orbit, partners, "±") if name != "a"]
     if run_notation(orbit.code) != known[0][1]:
         known.insert(1, ("runs", run_notation(orbit.code)))
     if orbit.exists:
         place = [name for name, _ in known].index("exists")
         lives = bar(orbit.exists, orbit.a, _BAR)
-        known[place : place + 1] = [("exists", f"0.05 {lives} 20"), ("", known[place][1])]
+        known[place : place + 1] = [("exists", f"a = 0.05 {lives} 20"), ("", known[place][1])]
     if orbit.length is not None:
         proof = f"radius {upwards(certificate[0])}, {certificate[1]} bits" if certificate else "none stored"
         known.append(("certificate", proof))
@@ -77,7 +76,7 @@ class Bounces(NamedTuple):
         shown = range(len(_HEADS)) if options.max_width >= _ALL_OF_A_BOUNCE else (0, 3, 4)
         yield Text(f"{'n':>4} {'symbol':>6}" + "".join(f"{_HEADS[place]:>11}" for place in shown), "bold")
         lines = (
-            f"{n:>4} {symbol:>6}" + "".join(f"{values[place]:>11.6f}" for place in shown)
+            f"{n:>4} {symbol:>6}" + "".join(f"{values[place]:>z11.6f}" for place in shown)
             for n, symbol, *values in rows
         )
         yield Text("\n".join(lines))

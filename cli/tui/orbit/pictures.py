@@ -153,11 +153,11 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
     plot = draw(frame, layers, marks)
     axis = np.full((rows - 2, margin), " ")
     for share in (0.0, 0.5, 1.0):
-        label = f"{high - share * (high - low):>{margin - 1}.3f}"
+        label = f"{high - share * (high - low):>z{margin - 1}.3f}"
         axis[round(share * (rows - 3))] = list(label[: margin - 1] + "┤")
     text = np.concatenate([axis, plot.text], axis=1)
     styles = np.concatenate([np.full(axis.shape, "label", dtype=object), plot.styles], axis=1)
-    ticks = [" "] * columns
+    ticks = list("p".center(margin).ljust(columns))
     for period in range(math.ceil(first), math.floor(last) + 1):
         if last - first < columns / 4 or period % 2 == 0:
             place = margin + int(frame.dots(np.array([[period, low]]))[0, 0]) // DOTS_X + 1

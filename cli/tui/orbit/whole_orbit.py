@@ -1,6 +1,5 @@
 """The whole of an orbit on a screen of its own: facts, symmetry class, and every bounce."""
 
-from collections.abc import Callable
 from typing import ClassVar
 
 from rich.console import RenderableType
@@ -46,8 +45,13 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
     return [(code_text(word), "; ".join(how)) for word, how in found.items()]
 
 
+def _main(keys: str, action: str, told: str, name: str = "") -> Binding:
+    """Return a key that does what it does on the main screen; the footer shows those with a name."""
+    return Binding(keys, f"main({action!r})", name, show=bool(name), tooltip=told)
+
+
 class WholeOrbitScreen(OwnScreen[None]):
-    """Everything about one orbit."""
+    """Everything about the orbit that the main screen shows, whichever that becomes."""
 
     KEYS: ClassVar[Keys] = {
         "the whole orbit": [
@@ -55,13 +59,25 @@ class WholeOrbitScreen(OwnScreen[None]):
             key("enter", "dismiss"),
             Binding("v", "view", "view", tooltip="stadium or phase space"),
             Binding("space", "particle", "run", tooltip="run a particle, or stop it"),
+            _main("n", "next(1)", "orbit of the next row", "next"),
+            _main("p", "next(-1)", "orbit of the previous row", "previous"),
+            _main("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
+            _main("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
+            _main("a", "choose_a(True)", "the same word at another a", "other a"),
+            _main("c", "code", "any code", "code"),
+            _main("T,t", f"move_in_class({REVERSE})", "time reverse"),
+            _main("X,x", f"move_in_class({MIRROR_X})", "mirror left and right"),
+            _main("Y", f"move_in_class({MIRROR_Y})", "mirror up and down"),
+            _main("asterisk", "mark", "mark the orbit, or unmark it"),
+            _main("y", "copy", "copy the code"),
+            _main("e", "export(True)", "export to a file", "export"),
         ]
     }
     BINDINGS = bindings(KEYS)
 
-    def __init__(self, orbit: Orbit) -> None:
+    def __init__(self, main: OwnScreen[None], orbit: Orbit) -> None:
         super().__init__()
-        self._orbit = orbit
+        self._main, self._orbit = main, orbit
 
     def compose(self) -> ComposeResult:
         """Lay out the drawing and the lines."""
@@ -72,12 +88,20 @@ class WholeOrbitScreen(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Show what is known, and find the rest meanwhile."""
-        self.sub_title = f"{code_text(self._orbit.code)} at a = {self._orbit.a:.9g}"
-        self.query_one(OrbitDrawing).orbit = self._orbit
-        self._show((self._orbit, ()))
+        """Follow the main screen."""
         self.query_one(FactsPanel).focus()
-        self.in_thread("lives", self._complete, self._show)
+        self.watch(self._main, "orbit", self._take)
+
+    def _take(self, orbit: Orbit | None) -> None:
+        """Show what is known of an orbit, then the rest; the last one stays until there is another."""
+        if orbit is None:
+            return
+        self._orbit, drawing = orbit, self.query_one(OrbitDrawing)
+        self.sub_title = f"{code_text(orbit.code)} at a = {orbit.a:.9g}"
+        drawing.a = orbit.a
+        drawing.orbit = orbit
+        self._show((orbit, ()))
+        self.in_thread("lives", lambda _: self._complete(orbit), self._show)
 
     def _show(self, known: tuple[Orbit, Partners]) -> None:
         orbit, partners = known
@@ -86,10 +110,14 @@ class WholeOrbitScreen(OwnScreen[None]):
         panel.border_title = "the whole orbit"
         panel.show(*whole(orbit, certificate, partners))
 
-    def _complete(self, cancelled: Callable[[], bool]) -> tuple[Orbit, Partners]:
+    def _complete(self, orbit: Orbit) -> tuple[Orbit, Partners]:
         """Return the orbit with its lives, and with whom it is born."""
-        orbit = with_existence(self._orbit)
+        orbit = with_existence(orbit)
         return orbit, born_with(self.browser.path if self.browser.catalogue is not None else None, orbit)
+
+    async def action_main(self, action: str) -> None:
+        """Do something on the main screen."""
+        await self.app.run_action(action, self._main)
 
     def action_view(self) -> None:
         """Change between the stadium and phase space."""

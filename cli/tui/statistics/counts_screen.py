@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
@@ -94,6 +95,7 @@ class CountsScreen(OwnScreen[None]):
             Binding("s", "column", "column", tooltip="histogram of another column"),
             Binding("right_square_bracket", "next_column(1)", "next column"),
             key("left_square_bracket", "next_column(-1)", "column before"),
+            Binding("e", "export", "export", tooltip="export the histogram as a figure"),
         ]
     }
     BINDINGS = bindings(KEYS)
@@ -105,6 +107,7 @@ class CountsScreen(OwnScreen[None]):
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
         self._bins = 0
+        self._drawn: Counts = ()
 
     def compose(self) -> ComposeResult:
         """Lay out the counts and the histogram."""
@@ -165,11 +168,27 @@ class CountsScreen(OwnScreen[None]):
 
     def _take(self, box: str, found: tuple[RenderableType, str]) -> None:
         drawn, self.query_one(box).border_subtitle = found
+        if isinstance(drawn, Bars):
+            self._drawn = drawn.counts
         self.query_one(f"{box} Static", Static).update(drawn)
+
+    def action_export(self) -> None:
+        """Save the histogram as a figure."""
+        from orbitdb.cli.tui.export import ask_for_file, save_figure
+
+        counts, column, title = self._drawn, self.column, self._selection.describe()
+        if not counts:
+            self.notify("there is nothing to draw")
+            return
+
+        def write(path: Path) -> str:
+            return save_figure(path, lambda figures: figures.draw_counts(counts, column, title))
+
+        ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")
 
     def action_column(self) -> None:
         """Choose the column from a list."""
-        named = {name: EVERY[name].heading for name in DRAWN}
+        named = {name: name for name in DRAWN}
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:

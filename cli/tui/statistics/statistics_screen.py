@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -31,8 +32,12 @@ from orbitdb.trajectories.ensemble import Reference, references
 FIRST_BOUNCES = 6_000_000
 FIRST = 11
 """The highest period of which the averages are there at once."""
-_TITLES = {"entropy": "topological entropy", "lambda_d": "λ per bounce", "lambda_c": "λ per length"}
-_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-λ", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
+_TITLES = {
+    "entropy": "topological entropy",
+    "lambda_d": "lambda_d, per bounce",
+    "lambda_c": "lambda_c, per length",
+}
+_WEIGHTS = {Weight.EXPONENTIAL: "weights e^-lambda", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 COLUMNS = (
     "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d_sum_rule", "lambda_c_sum_rule",
     "lambda_d", "lambda_d_pair", "lambda_d_zeta", "lambda_c", "lambda_c_pair", "lambda_c_zeta",
@@ -83,7 +88,8 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
             Curve("one", "orbits", p, shown[name]),
             Curve("three", "pairs", p, shown[f"{name}_pair"]),
             Curve("two", "zeta", p, shown[f"{name}_zeta"], "×"),
-            *(Curve("six", "", p, held + sign * error) for sign in (-1, 1)),
+            Curve("six", "error of sum rules", p, held - error),
+            Curve("six", "", p, held + error),
         ]
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))
@@ -98,6 +104,7 @@ class StatisticsScreen(OwnScreen[None]):
         "statistics": [
             *RETURN,
             Binding("w", "weight", "weight", tooltip="the other weight"),
+            Binding("e", "export", "export", tooltip="export the curves as a figure"),
             Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
         ]
     }
@@ -200,6 +207,19 @@ class StatisticsScreen(OwnScreen[None]):
         for name, curves in curves_of(self.found, self.reference).items():
             self.query_one(f"#plot-{name}", Plot).curves = curves
 
+    def action_export(self) -> None:
+        """Save the curves as a figure."""
+        from orbitdb.cli.tui.export import ask_for_file, save_figure
+
+        if self.found is None:
+            return
+        curves, title = curves_of(self.found, self.reference), self._selection.describe()
+
+        def write(path: Path) -> str:
+            return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
+
+        ask_for_file(self, "statistics.png", write, "the three curves, below one another")
+
     def action_weight(self) -> None:
         """Take the other weight."""
         self._weight = next(weight for weight in Weight if weight is not self._weight)
@@ -212,14 +232,14 @@ class StatisticsScreen(OwnScreen[None]):
 
 
 def _described(one: Reference) -> str:
-    values = (("λ_d", one.lambda_d, one.lambda_d_error), ("λ_c", one.lambda_c, one.lambda_c_error))
+    values = (("lambda_d", one.lambda_d, one.lambda_d_error), ("lambda_c", one.lambda_c, one.lambda_c_error))
     return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
 
 
 def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     for name in COLUMNS:
-        table.add_column(name.replace("lambda", "λ"), justify="right", no_wrap=True)
+        table.add_column(name, justify="right", no_wrap=True)
     errors = [found.columns.get(f"{name}_error") for name in COLUMNS]
     for place, row in enumerate(found.rows(COLUMNS)):
         cells = zip(COLUMNS, row, errors, strict=True)

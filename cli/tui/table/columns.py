@@ -7,10 +7,9 @@ from orbitdb.columns import IN_CATALOGUE
 
 
 class Column(NamedTuple):
-    """A column: its name in the catalogue, its heading, its least width, whether it is text, its meaning."""
+    """A column: its name in the catalogue, its least width, whether it is text, its meaning."""
 
     name: str
-    heading: str
     width: int
     text: bool
     brief: str
@@ -28,16 +27,11 @@ _MORE = (
 )  # fmt: skip
 """What comes next in lists; a column that is in neither comes last."""
 
-_HEADINGS = {
-    "lambda_d": "λ_d", "lambda_c": "λ_c", "time_reversal": "reversal", "class_size": "class",
-    "length_error": "length ±", "lyapunov_error": "lyapunov ±", "iterations": "steps",
-    "representative": "least of class",
-}  # fmt: skip
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lambda_d": 9, "lambda_c": 9, "lyapunov": 11, "symmetry": 9,
     "margin": 9, "error": 8, "born": 11, "dies": 11, "residual": 8, "solver": 10, "rules": 7, "cycle": 12,
 }  # fmt: skip
-"""Of values that are wider than their headings."""
+"""Of values that are wider than the name."""
 
 
 def _every() -> dict[str, Column]:
@@ -45,8 +39,8 @@ def _every() -> dict[str, Column]:
     known = {each.name: each for each in IN_CATALOGUE if each.name not in ("word", "a")}
     found = {}
     for name in dict.fromkeys((*USUAL, *_MORE, *known)):
-        heading, text = _HEADINGS.get(name, name), known[name].kind not in ("number", "integer")
-        found[name] = Column(name, heading, _WIDTHS.get(name, len(heading)), text, known[name].brief)
+        text = known[name].kind not in ("number", "integer")
+        found[name] = Column(name, _WIDTHS.get(name, len(name)), text, known[name].brief)
     return found
 
 

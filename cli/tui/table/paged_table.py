@@ -193,8 +193,8 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _heading(self, column: Column) -> str:
         if column.name != self.ordering.column:
-            return column.heading
-        return column.heading + ("▼" if self.ordering.descending else "▲")
+            return column.name
+        return column.name + ("▼" if self.ordering.descending else "▲")
 
     def _line(self, cells: list[tuple[Column, int, str]], style: Style, behind_code: str = " ") -> Strip:
         segments = []

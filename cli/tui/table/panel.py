@@ -42,6 +42,7 @@ class RowsPanel(Vertical):
         self.border_title = "words"
         self.asked: Asked | None = None
         self.total: int | None = None
+        self.aside = ""
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -148,11 +149,11 @@ class RowsPanel(Vertical):
             note.update(text or "")
 
     def say_position(self) -> None:
-        """Say where the cursor is, and where digits have led it to."""
+        """Say where the cursor is and where digits have led it to, or that the word on show has no row."""
         rows = len(self.table.source)
         known = "…" if self.total is None else f"{rows:,}"
-        place = f"{self.table.cursor + 1:,} of {known}" if rows else "none"
-        told = " │ ".join(filter(None, (self.jumping.note, place)))
+        place = f"row {self.table.cursor + 1:,} of {known}" if rows else "no rows"
+        told = " │ ".join(filter(None, (self.jumping.note, self.aside or place)))
         self.query_one("#position", Static).update(told, layout=False)
 
     on_paged_table_moved = say_position

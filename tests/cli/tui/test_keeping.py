@@ -45,9 +45,19 @@ async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_se
         assert (row_of(app)[0], row_of(app)[-1]) == last
     async with browsing(filled_once, state=state) as (app, pilot):
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]
-        await press(pilot, "C", "r", "enter")
+        await press(pilot, "C", "R", "enter")
         assert app.screen.columns == COLUMNS
     assert json.loads(state.read_text())["columns"] == list(USUAL)
+
+
+async def test_letters_lead_to_names_in_lists(filled_once):
+    async with browsing(filled_once) as (app, pilot):
+        await press(pilot, "s", *"lyapunov_", "enter")
+        assert app.screen.ordering == Ordering("lyapunov_error")
+        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name begins so: p begins anew
+        assert app.screen.ordering == Ordering("code")
+        await press(pilot, "C", *"wal", "space", "enter")
+        assert app.screen.columns[-1].name == "walls"
 
 
 @pytest.mark.slow
@@ -77,7 +87,7 @@ async def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_onc
         assert "orbits at a = 1.6 where p < 4" in shown(app)
         await press(pilot, "enter")
         assert app.screen.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
-        await press(pilot, "F", "x", "escape")
+        await press(pilot, "F", "delete", "escape")
     kept = json.loads(state.read_text())
     assert kept["marked"] == ["13"]
     assert kept["filters"] == {}
@@ -173,7 +183,7 @@ def test_choices_are_links_to_what_changes_them():
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
     links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
-        ("choose_a", "a = 1, one of 2"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
+        ("choose_a", "a = 1, one of 2 stadiums"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
         ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
     ]  # fmt: skip
 

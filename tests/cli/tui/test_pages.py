@@ -200,7 +200,7 @@ async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
             top = min(cursor, max(top, cursor - height + 1))
             shown = fitting(first, width)
             heading, *lines = (table.render_line(y) for y in range(height + 1))
-            headings = [each.heading for each in (COLUMNS[0], *shown)]
+            headings = [each.name for each in (COLUMNS[0], *shown)]
             assert heading.text.replace("p▲", "p").split() == headings
             for row, line in zip(rows[top:], lines, strict=False):
                 cells = " ".join(cell(each, row[each.name]) for each in shown)

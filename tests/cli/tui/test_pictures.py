@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console, Group
 from screens import LARGE, SMALL, browsing, press, shown
+from textual.widgets import Input
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
@@ -169,8 +170,8 @@ def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
         assert (picture.text[:-1] == "×").sum() == 5
         axis = ["".join(picture.text[row, :7]) for row in (0, 4, 9)]
         assert axis == [" 3.100┤", " 2.000┤", " 0.900┤"]
-        periods = [int(name) for name in "".join(picture.text[-2]).split()]
-        places = np.flatnonzero(picture.text[-2] != " ")
+        periods = [int(name) for name in "".join(picture.text[-2]).split()[1:]]
+        places = np.flatnonzero(picture.text[-2] != " ")[1:]
         assert periods == [2, 3, 4, 5, 6, 7]
         assert places == pytest.approx(7 + 105 / 2 * (p - 2) / 5, abs=1)
         assert sorted(np.argwhere(picture.text[:-1] == "×")[:, 1]) == np.delete(places, 1).tolist()
@@ -179,7 +180,7 @@ def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
 def test_a_curve_of_one_period_begins_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
     assert np.argwhere(picture.text[:-1] == "×")[:, 1].tolist() == [7]
-    assert "".join(picture.text[-2]).split() == ["5", "6"]
+    assert "".join(picture.text[-2]).split() == ["p", "5", "6"]
 
 
 def text_of(orbit, partners=(), width=70):
@@ -241,6 +242,27 @@ async def test_enter_opens_the_whole_orbit(filled_once, size):
         assert there(app.screen.orbit).code == "013"
 
 
+async def test_the_whole_orbit_follows_the_main_screen(filled_once):
+    async with browsing(filled_once, LARGE, notifications=True) as (app, pilot):
+        await press(pilot, "enter", "n", "n")
+        assert "031 at a = 1.6" in shown(app)
+        await press(pilot, "p", "greater_than_sign")
+        main = app.screen_stack[0]
+        assert main.orbit.a > 1.6
+        assert f"013 at a = {main.orbit.a:.9g}" in shown(app)
+        await press(pilot, "a", *"2.5", "enter")
+        assert "013 at a = 2.5" in shown(app)
+        await press(pilot, "X", "y")
+        assert app.clipboard == main.orbit.code != "013"
+        await press(pilot, "c", *"1232131", "enter")
+        assert "1232131 at a = 2.5" in shown(app)
+        await press(pilot, "asterisk", "e")
+        assert app.screen.query_one(Input).value == "1232131.svg"
+        await press(pilot, "escape", "escape")
+        assert isinstance(app.screen, MainScreen)
+        assert (main.orbit.code, main.selection.a) == ("1232131", 2.5)
+
+
 @pytest.mark.slow
 async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
     cli("fill", "--p", "3")
@@ -252,3 +274,10 @@ async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
         assert app.certificate(solve_word("13", 1.0)) is None
         await press(pilot, "j")
         assert "none stored" in shown(app)
+
+
+def test_zero_has_no_sign_in_bounces():
+    """The horizontal orbit 13 has y = 0 and sine 0 but for rounding."""
+    orbit = solved("13")
+    orbit = replace(orbit, coordinates=np.array([-1e-17, -1e-17]))
+    assert "-0.000000" not in "".join(text_of(orbit))

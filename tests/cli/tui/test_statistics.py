@@ -43,7 +43,7 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
         await press(pilot, "S")
         assert app.screen.reference == kept
         told = " ".join(shown(app).split())
-        assert f"λ_d {with_error(kept.lambda_d, error).replace('+-', '±')}" in told
+        assert f"lambda_d {with_error(kept.lambda_d, error).replace('+-', '±')}" in told
         assert "; stored" in told
         await press(pilot, "t")
         better = min(error, 0.1)
