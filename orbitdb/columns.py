@@ -163,8 +163,35 @@ OF_LEVELS = (
            "1/radius", "error"),
     Column("parity", "text",
            "two letters, 'e' for even and 'o' for odd; under x -> -x, then under y -> -y"),
+    Column("exact", "number",
+           "the stored level with the same number, beside one from orbits", "1/radius",
+           empty="none is stored"),
+    Column("after", "number", "the level of a list below a place where levels are missing", "1/radius",
+           empty="at the beginning"),
+    Column("before", "number", "the level of a list above that place", "1/radius", empty="at the end"),
+    Column("missing", "integer", "how many are missing there; below zero, so many are spurious or double"),
+    Column("strength", "number",
+           "how strongly an orbit scars a level; the mean of psi^2 along it times the area, or with "
+           "'spectrum --peaks' |F| of the terms of one class alone", "1"),
+    Column("above", "number",
+           "strength less the mean of the levels of its parity in the range, in standard deviations", "1",
+           empty="fewer than five levels"),
 )  # fmt: skip
-"""What `levels` tells of a level, with the estimate of its error."""
+"""What `levels`, `assess` and `scars` tell of a level, with the estimate of its error."""
+
+OF_STATISTICS = (
+    Column("balls", "text",
+           "'in' for levels unfolded with Weyl's law, 'out' with the bouncing balls taken out, too"),
+    Column("levels", "integer", "number of levels", empty="random matrices and numbers"),
+    Column("gap_ratio", "number", "mean of min/max of neighbouring gaps", "1", "gap_ratio_error"),
+    Column("gap_ratio_error", "number", "its standard error", "1", empty="random matrices and numbers"),
+    Column("spacing_variance", "number", "variance of the spacings, in their mean", "1"),
+    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3 in stretches of L = {n} mean spacings", "1",
+             empty="too few levels") for n in (1, 5, 20)),
+    *(Column(f"variance_{n}", "number", f"variance of the number of levels in L = {n} mean spacings", "1",
+             empty="too few levels") for n in (1, 5, 20)),
+)  # fmt: skip
+"""What `assess --statistics` tells of the levels of a parity."""
 
 OF_SPECTRA = (
     Column("quantum_re", "number",
@@ -174,7 +201,6 @@ OF_SPECTRA = (
     Column("orbits_re", "number", "real part of F by the trace formula; orbits and bouncing balls", "1"),
     Column("orbits_im", "number", "its imaginary part", "1"),
     Column("height", "number", "|F| at a peak; of levels if there are some, else of orbits", "1"),
-    Column("strength", "number", "|F| there of the terms of one class alone", "1"),
 )  # fmt: skip
 """What `spectrum` tells of lengths and peaks."""
 
@@ -189,6 +215,7 @@ GROUPS = (
     ("trajectory", OF_TRAJECTORIES),
     ("length", OF_LENGTHS),
     ("level", OF_LEVELS),
+    ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
 )
 """All of them, each group with what its columns are of."""

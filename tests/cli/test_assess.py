@@ -115,7 +115,7 @@ def test_statistics_stand_beside_those_of_random_matrices(cli, own, exact, tmp_p
 def test_levels_from_orbits_say_what_they_rest_on(cli, own, exact):
     found = cli("levels", "--method", "orbits", "--k", "6:12", "--parity", "oo", "--db", own, "--json")
     rows = json.loads(found.out)
-    assert [list(row) for row in rows] == [["k", "error", "parity", "stored"]] * len(rows)
+    assert [list(row) for row in rows] == [["k", "error", "parity", "exact"]] * len(rows)
     assert len(rows) == sum(exact >= 6)
     assert all(abs(row["k"] - k) < 3 * row["error"] for row, k in zip(rows, exact[exact >= 6], strict=True))
     assert f"{len(rows)} levels below k = 12: from " in found.err

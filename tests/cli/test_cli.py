@@ -21,15 +21,18 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_columns_are_told_once_and_everywhere(cli):
+    from orbitdb.answers.scarring import Scar
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
+    from orbitdb.cli.commands.average.assess import COLUMNS as GAP_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
+    from orbitdb.quantum.statistics import Statistics
     from orbitdb.store.asking.conditions import COLUMNS
 
-    quantum = {*LEVEL_KEYS, *SPECTRUM_KEYS, *PEAKS}
+    quantum = {*LEVEL_KEYS, "exact", *SPECTRUM_KEYS, *PEAKS, *GAP_KEYS, *Statistics._fields, *Scar._fields}
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
     assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOW_KEYS, *LENGTH_KEYS, *quantum}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")

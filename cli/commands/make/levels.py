@@ -51,7 +51,7 @@ def levels(
     computed again, so an interrupted run goes on where it stopped.
 
     With --method orbits, each level is where the number of levels below k, as the orbits give it, first
-    reaches n - 1/2. These levels are not stored; the column stored has the level with the same number if the
+    reaches n - 1/2. These levels are not stored; the column exact has the level with the same number if the
     catalogue has it. Without --k, they end where the rms error reaches a fifth of the mean spacing.
     """
     if method == "orbits":
@@ -111,7 +111,7 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
         known = beside(moment, found)
     rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
     shown = [row for row in rows if row[0] >= low]
-    output.write((*COLUMNS, "stored"), shown)
+    output.write((*COLUMNS, "exact"), shown)
     note(f"{several(len(shown), 'level')} below k = {found.high:g}: {found.basis}")
     return len(shown)
 
