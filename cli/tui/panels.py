@@ -27,9 +27,6 @@ from orbitdb.store.asking.where import check, names_in
 from orbitdb.store.reading.soundness import need_words
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
-_SHOWN = 12
-"""Symbols of a word in the line below the rows."""
-
 GREETING = """\
 [b]Nothing is stored here yet.[/b]
 
@@ -259,17 +256,7 @@ class Panels(OwnScreen[None]):
     def on_paged_table_moved(self) -> None:
         """Show the word under the cursor."""
         self.catch_up()
-        self._say_aside()
-
-    def _say_aside(self) -> None:
-        """Say beside the cursor that the orbit on show has no row."""
-        orbit, panel, told = self.orbit, self.rows, ""
-        if orbit is not None and (panel.table.row or ("",))[0] != least_rotation(orbit.code):
-            code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            told = f"{code} is not {'among these' if orbit.stored else 'stored'}"
-        if told != panel.aside:
-            panel.aside = told
-            panel.say_position()
+        self.rows.say_orbit(self.orbit)
 
     def shown_orbit(self) -> Orbit | None:
         """Return the orbit on show, or say that there is none."""
@@ -306,7 +293,7 @@ class Panels(OwnScreen[None]):
             self.remove_class("-empty")
             known = known_of(orbit, self.browser.certificate(orbit))
         self.query_one(FactsPanel).show(*known)
-        self._say_aside()
+        self.rows.say_orbit(orbit)
         self.following.take_orbit(orbit)
 
     def entitle_facts(self) -> None:

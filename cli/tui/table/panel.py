@@ -13,8 +13,10 @@ from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment, Reader
+from orbitdb.symbols.words import least_rotation
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
@@ -26,6 +28,8 @@ _Found = tuple[Pages, tuple[str, str], int | None]
 """Rows, what they lack, and how many there are without a filter; None with the first rows of all."""
 
 _FIRST = 100
+_SHOWN = 12
+"""Symbols of a word that has no row."""
 
 
 class RowsPanel(Vertical):
@@ -42,7 +46,7 @@ class RowsPanel(Vertical):
         self.border_title = "words"
         self.asked: Asked | None = None
         self.total: int | None = None
-        self.aside = ""
+        self._aside = ""
 
     def compose(self) -> ComposeResult:
         """Lay out the table, and lines for what there is to say of it."""
@@ -148,12 +152,22 @@ class RowsPanel(Vertical):
             note.display = bool(text)
             note.update(text or "")
 
+    def say_orbit(self, orbit: Orbit | None) -> None:
+        """If the orbit on show has no row, say so in place of the cursor's position."""
+        told = ""
+        if orbit is not None and (self.table.row or ("",))[0] != least_rotation(orbit.code):
+            code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
+            told = f"{code} is not {'among these' if orbit.stored else 'stored'}"
+        if told != self._aside:
+            self._aside = told
+            self.say_position()
+
     def say_position(self) -> None:
         """Say where the cursor is and where digits have led it to, or that the word on show has no row."""
         rows = len(self.table.source)
         known = "…" if self.total is None else f"{rows:,}"
         place = f"row {self.table.cursor + 1:,} of {known}" if rows else "no rows"
-        told = " │ ".join(filter(None, (self.jumping.note, self.aside or place)))
+        told = " │ ".join(filter(None, (self.jumping.note, self._aside or place)))
         self.query_one("#position", Static).update(told, layout=False)
 
     on_paged_table_moved = say_position
