@@ -63,12 +63,16 @@ def _in_columns(rows: Iterable[Row]) -> Iterator[list[Sequence[Any]]]:
 
 
 def write_parquet(
-    file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Mapping[str, Any]
+    file: IO[bytes],
+    columns: Sequence[str],
+    rows: Iterable[Row],
+    metadata: Mapping[str, Any],
+    compression: str = "snappy",
 ) -> None:
     """Write typed columns, and each part of the metadata as JSON in that of the schema."""
     parquet = load("pyarrow.parquet", "a parquet file", "parquet")
     schema = arrow_schema(columns, metadata)
-    with parquet.ParquetWriter(file, schema) as writer:
+    with parquet.ParquetWriter(file, schema, compression=compression) as writer:
         for block in _in_columns(rows):
             writer.write_batch(arrow_batch(block, schema))
 

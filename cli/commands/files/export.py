@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import several
+from orbitdb.cli.arguments import named, several, stored
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
@@ -27,6 +27,7 @@ from orbitdb.cli.reading import (
 )
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -37,6 +38,7 @@ EXAMPLES = (
     "export short.csv --p 2-8 --range length=:20 --coordinates",
     "export bounces.parquet --p 5 --status orbit --bounces",
     "export --format jsonl --p 11 --status orbit | jq .length",
+    "export stadium-data --dataset",
 )
 AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
@@ -74,19 +76,27 @@ def export(
         typer.Option("--format", help="csv, jsonl, parquet or npz, if the name does not end in it."),
     ] = None,
     mark_words: MarkWords = False,
+    dataset: Annotated[
+        bool, typer.Option("--dataset", help="Write a folder FILE with everything, described, to be cited.")
+    ] = False,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
     """Write words and all that is known of them to a file, with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
-    their periods were only partly filled.
+    their periods were only partly filled. With --dataset, FILE is a folder with all whole periods and
+    everything else that is stored, described after the Frictionless standard.
     """
     from orbitdb import export as files
 
     if file is not None and output is not None:
         raise InputError(f"{file} and -o {output}: name one file")
     file = output if file is None else file
+    if dataset:
+        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a")
+        _write_dataset(file, a, db)
+        return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
         file, kind = None, _form_of_stdout(form)
@@ -117,6 +127,19 @@ def export(
                 return
             files.write_file(file, kind, names, written, provenance(moment, stadiums, several(a)))
     note(f"{described(stadiums)}, in {file}")
+
+
+def _write_dataset(folder: Path | None, asked: "Sequence[str] | None", db: Path) -> None:
+    """Write a folder with all whole periods at the values of a that are meant, by default at every one."""
+    from orbitdb.answers.dataset import write_dataset
+    from orbitdb.store.reading.moment import reading as opened
+
+    if folder is None:
+        raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
+    with progress("dataset") as shown, opened(db) as moment:
+        values = named(asked) or stored(moment)
+        count = write_dataset(moment, folder, values, shown)
+    note(f"{count} files, at a = {', '.join(map(exact, values))}, in {folder}")
 
 
 def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:

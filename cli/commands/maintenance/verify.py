@@ -45,6 +45,9 @@ _COUNTED = {
 def verify(
     *,
     context: typer.Context,
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="FOLDER", help="A dataset [default: the catalogue].")
+    ] = None,
     a: Annotated[
         float | None, options.number_option(help="Half length of a straight wall [default: all stored].")
     ] = None,
@@ -89,6 +92,10 @@ def verify(
     from orbitdb.verification.verify import report
     from orbitdb.verification.whole import told, verification_steps
 
+    if folder is not None:
+        options.takes_only(context, "with FOLDER", "folder")
+        _verify_dataset(folder, output)
+        return
     if again and not rigorous:
         raise InputError("--again proves certified rows again: it goes with --rigorous")
     if sample is None and not restarts:
@@ -117,6 +124,19 @@ def verify(
     for gap in missing:
         note(gap)
     _report(found, source.path, start, restarts, output)
+
+
+def _verify_dataset(folder: Path, output: Output) -> None:
+    """Check the sums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
+    from orbitdb.answers.dataset import wrong_files
+
+    found = list(wrong_files(folder))
+    wrong = [f"{name} {what}" for name, what in found if what]
+    output.write(COLUMNS, [("dataset", len(found), len(wrong), None, None, next(iter(wrong), None))])
+    if wrong:
+        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} not as written")
+        raise typer.Exit(1)
+    note(f"{folder}: all is well with {several(len(found), 'file')}")
 
 
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:

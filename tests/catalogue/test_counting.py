@@ -1,0 +1,45 @@
+"""Counts by period: what sums over divisors need, wherever they come from."""
+
+import pytest
+
+from orbitdb import Catalogue
+
+
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    """Births of p = 2..6, sweeps of 2..6 at a = 1, fills of 2..6 at a = 2."""
+    path = tmp_path_factory.mktemp("counting") / "orbits.db"
+    with Catalogue.create(path) as catalogue:
+        catalogue.fill_births("2-6")
+        catalogue.sweep("2-6", a=1)
+        catalogue.fill("2-6", a=2)
+    return path
+
+
+@pytest.mark.parametrize("a", [0.5, 1, 2], ids=["births", "sweep", "fill"])
+@pytest.mark.parametrize("p", [4, 6])
+def test_a_period_alone_has_the_row_that_it_has_among_all(known, a, p):
+    """N sums over divisors, which need not be chosen."""
+    catalogue = Catalogue(known, a)
+    every, one = catalogue.table(p="2-6"), catalogue.table(p=p)
+    row = dict(zip(every.columns, list(every.rows())[p - 2], strict=True))
+    assert one["p"] == [p]
+    assert {name: values[0] for name, values in one.columns.items()} == row
+    assert None not in (row["N"], row["K_0"])
+
+
+def test_all_sources_count_the_same(known, tmp_path):
+    own = Catalogue.create(tmp_path / "orbits.db", 1)
+    own.fill("2-6")
+    columns = dict(own.table().columns)
+    assert dict(Catalogue(known, 1).table().columns) == columns
+    assert dict(Catalogue(known).table(p="2-6", a=0.5).columns)["N_t"] == columns["N_t"]
+
+
+def test_a_divisor_that_is_not_there_leaves_sums_empty(tmp_path):
+    own = Catalogue.create(tmp_path / "orbits.db", 1)
+    own.fill("4,6")
+    found = own.table()
+    assert found["N"] == found["K_0"] == [None, None]
+    assert None not in found["N_c"]
+    assert any("p = 6: N needs p = 2, 3" in note for note in found.notes)
