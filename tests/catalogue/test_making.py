@@ -86,6 +86,7 @@ def test_a_verification_is_an_object(filled_once, tmp_path):
     assert not frame["failures"].any()
 
 
+@pytest.mark.slow
 def test_stored_levels_are_one_object(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
     with pytest.raises(InputError, match=r"no levels are stored at a = 0\.7: 'orbitdb levels"):

@@ -147,6 +147,7 @@ def test_figures_take_levels_of_ones_own(cli, own, exact, tmp_path, figure):
     )
 
 
+@pytest.mark.slow
 def test_scars_of_a_word_and_of_levels(cli, own):
     found = json.loads(cli("scars", "0123", "--k", "8:10", "--parity", "oo", "--db", own, "--json").out)
     assert list(found[0]) == ["k", "parity", "code", "strength", "above"]

@@ -106,6 +106,7 @@ def test_slopes_are_those_of_differences(few):
     np.testing.assert_allclose(few[0].normal_derivative([1.0, 4.0, 7.7, 11.0]), inward, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_the_strength_of_an_orbit_is_the_mean_of_the_wave_along_it(few):
     orbit, wave = solve_word("0123", A), few[-1]
     points = there(orbit.points)

@@ -242,6 +242,7 @@ async def test_enter_opens_the_whole_orbit(filled_once, size):
         assert there(app.screen.orbit).code == "013"
 
 
+@pytest.mark.slow
 async def test_the_whole_orbit_follows_the_main_screen(filled_once):
     async with browsing(filled_once, LARGE, notifications=True) as (app, pilot):
         await press(pilot, "enter", "n", "n")
