@@ -84,6 +84,11 @@ def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 "INSERT INTO change VALUES (?, 1, ?, 1e-9, 'born', 1, '+', NULL, 0.5, 1)",
                 (number, 0.1 * which),
             )
+            if which % 2:  # a word counts once, however often it changes
+                plain.execute(
+                    "INSERT INTO change VALUES (?, 2, ?, 1e-9, 'died', 1, '+', NULL, 0.5, 1)",
+                    (number, 0.1 * which + 1),
+                )
     return path
 
 
