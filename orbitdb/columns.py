@@ -169,9 +169,10 @@ OF_LEVELS = (
     Column("after", "number", "the level of a list below a place where levels are missing", "1/radius",
            empty="at the beginning"),
     Column("before", "number", "the level of a list above that place", "1/radius", empty="at the end"),
-    Column("missing", "integer", "how many are missing there; below zero, so many are spurious or double"),
+    Column("missing", "integer",
+           "how many levels are missing there; a negative number counts spurious or double ones"),
     Column("strength", "number",
-           "how strongly an orbit scars a level; the mean of psi^2 along it times the area, or with "
+           "how strongly an orbit scars a level; the mean of psi^2 along it times the area; with "
            "'spectrum --peaks' |F| of the terms of one class alone", "1"),
     Column("above", "number",
            "strength less the mean of the levels of its parity in the range, in standard deviations", "1",

@@ -250,6 +250,16 @@ class Subset(ByValue):
         notes = {"selection": self.selection.describe(), "a": self.selection.a}
         return subset_tables.to_arrow(self._columns(), notes)
 
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """Offer the rows through Arrow's C interface, so that polars, DuckDB and others read them.
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If pyarrow is not installed (extra ``parquet``).
+        """
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
     def entropy(self) -> "Result":
         """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
         from orbitdb.answers.averaged import entropy_of_rows

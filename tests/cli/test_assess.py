@@ -65,7 +65,7 @@ def test_energies_and_frequencies_are_levels(cli, own, exact, tmp_path):
     assert one.code == other.code == 1
     np.testing.assert_allclose(numbers(one.out), numbers(other.out), rtol=1e-12)
     fitted = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2004", "--fit-radius", *asked)
-    found = re.search(r"radius (\S+) \+- (\S+) m; k above are scaled by it", fitted.err)
+    found = re.search(r"radius (\S+) \+- (\S+) m; the k above use it", fitted.err)
     radius, error = there(found).groups()
     assert abs(float(radius) - 0.2) < 3 * float(error) < 2e-3
 

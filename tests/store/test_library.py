@@ -290,3 +290,12 @@ def test_a_range_without_bounds_is_none(catalogue):
 def test_wrong_criteria_are_refused(catalogue, wrong, said):
     with pytest.raises(SelectionError, match=said):
         catalogue.select(**wrong)
+
+
+def test_other_libraries_read_a_subset_through_arrow(varied):
+    import pyarrow
+
+    subset = Catalogue(varied).select(a=1.6, p="2-4", status="orbit")
+    read = pyarrow.table(subset)
+    assert read.equals(subset.to_arrow())
+    assert read["code"].to_pylist() == subset.codes.tolist()

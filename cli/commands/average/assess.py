@@ -69,11 +69,11 @@ def assess(
 ) -> None:
     """Tell which levels of a list are missing, and where.
 
-    The stored orbits say how many there should be below each k. Give all levels from the lowest one on, in
-    units of the radius. Each row is a place where levels are missing, between the two beside it; below zero,
-    so many are spurious or double. The exit code is 1 if there are any. With --statistics you see ratios of
-    gaps, the variance of spacings, Delta_3 and the number variance, each as the levels are (balls: in), and
-    with the bouncing balls taken out of the staircase.
+    The stored orbits count the levels below each k. Give all levels from the lowest one on, in units of the
+    radius. Each row is a place between two levels; missing says how many levels are missing there, and a
+    negative number how many are spurious or double. The exit code is 1 if there is such a place. --statistics
+    shows gap ratios, the variance of spacings, Delta_3 and the number variance, first of the levels as they
+    are (balls: in), then with the bouncing balls taken out of the staircase.
     """
     if levels is None:
         options.refuse_idle(context, "without FILE", "energies", "frequency", "radius", "fit_radius")
@@ -102,7 +102,7 @@ def assess(
         note(said)
     if fit_radius:
         scaled = with_error(found.scale * (radius or 1.0), found.scale_error * (radius or 1.0))
-        note(f"radius {scaled} {'m' if radius else 'times the one that was used'}; k above are scaled by it")
+        note(f"radius {scaled} {'m' if radius else 'times the one you used'}; the k above use it")
     note(found.verdict())
     if found.gaps:
         raise typer.Exit(1)
