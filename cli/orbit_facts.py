@@ -4,10 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
-from orbitdb.columns import OF_BOUNCES
+from orbitdb.columns import OF_BOUNCES, OF_ORBITS, OF_WORDS
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
+
+_COMPUTED = (
+    each.name for each in (*OF_ORBITS, *OF_WORDS) if each.formula and not each.name.endswith("_error")
+)
+_NUMBERS = tuple(dict.fromkeys(("length", "lyapunov", *_COMPUTED, "margin", "residual", "error")))
 
 
 def facts(
@@ -32,10 +37,8 @@ def facts(
     forms = ((end, closed_form(end)) for end in ends)
     facts += [(f"  {end:.9g}", f"{form}, recognised numerically") for end, form in forms if form is not None]
     facts += [(f"  born at {a:.9g}", f"with {', '.join(map(code_text, words))}") for a, words in born_with]
-    errors = {"length": orbit.length_error, "lyapunov": orbit.lyapunov_error}
-    names = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
-    for name in names if orbit.length is not None else ("margin",):
-        value, bound = getattr(orbit, name), errors.get(name)
+    for name in _NUMBERS if orbit.length is not None else ("margin",):
+        value, bound = getattr(orbit, name), getattr(orbit, f"{name}_error", None)
         if value is not None:
             facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
     if orbit.class_size is not None:

@@ -24,13 +24,6 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.chosen import Chosen
     from orbitdb.store.reading.moment import Moment
 
-KEYS = (
-    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
-    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-    "length_error", "lyapunov_error", "symmetry", "solver",
-)  # fmt: skip
-"""The columns that are written where none are named; other programs may rely on them as keys of JSON."""
-
 _NATURAL = ("p", "representative", "element")
 """What rows are sorted by in the end."""
 

@@ -1,11 +1,12 @@
-"""The columns: what every number and text in rows, files and JSON is, its unit, and what bounds its error.
+"""The registry of columns: what every number and text in rows, files and JSON is, and where it comes from.
 
-Said once, here, for the schema, the files, the command line, the terminal UI and the documentation. How a
-column is computed is said in `orbitdb/store/file/schema.py` (`SHARED`, `OF_WORD`); files that exist get it by
-a migration.
+The views, queries, filters, orders, formats, the screen, `Orbit`, `Subset` and the documentation follow it. A
+column that is computed from others is one entry with a formula (`add`); no file needs a migration for it.
 """
 
+import re
 from dataclasses import dataclass
+from typing import Any, TypeVar
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,16 @@ class Column:
         The columns that bound its error, or ``exact``, ``proved``, ``itself``; empty where nothing does.
     empty : str
         Where there is no value.
+    sql : str
+        Of a column of the catalogue: its value in a row of the tables that the view ``class`` joins, or,
+        if `single`, the view ``catalogue``.
+    formula : str
+        Instead of `sql`: the value from other columns, written with ``+ - * / ( )``, numbers and their
+        names, which SQLite and Python read alike.
+    single : bool
+        Whether the words of one symmetry class differ in it.
+    written : bool
+        Whether it is written where no columns are named.
     """
 
     name: str
@@ -33,6 +44,15 @@ class Column:
     unit: str = ""
     bound: str = ""
     empty: str = "never"
+    sql: str = ""
+    formula: str = ""
+    single: bool = False
+    written: bool = True
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The columns in the formula."""
+        return tuple(dict.fromkeys(_NAME.findall(self.formula)))
 
     @property
     def brief(self) -> str:
@@ -40,79 +60,99 @@ class Column:
         return self.means.partition(";")[0]
 
 
+_NAME = re.compile(r"\b[a-z]\w*")
+
 _PRUNED = "geometrically pruned"
 _NONE = "no orbit"
 _UNKNOWN = "no orbit; relaxation"
 _PLACE = "radius, rad"
 
-OF_WORDS = (
+_CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
+_END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
+
+OF_WORDS = [
     Column("code", "text",
            "the cyclic word as its least rotation; 'query --code' gives it in the rotation that was asked "
-           "for"),
-    Column("word", "text", "the same as code"),
-    Column("p", "integer", "period: the number of bounces"),
+           "for", sql=_CODE, single=True),
+    Column("word", "text", "the same as code", sql=_CODE, single=True, written=False),
+    Column("p", "integer", "period: the number of bounces", sql="cycle.p"),
     Column("representative", "text",
            "least word of the symmetry class; of all rotations of all images under the eight symmetries",
-           empty=_PRUNED),
-    Column("class_size", "integer", "different cyclic words in the class; 1, 2, 4 or 8", empty=_PRUNED),
+           empty=_PRUNED, sql="cycle.word"),
+    Column("class_size", "integer", "different cyclic words in the class; 1, 2, 4 or 8", empty=_PRUNED,
+           sql="cycle.class_size"),
     Column("symmetry", "text",
            "symmetries that map the cyclic word to itself; some of 'x', 'y', 'xy', 'T', 'xT', 'yT', 'xyT', "
            "with commas between, or '1' for none: 'x' mirrors left and right, 'y' up and down, 'T' reverses "
-           "time", empty=_PRUNED),
+           "time", empty=_PRUNED, sql="cycle.symmetry"),
     Column("time_reversal", "text",
            "'self' if it retraces its path, else 'pair'; its reverse is then another word, counted, too",
-           empty=_PRUNED),
+           empty=_PRUNED, sql="cycle.time_reversal"),
     Column("born", "number",
            "first a at which the word becomes an orbit; every birth and its error is in the view "
            "'life'", "radius", "born_error in life",
-           "an orbit from a = 0 on; no births stored; geometrically pruned"),
+           "an orbit from a = 0 on; no births stored; geometrically pruned",
+           sql=_END.format(value="nullif(change.a, 0.0)", number=1), written=False),
     Column("dies", "number",
            "first a at which it ceases to be one", "radius", "dies_error in life",
-           "never does; no births stored; geometrically pruned"),
+           "never does; no births stored; geometrically pruned",
+           sql=_END.format(value="change.a", number=2), written=False),
     Column("walls", "integer",
            "bounces on the straight walls; the eigenvalues of the monodromy matrix are negative where it is "
-           "odd", empty=_PRUNED),
+           "odd", empty=_PRUNED, sql="cycle.walls"),
     Column("maslov", "integer",
-           "Maslov index of one traversal, 3p - walls; 2 for every reflection, and 1 for the focus behind "
-           "every bounce on a semicircle", empty=_PRUNED),
+           "Maslov index of one traversal, 3p - walls; 2 for every reflection, where waves vanish, and 1 for "
+           "the focus after every bounce on a semicircle", empty=_PRUNED, formula="3 * p - walls"),
     Column("rules", "integers",
            "geometric rules that the word breaks; in SQL a text with commas between, a list in JSON and in "
-           "files", empty="unless geometrically pruned"),
-    Column("cycle", "integer", "number of the class in this file", empty=_PRUNED),
+           "files", empty="unless geometrically pruned", sql="NULL", single=True),
+    Column("cycle", "integer", "number of the class in this file", empty=_PRUNED,
+           sql="orbit.cycle", written=False),
     Column("element", "integer",
            "symmetry that carries the representative to the word; 1 for x, 2 for y, 4 for T, and their sums",
-           empty=_PRUNED),
-)  # fmt: skip
+           empty=_PRUNED, sql="element.element", single=True, written=False),
+]  # fmt: skip
 """What does not depend on a."""
 
-OF_ORBITS = (
-    Column("a", "number", "half the length of a straight wall", "radius", "exact"),
+OF_ORBITS = [
+    Column("a", "number", "half the length of a straight wall", "radius", "exact", sql="stadium.a"),
     Column("status", "text",
            "what has become of the word; 'orbit', 'dynamical', 'geometric', 'boundary' or 'unresolved'",
-           bound="proved"),
-    Column("length", "number", "length of one traversal, L", "radius", "length_error", _NONE),
+           bound="proved", sql="orbit.status"),
+    Column("length", "number", "length of one traversal, L", "radius", "length_error", _NONE,
+           sql="orbit.length"),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
-           "1", "lyapunov_error", _NONE),
+           "1", "lyapunov_error", _NONE, sql="orbit.lyapunov"),
     Column("lambda_d", "number",
-           "lambda per bounce, lambda/p; so is the bound", "1", "lyapunov_error", _NONE),
-    Column("lambda_c", "number", "lambda per length, lambda/L", "1/radius", "both errors", _NONE),
+           "lambda per bounce, lambda/p; so is the bound", "1", "lyapunov_error", _NONE,
+           formula="lyapunov / p"),
+    Column("lambda_c", "number", "lambda per length, lambda/L", "1/radius", "lambda_c_error", _NONE,
+           formula="lyapunov / length"),
     Column("margin", "number",
            "least distance of a bounce from the end of its wall; in units of its coordinate, negative "
-           "outside, 0 through a joint of wall and semicircle", _PLACE, "", _PRUNED),
+           "outside, 0 through a joint of wall and semicircle", _PLACE, "", _PRUNED, sql="orbit.margin"),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference of the cosines at a bounce, of the "
-           "stored coordinates", "1", "", _NONE),
-    Column("error", "number", "bound on the error of every coordinate", _PLACE, "itself", _UNKNOWN),
-    Column("length_error", "number", "bound on the error of length", "radius", "itself", _UNKNOWN),
-    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", _UNKNOWN),
-    Column("iterations", "integer", "steps that the solver took", "1", "", _PRUNED),
+           "stored coordinates", "1", "", _NONE, sql="orbit.residual"),
+    Column("error", "number", "bound on the error of every coordinate", _PLACE, "itself", _UNKNOWN,
+           sql="orbit.error"),
+    Column("length_error", "number", "bound on the error of length", "radius", "itself", _UNKNOWN,
+           sql="orbit.length_error"),
+    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", _UNKNOWN,
+           sql="orbit.lyapunov_error"),
+    Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", _UNKNOWN,
+           formula="1.000001 * ((lyapunov_error + lambda_c * length_error) / (length - length_error)"
+                   " + 1.2e-16 * lambda_c)"),
+    Column("iterations", "integer", "steps that the solver took", "1", "", _PRUNED,
+           sql="orbit.iterations", written=False),
     Column("solver", "text",
-           "'newton' or 'relaxation'; the paper's relaxation knows no error bounds", empty=_PRUNED),
-)  # fmt: skip
+           "'newton' or 'relaxation'; the paper's relaxation knows no error bounds", empty=_PRUNED,
+           sql="orbit.solver"),
+]  # fmt: skip
 """What is of one word at one a; all words of a class share it."""
 
-OF_BOUNCES = (
+OF_BOUNCES = [
     Column("n", "integer", "number of the bounce; from 1, in the order of the code"),
     Column("symbol", "integer", "the wall that is hit; 0 bottom, 2 top, 1 and 4 left, 3 and 5 right"),
     Column("coordinate", "number",
@@ -126,18 +166,18 @@ OF_BOUNCES = (
     Column("sine", "number",
            "sine of the angle between the path that leaves and the normal; positive where it goes "
            "anticlockwise", "1"),
-)  # fmt: skip
+]  # fmt: skip
 """One row a bounce, of orbits that have coordinates; bounds but for the rounding of the last digit."""
 
-OF_ANSWERS = (
+OF_ANSWERS = [
     Column("coordinates", "numbers", "the coordinates of all bounces", _PLACE, "error", _NONE),
     Column("stored", "yes or no", "whether it comes from the catalogue; else it was solved on the spot"),
     Column("exists", "pairs",
            "the ranges of a in which the word is an orbit; null for no end", "radius", "", "unknown"),
-)  # fmt: skip
+]  # fmt: skip
 """What `query --code` tells besides; coordinates are in files, too, if asked for."""
 
-OF_TRAJECTORIES = (
+OF_TRAJECTORIES = [
     Column("first", "integer",
            "number of the first bounce that is near the orbit; 1 is the first one behind a start, or the "
            "first point, 0 and less are before a start"),
@@ -147,17 +187,17 @@ OF_TRAJECTORIES = (
     Column("distance", "number", "least distance of one of them from that of the orbit", "radius"),
     Column("sequence", "text", "symbols of all bounces of the trajectory; no cyclic word"),
     Column("sequence_first", "integer", "number of the first of them"),
-)  # fmt: skip
+]  # fmt: skip
 """What `identify` tells of an orbit that a trajectory shadows, besides."""
 
-OF_LENGTHS = (
+OF_LENGTHS = [
     Column("repetitions", "integer", "number of traversals, r"),
     Column("total", "number", "length of them all, rL", "radius"),
     Column("difference", "number", "that less the length that was asked for", "radius"),
-)  # fmt: skip
+]  # fmt: skip
 """What `identify` tells of an orbit with a length, besides."""
 
-OF_LEVELS = (
+OF_LEVELS = [
     Column("k", "number",
            "a level; k^2 is an eigenvalue of minus the Laplacian with functions that are 0 on the boundary",
            "1/radius", "error"),
@@ -177,10 +217,10 @@ OF_LEVELS = (
     Column("above", "number",
            "strength less the mean of the levels of its parity in the range, in standard deviations", "1",
            empty="fewer than five levels"),
-)  # fmt: skip
+]  # fmt: skip
 """What `levels`, `assess` and `scars` tell of a level, with the estimate of its error."""
 
-OF_STATISTICS = (
+OF_STATISTICS = [
     Column("balls", "text",
            "'in' for levels unfolded with Weyl's law, 'out' with the bouncing balls taken out, too"),
     Column("levels", "integer", "number of levels", empty="random matrices and numbers"),
@@ -191,10 +231,10 @@ OF_STATISTICS = (
              empty="too few levels") for n in (1, 5, 20)),
     *(Column(f"variance_{n}", "number", f"variance of the number of levels in L = {n} mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
-)  # fmt: skip
+]  # fmt: skip
 """What `assess --statistics` tells of the levels of a parity."""
 
-OF_SPECTRA = (
+OF_SPECTRA = [
     Column("quantum_re", "number",
            "real part of F at a length, of the levels; the Fourier transform of their density less the "
            "smooth one, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
@@ -202,11 +242,19 @@ OF_SPECTRA = (
     Column("orbits_re", "number", "real part of F by the trace formula; orbits and bouncing balls", "1"),
     Column("orbits_im", "number", "its imaginary part", "1"),
     Column("height", "number", "|F| at a peak; of levels if there are some, else of orbits", "1"),
-)  # fmt: skip
+]  # fmt: skip
 """What `spectrum` tells of lengths and peaks."""
 
-IN_CATALOGUE = (*OF_WORDS, *OF_ORBITS)
+IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
+
+WRITTEN = [
+    "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
+    "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
+    "length_error", "lyapunov_error", "symmetry", "solver",
+]  # fmt: skip
+"""What is written where no columns are named, in order; programs may rely on these names as keys of JSON."""
+WRITTEN += [each.name for each in IN_CATALOGUE if each.written and each.name not in WRITTEN]
 
 GROUPS = (
     ("word", OF_WORDS),
@@ -221,11 +269,67 @@ GROUPS = (
 )
 """All of them, each group with what its columns are of."""
 
-EVERY = tuple(column for _, group in GROUPS for column in group)
+EVERY = {column.name: column for _, group in GROUPS for column in group}
+"""The columns by name; of two with one name, the later group's."""
 
-_KINDS = {column.name: column.kind for column in EVERY}
+
+def add(column: Column) -> None:
+    """Add a column of orbits with a formula; the rest of the program must not be imported yet.
+
+    Raises
+    ------
+    ValueError
+        If there is such a column, or the formula names one that does not exist.
+    """
+    known = {each.name for each in IN_CATALOGUE}
+    if column.name in EVERY or not column.needs or not known.issuperset(column.needs):
+        raise ValueError(f"{column.name}: give a new name, and a formula over columns of the catalogue")
+    OF_ORBITS.append(column)
+    IN_CATALOGUE.append(column)
+    WRITTEN.append(column.name)
+    EVERY[column.name] = column
 
 
 def kind_of(name: str) -> str:
     """Return the kind of a column; a number where nothing is known of it."""
-    return _KINDS.get(name, "number")
+    return EVERY[name].kind if name in EVERY else "number"
+
+
+def sql_of(column: Column) -> str:
+    """Return the value of a column in a row of the joined tables, its formula written out."""
+    if not column.formula:
+        return column.sql
+    known = {each.name: each for each in IN_CATALOGUE}
+
+    def source(found: re.Match[str]) -> str:
+        inner = known[found[0]]
+        return f"({sql_of(inner)})" if inner.formula else sql_of(inner)
+
+    return _NAME.sub(source, column.formula)
+
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def with_formulas(cls: _Class) -> _Class:
+    """Give the objects of a class a property for each column with a formula.
+
+    It is computed from the attributes of the same names, numbers or arrays. It is None if one of them is, or
+    for a word without a symmetry class.
+    """
+    for column in IN_CATALOGUE:
+        if column.formula:
+            setattr(cls, column.name, _computed(column))
+    return cls
+
+
+def _computed(column: Column) -> property:
+    code = compile(column.formula, column.name, "eval")
+
+    def value(self: Any) -> Any:
+        values = {name: getattr(self, name) for name in column.needs}
+        if self.class_size is None or any(each is None for each in values.values()):
+            return None
+        return eval(code, {}, values)
+
+    return property(value, doc=f"{column.means[0].upper()}{column.means[1:]} ({column.unit}).")

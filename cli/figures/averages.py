@@ -10,14 +10,15 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from orbitdb.answers.averaged import entropy, lyapunov
+from orbitdb.answers.methods import AVERAGES
 from orbitdb.answers.results import Result
+from orbitdb.arrays import Floats
 from orbitdb.cli.render import note
-from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
+from orbitdb.plots.style import BLUE, INK, INKS, ORANGE, PURPLE, figure
 from orbitdb.store.asking.periods import joined_spans
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
-Floats = NDArray[np.float64]
 NOTHING = ": nothing to draw"
 _ROOM = 0.12
 """How much higher and lower than its values the axes are, in units of their spread."""
@@ -55,19 +56,17 @@ def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
     with figure(6.4, 6.4, title) as made:
         above, below = made.subplots(2, 1, sharex=True)
         for ax, name, unit in ((above, "lambda_d", "bounce"), (below, "lambda_c", "length $R$")):
-            plain, pair, zeta = (shown[name + end] for end in ("", "_pair", "_zeta"))
-            ax.plot(p, plain, "x:", color=BLUE, markersize=6, linewidth=1, label="average over fixed points")
-            ax.plot(p, pair, "^-", color=GREEN, markersize=5, label="mean of $p - 1$ and $p$")
-            ax.plot(
-                p, zeta, "s--", color=ORANGE, markersize=4, linewidth=1, label="zeta function to order $p$"
-            )
-            rule, error = shown[f"{name}_sum_rule"], shown[f"{name}_sum_rule_error"]
-            if not np.isnan(rule).all():
-                ax.fill_between(p, rule - error, rule + error, color=INK, alpha=0.15, linewidth=0)
-                ax.plot(p, rule, "o-", color=INK, markersize=3, linewidth=1, label="sum rules (band: error)")
+            for average in AVERAGES:
+                values, colour = shown[average.of(name)], INKS[average.ink]
+                if np.isnan(values).all():
+                    continue
+                ax.plot(p, values, average.line, color=colour, markersize=5, linewidth=1, label=average.label)
+                if average.error:
+                    error = shown[f"{average.of(name)}_error"]
+                    ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
             if f"{name}_trajectory" in shown:
                 value, off = found[f"{name}_trajectory"][0], 2 * found[f"{name}_error_trajectory"][0]
-                ax.axhspan(value - off, value + off, color=PURPLE, alpha=0.35, linewidth=0)
+                ax.axhspan(value - off, value + off, color=INK, alpha=0.2, linewidth=0)
                 label = r"random trajectories (band: $\pm 2$ errors)"
                 ax.axhline(value, color=INK, linewidth=1, label=label)
             _by_period(ax, rf"$\langle \{name} \rangle$ (per {unit})")

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from orbitdb.answers.judging import assess_levels, orbits_for
 from orbitdb.answers.spectrum import levels_from_zero, read_classes, read_levels, read_spectrum
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
@@ -25,8 +25,6 @@ from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
-
-Floats = NDArray[np.float64]
 
 _LENGTHS = (1.0, 12.0)
 _NONE = "no levels to draw: 'orbitdb levels --k 0:30 --a {a}' finds them"

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from orbitdb.answers.averaged import enclosure
+from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
@@ -15,7 +15,6 @@ from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
-Floats = NDArray[np.float64]
 Changes = dict[int, tuple[Floats, Floats]]
 """By period: where its words begin or cease to be orbits, rising, and how many do, negative if they cease."""
 

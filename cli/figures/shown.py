@@ -5,22 +5,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.orbits import draw_orbit, short
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
-
-Floats = NDArray[np.float64]
+from orbitdb.plots.style import BLUE, INKS, figure
 
 __all__ = ["draw_counts", "draw_curves", "draw_orbit", "draw_phase"]
 
 Curve = tuple[str, str, Floats, Floats, str]
 """Its style on the screen, its name, periods, values, and its marker, or empty for a line."""
 
-_INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
 _MARKERS = {"×": "x", "•": "o"}
 _LINE = 0.2
 """Inches of a bar with its label."""
@@ -31,7 +28,7 @@ def draw_phase(orbits: Sequence[Orbit]) -> Figure:
     a = orbits[0].a
     with figure(6.4, 4.0, f"phase space at a = {exact(a)}") as made:
         ax = made.add_subplot()
-        for orbit, colour, marker in zip(orbits, _INKS.values(), "osD^vx", strict=False):
+        for orbit, colour, marker in zip(orbits, INKS.values(), "osD^vx", strict=False):
             assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
             ax.plot(orbit.arclength, orbit.sine, marker, color=colour, markersize=5, label=short(orbit.code))
         ax.set(xlim=(0, Stadium(a).perimeter), ylim=(-1, 1), xlabel="arclength $s/R$", ylabel="sine")
@@ -44,7 +41,7 @@ def draw_curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str]
         for ax, (name, group) in zip(made.subplots(len(curves), 1, sharex=True), curves.items(), strict=True):
             for style, label, p, values, marker in group:
                 look = _MARKERS.get(marker, "-")
-                ax.plot(p, values, look, color=_INKS[style], label=label or "_unnamed")
+                ax.plot(p, values, look, color=INKS[style], label=label or "_unnamed")
             ax.legend(fontsize="small")
             ax.set(ylabel=titles[name])
             ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))

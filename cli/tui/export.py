@@ -8,11 +8,12 @@ from typing import Any
 
 from orbitdb.answers.gaps import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.reading import KEYS, provenance
+from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import Format, code_text, write_data
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.export import complete, write_file
 from orbitdb.extras import load
@@ -94,13 +95,13 @@ def export(
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
-        rows = moment.rows(selection, KEYS, str(ordering), cancelled=cancelled)
+        rows = moment.rows(selection, WRITTEN, str(ordering), cancelled=cancelled)
         if path.suffix == ".parquet":
             with _or_write("a .csv"):
-                write_file(path, "parquet", KEYS, rows, provenance(moment, [selection], False))
+                write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-                write_data(file, KEYS, rows, Format(path.suffix[1:]))
+                write_data(file, WRITTEN, rows, Format(path.suffix[1:]))
         said = f"{moment.count(selection):,} rows written to {path}"
         partial = partial_fills(moment, selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said

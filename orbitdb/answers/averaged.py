@@ -11,17 +11,17 @@ from numpy.typing import NDArray
 
 from orbitdb.answers.counts import count
 from orbitdb.answers.gaps import gaps, nothing
-from orbitdb.answers.results import AVERAGES, PROVED, SUM_RULES, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.answers.methods import AVERAGES, Given
+from orbitdb.answers.results import PROVED, TABLE, TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
     read_whole,
-    sum_rules_of,
     why_missing,
     why_no_sum_rules_of,
 )
 from orbitdb.averages import by_period, pseudocycles
-from orbitdb.averages.by_period import faults_of, standing
+from orbitdb.averages.by_period import every_period, faults_of, of_divisors, standing
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
 from orbitdb.billiard.stadium import Stadium
@@ -120,7 +120,11 @@ def _entropy(
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
     """Return the entropy of whole periods by the counts of their orbits, and what is to be said of it."""
     found = by_period.entropy_of_counts(cycles)
-    return _of_periods(standing(found, periods), periods), _told(found, periods, lacking, chosen)
+    columns = {"p": found.p.tolist()}
+    columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
+    zeta = {"h_zeta": found.h_zeta, "h_zeta_change": found.h_zeta_change}
+    columns |= standing(found.p, zeta, every_period, periods)
+    return _of_periods(columns, periods), _told(found, periods, lacking, chosen)
 
 
 def _told(
@@ -173,15 +177,15 @@ def lyapunov(
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the averages of every method over whole periods, and note what is missing."""
-    found = by_period.lyapunov_of_periods(subset.sums(), subset.highest, weight)
-    rules = sum_rules_of(subset)
+    given = Given(subset, weight)
+    p = given.sums.p
+    columns: dict[str, list[Any]] = {"p": p.tolist()}
+    for average in AVERAGES:
+        columns |= {name: [None] * len(p) for name in average.columns}
+        columns |= standing(p, average.compute(given), average.needs, subset.periods)
     notes.append(why_no_sum_rules_of(subset))
-    columns = standing(found, subset.periods)
-    for name in SUM_RULES:
-        values = [math.nan] * len(columns["p"]) if rules is None else getattr(rules, name).tolist()
-        columns[name] = [None if value != value else value for value in values]
-    notes += _told(found, subset.periods, subset.why_missing(), subset.selection)
-    return _of_periods({name: columns[name] for name in (*AVERAGES, *SUM_RULES)}, subset.periods)
+    notes += _told(given.sums, subset.periods, subset.why_missing(), subset.selection)
+    return _of_periods(columns, subset.periods)
 
 
 def _of_periods(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:

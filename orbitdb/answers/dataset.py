@@ -22,7 +22,7 @@ from orbitdb import __version__
 from orbitdb.answers.averaged import lyapunov, table
 from orbitdb.answers.spectrum import stored_levels
 from orbitdb.column_files import write_parquet
-from orbitdb.columns import EVERY, kind_of
+from orbitdb.columns import EVERY, WRITTEN, kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import cell
@@ -35,11 +35,7 @@ from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.row_blocks import COORDINATES
 
 PACKAGE = "datapackage.json"
-ORBITS = (
-    "code", "representative", "p", "status", "length", "length_error", "lyapunov", "lyapunov_error",
-    "lambda_d", "lambda_c", "time_reversal", "symmetry", "class_size", "walls", "maslov", "margin",
-    "residual", "error", "solver", COORDINATES,
-)  # fmt: skip
+ORBITS = (*(name for name in WRITTEN if name not in ("a", "rules")), COORDINATES)
 """The columns of orbits."""
 
 _BYTES = 60
@@ -186,12 +182,11 @@ def _package(moment: Moment, folder: Path, found: Sequence[Resource]) -> dict[st
 
 def _resource(folder: Path, of: Resource) -> dict[str, Any]:
     path = folder / of.path
-    known = {column.name: column for column in EVERY}
     columns = []
     for name in of.columns:
         told = {"name": name, "type": "string" if name == "proof" else _TYPES[kind_of(name)]}
-        if name in known:
-            told |= {"description": known[name].means, "unit": known[name].unit, "bound": known[name].bound}
+        if name in EVERY:
+            told |= {"description": EVERY[name].means, "unit": EVERY[name].unit, "bound": EVERY[name].bound}
         columns.append({key: value for key, value in told.items() if value})
     name = of.path.removeprefix("orbits/").rpartition(".")[0].replace("=", "-").replace("_", "-").lower()
     return {

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
-import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
@@ -19,8 +18,6 @@ from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
-
-Floats = NDArray[np.float64]
 
 NEAR = 1e-2
 """How far bounces may be from those of an orbit, unless said otherwise, in units of the radius."""

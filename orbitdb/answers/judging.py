@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.answers.spectrum import levels_from_zero, read_classes, stored_levels
 from orbitdb.billiard.stadium import Stadium
@@ -24,7 +23,6 @@ from orbitdb.store.reading.moment import Moment
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
 
 _LEAST, _ENOUGH = 8, 12
 """The highest whole period that levels need, and that leaves nothing to be gained."""

@@ -9,6 +9,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
@@ -26,7 +27,6 @@ from orbitdb.store.reading.soundness import unsound
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
 
 _COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 _USUAL_K_MAX = 30.0

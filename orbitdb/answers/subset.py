@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from orbitdb.answers import subset_tables
 from orbitdb.answers.gaps import lacking_births, unfilled
-from orbitdb.billiard.stability import maslov_index
+from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
-from orbitdb.columns import kind_of
+from orbitdb.columns import WRITTEN, kind_of, with_formulas
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from orbitdb.answers.results import Result
     from orbitdb.answers.whole_periods import WholePeriods
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Texts = NDArray[Any]
 """Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
 
@@ -43,6 +41,7 @@ _TEXT = np.dtypes.StringDType()
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
+@with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
     """Chosen words as arrays, one entry each; numbers that a word does not have are NaN.
@@ -192,20 +191,10 @@ class Subset(ByValue):
             **known,
         )
 
-    @property
-    def maslov(self) -> Integers:
-        """Maslov indices, 3p - walls."""
-        return maslov_index(self.p, self.walls)
+    if TYPE_CHECKING:
 
-    @property
-    def lambda_d(self) -> Floats:
-        """Lambda per bounce."""
-        return self.lyapunov / self.p
-
-    @property
-    def lambda_c(self) -> Floats:
-        """Lambda per unit of length."""
-        return self.lyapunov / self.length
+        def __getattr__(self, name: str) -> Any:
+            """Tell type checkers of the columns with a formula."""
 
     @cached_property
     def start(self) -> Integers:
@@ -376,9 +365,7 @@ class Subset(ByValue):
         return columns
 
 
-_TOLD = ("representative", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "time_reversal",
-         "class_size", "walls", "maslov", "margin", "residual", "error", "length_error", "lyapunov_error",
-         "symmetry", "solver", "born", "dies")  # fmt: skip
+_TOLD = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
 _, *_OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))
 
 

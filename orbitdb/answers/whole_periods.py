@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from orbitdb.answers.counts import Counted
 from orbitdb.answers.gaps import without_births
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
@@ -25,9 +26,6 @@ from orbitdb.store.reading.soundness import unsound
 from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 _IMPOSSIBLE = 1e15
 """A thousand times the length of an orbit of a million bounces at the largest a."""

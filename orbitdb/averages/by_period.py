@@ -5,23 +5,17 @@ same sums are the traces of.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, joined_ranges, missing_periods
-from orbitdb.averages.sum_rules import SumRules
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
-_FIXED_POINTS = {"N", "K_0", "lambda_d", "lambda_c"}
-_PAIRS = {"lambda_d_pair", "lambda_c_pair"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,40 +153,41 @@ def lyapunov_of_periods(
     )
 
 
-def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dict[str, list[Any]]:
-    """Return the columns of averages by period, None where a missing period or a spurious zero spoils one.
-
-    A sum over the fixed points of order p needs all divisors of p, a mean of neighbouring periods those
-    of both, a zeta function or sum rules every period up to p.
+def standing(
+    p: Integers, columns: Mapping[str, NDArray[Any]], needs: Callable[[int], set[int]], filled: Iterable[int]
+) -> dict[str, list[Any]]:
+    """Return averages by period as lists, with None where there is no value or a period is missing.
 
     Parameters
     ----------
-    found : Entropy, Lyapunov or SumRules
+    p : ndarray of int, shape (n,)
+    columns : mapping of str to ndarray, shape (n,)
+    needs : callable
+        Returns the periods that an average of order p needs.
     filled : iterable of int
-        The periods whose orbits are all among those averaged over, as far as they were chosen.
-
-    Returns
-    -------
-    dict of str to list
-        One list a field that is an array, with a number or None for each p.
+        The periods whose orbits are all among those averaged over, if they were chosen.
     """
     have = set(filled)
-    columns = {}
-    for field in fields(found):
-        values = getattr(found, field.name)
-        if isinstance(values, np.ndarray) and field.name != "p":
-            columns[field.name] = [
-                value if value == value and have >= _needs(field.name, p) else None
-                for p, value in zip(found.p.tolist(), values.tolist(), strict=True)
-            ]
-    return {"p": found.p.tolist(), **columns}
+    stands = [have >= needs(order) for order in p.tolist()]
+    return {
+        name: [value if known and value == value else None
+               for value, known in zip(values.tolist(), stands, strict=True)]
+        for name, values in columns.items()
+    }  # fmt: skip
 
 
-def _needs(name: str, p: int) -> set[int]:
-    """Return the periods that an average of order p is over."""
-    if name in _FIXED_POINTS | _PAIRS:
-        orders = (p - 1, p) if name in _PAIRS else (p,)
-        return {d for order in orders for d in divisors(order) if d > 1}
+def of_divisors(p: int) -> set[int]:
+    """Return the periods, from 2 on, of the orbits through the fixed points of order p."""
+    return {d for d in divisors(p) if d > 1}
+
+
+def of_pairs(p: int) -> set[int]:
+    """Return the periods that a mean of orders p - 1 and p needs."""
+    return of_divisors(p - 1) | of_divisors(p)
+
+
+def every_period(p: int) -> set[int]:
+    """Return every period from 2 to p, which a zeta function or a sum rule of order p needs."""
     return set(range(2, p + 1))
 
 

@@ -19,11 +19,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.averages.mean_coupling import Mean, mean_coupling
-
-Floats = NDArray[np.float64]
 
 _LEGS = 300
 _LEGS_PER_A = 20

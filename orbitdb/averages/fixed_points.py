@@ -17,10 +17,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue, Columns
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 class Weight(StrEnum):

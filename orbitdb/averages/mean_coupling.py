@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.arrays import Floats
 
 _TOLERANCE = 1e-7
 _LONGEST = 60

@@ -15,12 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Columns
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 CHUNK = 1 << 16
 """Pseudo-cycles that are built at a time, about: it bounds the memory."""

@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.exact_means import ExactMeans, exact_means
 from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
@@ -37,8 +38,6 @@ from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Moments = Mapping[int, TiltMoments]
 """By level."""
 

@@ -17,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.equality import ByValue
-
-Floats = NDArray[np.float64]
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
 """The terms that are held at each level: of ln D, ln K, c2."""

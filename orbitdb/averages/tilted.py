@@ -10,9 +10,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.arrays import Floats
 
 _SMALL = 1e-16
 """Square of the Newton step, in its own metric, at which the rest is rounding."""

@@ -16,11 +16,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.equality import ByValue
-
-Floats = NDArray[np.float64]
 
 _ROUNDING = 1e-9
 

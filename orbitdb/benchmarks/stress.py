@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium, written
 from orbitdb.numerals import exact
@@ -22,8 +23,6 @@ from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
 from orbitdb.trajectories.rays import Rays, bounce, random_arcs
-
-Words = NDArray[np.uint8]
 
 _LEFT = (1, 4)
 _WINDOW = 200

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
@@ -25,8 +26,6 @@ from orbitdb.symbols.enumeration import representatives
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure
 
-Floats = NDArray[np.float64]
-Words = NDArray[np.uint8]
 
 REFERENCE_BITS = 256
 TOLERANCES = (1e-1, 1e-2, 1e-4, 1e-8, 1e-16)

@@ -6,7 +6,8 @@ All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 import numpy as np
 
 from orbitdb.arithmetic import ABOVE
-from orbitdb.billiard.legs import Chain, Floats, Legs, following, half_turns, preceding
+from orbitdb.arrays import Floats
+from orbitdb.billiard.legs import Chain, Legs, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
 
 

@@ -25,10 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import STRAIGHT
 from orbitdb.equality import Columns
-
-Floats = NDArray[np.float64]
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])

@@ -11,17 +11,14 @@ sum of products of positive numbers: nothing cancels, however small or large it 
 """
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Derivatives, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 from orbitdb.equality import ByValue
-
-Floats = NDArray[np.float64]
-_Count = TypeVar("_Count", int, NDArray[np.int64])
 
 _LARGE = 1e120
 
@@ -63,15 +60,6 @@ def exponent(slopes: Derivatives) -> Floats:
         doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
     )
     return exponents
-
-
-def maslov_index(p: _Count, walls: _Count) -> _Count:
-    """Return the Maslov index of orbits of p bounces, some of them on the straight walls: 3p - walls.
-
-    A kick is positive and a wavefront that diverges at the midpoint of a chord has gone through exactly one
-    focus at the next one; straight walls add none. Every reflection counts 2, as the waves vanish there.
-    """
-    return 2 * p + (p - walls)
 
 
 def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:

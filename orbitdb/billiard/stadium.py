@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.errors import InputError
 
-Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]
 
 MIN_A, MAX_A = 1e-6, 1e6

@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
-    Floats,
     centre_directions,
     derivatives,
     direction_limits,

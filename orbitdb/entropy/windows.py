@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.billiard.legs import Floats
+from orbitdb.arrays import Floats
 from orbitdb.equality import ByValue, Columns
 
 Letters = NDArray[np.uint8]

@@ -1,9 +1,8 @@
 """Cyclic tridiagonal systems, as the Hessian of the length makes them, many at once."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.arrays import Floats
 
 _LONG = 64
 """From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""

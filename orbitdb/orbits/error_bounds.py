@@ -12,9 +12,9 @@ times it is above what its own evaluation loses (`orbitdb.arithmetic` says what 
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -29,7 +29,6 @@ from orbitdb.billiard.legs import (
     summation_rounding,
 )
 
-Floats = NDArray[np.float64]
 EPSILON = float(np.finfo(float).eps)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -31,7 +32,6 @@ from orbitdb.symbols.pruning import need_admissible
 if TYPE_CHECKING:
     from orbitdb.orbits.balls.enclosure import Enclosure
 
-Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-16
 MAX_STEPS = 50

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.columns import with_formulas
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.numerals import exact
@@ -24,7 +26,6 @@ from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
 
 _SHOWN = 40
 
@@ -131,6 +132,7 @@ class Orbits(ByValue):
             getattr(self, name)[rows] = getattr(part, name)
 
 
+@with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
     """One word at one a, and what became of it.
@@ -204,24 +206,14 @@ class Orbit:
         return len(self.code)
 
     @property
-    def lambda_d(self) -> float | None:
-        """Lambda per bounce."""
-        return None if self.lyapunov is None else self.lyapunov / self.p
-
-    @property
-    def lambda_c(self) -> float | None:
-        """Lambda per unit of length."""
-        return None if self.lyapunov is None or self.length is None else self.lyapunov / self.length
-
-    @property
     def walls(self) -> int:
         """Number of bounces on the straight walls."""
         return self.code.count("0") + self.code.count("2")
 
-    @property
-    def maslov(self) -> int | None:
-        """Maslov index of one traversal, 3p - walls; None for a word without a class."""
-        return None if self.class_size is None else stability.maslov_index(self.p, self.walls)
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Tell type checkers of the columns with a formula."""
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return what the orbit adds to the density of levels at k, one cyclic word counted.

@@ -15,12 +15,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbit import Orbits, Status
-
-Floats = NDArray[np.float64]
 
 EPSILON = 1e-7
 """Force at which the dynamics stops, as published."""

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings
 
-Floats = NDArray[np.float64]
 Symbols = NDArray[np.uint8]
 Rows = NDArray[np.intp]
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
+from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors, slacks
 from orbitdb.billiard.legs import Chain, Derivatives, Legs, derivatives, direction_limits, length
 from orbitdb.billiard.stability import exponent, forces
@@ -16,8 +17,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Columns
 from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
 from orbitdb.orbits.orbit import Orbits, Status
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

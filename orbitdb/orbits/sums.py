@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -25,8 +26,6 @@ from orbitdb.orbits.newton import newton, newton_step
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 from orbitdb.symbols.words import unpack
-
-Floats = NDArray[np.float64]
 
 _BATCH = 1 << 13
 """Words at a time: it bounds the memory, and more are no faster."""

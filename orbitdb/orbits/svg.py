@@ -1,11 +1,9 @@
 """A picture of an orbit as SVG text, with nothing but NumPy: for notebooks and web pages."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-
-Floats = NDArray[np.float64]
 
 Place = tuple[float, float]
 """x and y."""

@@ -10,13 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.svg import number_labels
 from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 Period = tuple[NDArray[np.uint8], Floats, Floats]
 """The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""

@@ -14,6 +14,8 @@ from matplotlib.textpath import TextPath
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
+INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
+"""The colours of curves by the names that the screen gives them."""
 
 _LINE, _BESIDE = 0.17, 0.2
 """Inches that a line of a title is high, and that it leaves free on both sides together."""

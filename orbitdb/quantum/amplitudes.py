@@ -28,6 +28,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Complexes, Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.symbols.members import STABILISER_OF
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y
@@ -63,10 +64,6 @@ def wavenumber(smooth: Polynomial, number: float) -> float:
     root = linear**2 - 4 * quadratic * (constant - number)
     return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
 
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Complexes = NDArray[np.complex128]
 
 _LARGEST = 700.0
 _BOTH = MIRROR_X | MIRROR_Y

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
 from orbitdb.quantum.amplitudes import Parity
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 CUTOFF, CUTOFF_OF_ALL = 12.0, 16.0
 """X of the staircase that lists are held against: of one parity, and of all levels."""

@@ -19,10 +19,9 @@ from scipy import sparse
 from scipy.sparse import csgraph, linalg
 from scipy.spatial import cKDTree
 
+from orbitdb.arrays import Floats
 from orbitdb.errors import WorkError
 from orbitdb.quantum.mesh import Cell
-
-Floats = NDArray[np.float64]
 
 _MORE = 6
 """Eigenvalues beyond those of an interval that are asked for: iterations then settle sooner."""

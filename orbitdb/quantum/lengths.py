@@ -9,13 +9,10 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.amplitudes import Parity, Terms, weyl
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 BLOCK = 1 << 20
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
@@ -28,7 +29,6 @@ from orbitdb.quantum.mesh import quarter_stadium
 if TYPE_CHECKING:
     import pandas
 
-Floats = NDArray[np.float64]
 
 LEAST_A, LARGEST_A = 0.05, 20.0
 """Half lengths for which the errors were tried."""

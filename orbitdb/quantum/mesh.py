@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.arrays import Floats
+
 Patch = Callable[[Floats, Floats], Floats]
 """Maps coordinates in the unit square to points, shape (..., 2)."""
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
@@ -20,8 +21,6 @@ from orbitdb.quantum.lengths import peak_of_each
 if TYPE_CHECKING:
     import pandas
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
 _LEAST_LEVELS = 10

@@ -16,11 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.amplitudes import Classes, Parity, orbit_terms, weyl
 from orbitdb.quantum.lengths import family
-
-Floats = NDArray[np.float64]
 
 CUTOFFS = (6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0)
 """X of the levels, in units of the radius."""

@@ -8,14 +8,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import sici
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.lengths import family_count
-
-Floats = NDArray[np.float64]
 
 LENGTHS = (1, 5, 20)
 """L of the number variance and of Delta_3, in mean spacings."""

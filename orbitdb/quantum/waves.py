@@ -23,6 +23,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import load
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
 
     from orbitdb.orbits.orbit import Orbit
 
-Floats = NDArray[np.float64]
 
 _NEAREST = 12
 """Nodes near a point whose cells may hold it."""

@@ -15,11 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
-
-Integers = NDArray[np.int64]
 
 MAX_PERIOD = 20
 """The highest period that is enumerated (more than 10^9 words there)."""

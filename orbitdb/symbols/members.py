@@ -11,10 +11,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, all_images, label, members
 from orbitdb.symbols.words import unpack
 
-Integers = NDArray[np.int64]
 Masks = NDArray[np.uint8]
 
 _BATCH = 1 << 14

@@ -10,10 +10,10 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES, next_symbols, packed_images
 from orbitdb.symbols.words import BITS, MAX_KEYED, SYMBOLS, least_rotation
 
-Integers = NDArray[np.int64]
 Found = NDArray[np.bool_]
 
 _UNITS = int("1" * MAX_KEYED, 8)

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Words
 from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
-
-Words = NDArray[np.uint8]
 
 FAMILY = "02"
 """The bouncing-ball orbits: marginal, not isolated, never counted."""

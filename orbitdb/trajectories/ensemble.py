@@ -11,12 +11,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.rays import Arcs, advance, random_arcs
-
-Floats = NDArray[np.float64]
 
 TRAJECTORIES = 4096
 """Run at the same time; few enough for their arrays to stay in the cache."""

@@ -14,12 +14,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.ensemble import LEAST, Reference
-
-Floats = NDArray[np.float64]
 
 _TINY = 1e-150
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI
 
-Floats = NDArray[np.float64]
 _TINY = 1e-150
 
 

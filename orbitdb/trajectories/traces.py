@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.trajectories.rays import Rays, bounce
-
-Floats = NDArray[np.float64]
 
 BOUNCES = 60
 """Followed each way if no number is named, where rounding allows as many."""

@@ -15,6 +15,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
@@ -45,10 +46,6 @@ from orbitdb.verification.check import (
     listed,
     single,
 )
-
-Floats = NDArray[np.float64]
-Marks = NDArray[np.bool_]
-Words = NDArray[np.uint8]
 
 BLOCK = 1000
 """Classes that are proved at once: some hundred megabytes."""

@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
-
-Floats = NDArray[np.float64]
 
 EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512

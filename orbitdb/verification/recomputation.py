@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb import __version__
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates
@@ -34,9 +35,6 @@ from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.verification.check import shares
-
-Floats = NDArray[np.float64]
-Marks = NDArray[np.bool_]
 
 BOUNDED = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from quick import slow_but
 from solutions import class_rows, entropy, lyapunov
 
-from orbitdb import Selection
+from orbitdb import Catalogue, Selection
 from orbitdb.answers.whole_periods import why_missing
-from orbitdb.averages.by_period import faults_of, standing
+from orbitdb.averages.by_period import faults_of
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
@@ -172,16 +172,24 @@ def test_a_cut_by_stability_that_gives_no_average_says_why():
         assert lyapunov_by_stability(class_rows(1.6, HIGHEST), 9.0, HIGHEST, weight).fault == ""
 
 
-def test_each_average_needs_its_own_periods():
-    rows = class_rows(1.6, 6)
-    shown = standing(lyapunov(rows, 6), [3, 5, 6]) | standing(entropy(rows, 6), [3, 5, 6])
-    there = {name: [p for p, value in zip(shown["p"], values, strict=True) if value is not None]
-             for name, values in shown.items()}  # fmt: skip
-    assert there["lambda_d"] == there["N"] == there["K_0"] == [3, 5]
-    assert there["lambda_d_pair"] == there["lambda_d_zeta"] == there["z0"] == there["h_zeta"] == []
-    shown = standing(lyapunov(rows, 6), [2, 3, 4, 6])
-    assert [value is not None for value in shown["lambda_c_pair"]] == [False, True, True, False, False]
-    assert [value is not None for value in shown["lambda_c_zeta"]] == [True, True, True, False, False]
+def test_each_average_needs_its_own_periods(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "c.db")
+    catalogue.fill("2-6")
+
+    def there(p):
+        chosen = catalogue.select(p=p, status="orbit")
+        found = [chosen.averages(), chosen.entropy()]
+        columns = {name: values for each in found for name, values in each.columns.items()}
+        return {name: [p for p, value in zip(columns["p"], values, strict=True) if value is not None]
+                for name, values in columns.items()}  # fmt: skip
+
+    shown = there("3,5,6")
+    assert shown["lambda_d"] == shown["N"] == shown["K_0"] == [3, 5]
+    assert shown["lambda_d_pair"] == shown["lambda_d_zeta"] == shown["z0"] == shown["h_zeta"] == []
+    shown = there("2,3,4,6")
+    assert shown["lambda_c_pair"] == [3, 4]
+    assert shown["lambda_c_zeta"] == [2, 3, 4]
+    assert shown["lambda_c"] == [2, 3, 4, 6]
 
 
 def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_unborn():

@@ -118,7 +118,7 @@ def test_the_exponents_by_every_method(known, capsys):
     assert made.axes[0].get_xlabel() == ""
     assert capsys.readouterr().err == ""
     bare = draw("lyapunov", known, Selection(1.0, periods=((3, 4),)), 0)
-    assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == ["aver", "mean", "zeta"]
+    assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == ["aver"]
     told = capsys.readouterr().err
     assert "the zeta function lacks p = 2 (not chosen)" in told
     assert "'orbitdb simulate --a 1'" in told

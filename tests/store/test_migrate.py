@@ -117,7 +117,7 @@ def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
                 " FROM cycle JOIN element USING (symmetry)"
             )
         names = [row[1] for row in plain.execute("PRAGMA table_info(catalogue)")]
-    view = ", ".join(name for name in names if name not in ("cycle", "maslov"))
+    view = ", ".join(name for name in names if name not in ("cycle", "maslov", "lambda_c_error"))
     found = {"words": [row[:3] + row[4:10] for row in asked(path, words)], "pruned": asked(path, pruned)}
     found["catalogue"] = asked(path, f"SELECT {', '.join(sorted(view.split(', ')))} FROM catalogue"
                                      " WHERE status <> 'geometric'")  # fmt: skip

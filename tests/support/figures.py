@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
 
 COLOURS = {BLUE, ORANGE, GREEN, PURPLE, INK, GREY, FAINT}
-Floats = NDArray[np.float64]
 
 
 def named(ax: Axes, label: str) -> Floats:

@@ -65,6 +65,7 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         "maslov": 3 * p - stored["walls"],
         "lambda_d": None if lyapunov is None else lyapunov / p,
         "lambda_c": None if lyapunov is None else lyapunov / length,
+        "lambda_c_error": _error_of_quotient(stored),
         "born": changes[0]["a"] or None if changes else None,
         "dies": changes[1]["a"] if len(changes) > 1 else None,
         "rules": [],
@@ -82,9 +83,20 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
     return found
 
 
+def _error_of_quotient(stored: sqlite3.Row) -> float | None:
+    if stored["length_error"] is None:
+        return None
+    quotient = stored["lyapunov"] / stored["length"]
+    least = stored["length"] - stored["length_error"]
+    exact = (stored["lyapunov_error"] + quotient * stored["length_error"]) / least
+    rounding: float = 1.000001 * (exact + 1.2e-16 * quotient)
+    return rounding
+
+
 def _pruned(stored: sqlite3.Row, a: float) -> Row:
     names = ("representative", "cycle", "element", "class_size", "walls", "maslov", "time_reversal",
-             "symmetry", "lambda_d", "lambda_c", "born", "dies", "coordinates", *OF_ORBIT)  # fmt: skip
+             "symmetry", "lambda_d", "lambda_c", "lambda_c_error", "born", "dies", "coordinates",
+             *OF_ORBIT)  # fmt: skip
     known = {"a": a, "p": stored["p"], "code": stored["word"], "word": stored["word"], "changes": []}
     rules = [int(rule) for rule in stored["rules"].split(",")]
     return {**dict.fromkeys(names), **known, "status": "geometric", "rules": rules}

@@ -13,7 +13,6 @@ from orbitdb.cli.arguments import given_codes, primitive, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
 from orbitdb.cli.reading import (
-    KEYS,
     asked_columns,
     described,
     in_order,
@@ -25,7 +24,7 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import Format, code_text, note, write_facts
-from orbitdb.columns import IN_CATALOGUE
+from orbitdb.columns import IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
@@ -41,7 +40,7 @@ EXAMPLES = (
 )
 AFTERWORD = "The columns: 'orbitdb columns'."
 
-WORD_KEYS = (*KEYS, "coordinates", "stored", "exists")
+WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 """Those of a word that is asked for by its code."""
 
 OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
@@ -94,7 +93,7 @@ def query(
         return
     if bounces:
         raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
-    names = asked_columns(columns, TABLE_COLUMNS if output.for_people else KEYS, a)
+    names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)

@@ -106,20 +106,25 @@ def lyapunov(
         output.write(names, rows)
         return
     columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
-    output.write(*_block(columns, "lambda_d", "z0"))
+    output.write(*_block(columns, "lambda_d", further=True))
     print()
     output.write(*_block(columns, "lambda_c"))
 
 
 def _block(
-    columns: dict[str, list[Any]], exponent: str, *further: str
+    columns: dict[str, list[Any]], exponent: str, further: bool = False
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the part of the table that one exponent has, the error in brackets behind the sum rule."""
-    block = {name: columns[name] for name in ("a", "p", exponent) if name in columns}
-    block |= {method: columns[f"{exponent}_{method}"] for method in ("pair", "zeta")}
-    sums = f"{exponent}_sum_rule"
-    block["sum_rule"] = list(map(concise, columns[sums], columns[f"{sums}_error"]))
-    block |= {name: columns[name] for name in further}
+    """Return the averages of one exponent, errors in brackets, and columns that belong to neither."""
+    from orbitdb.answers.methods import AVERAGES, EXPONENTS
+
+    block: dict[str, list[Any]] = {name: columns[name] for name in ("a", "p") if name in columns}
+    for average in AVERAGES:
+        values = columns[name := average.of(exponent)]
+        block[average.name or exponent] = (
+            list(map(concise, values, columns[f"{name}_error"])) if average.error else values
+        )
+    if further:
+        block |= {name: columns[name] for name in columns if not name.startswith(("a", "p", *EXPONENTS))}
     return list(block), list(zip(*block.values(), strict=True))
 
 

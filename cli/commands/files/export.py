@@ -15,7 +15,6 @@ from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress import Progress, progress
 from orbitdb.cli.reading import (
-    KEYS,
     Row,
     asked_columns,
     described,
@@ -26,6 +25,7 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
+from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
@@ -106,7 +106,7 @@ def export(
     check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
-    names = asked_columns(columns, ("code",) if bounces else KEYS, a)
+    names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()

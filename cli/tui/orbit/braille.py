@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from orbitdb.arrays import Floats
+
 Dots = NDArray[np.int64]
 
 DOTS_X, DOTS_Y = 2, 4

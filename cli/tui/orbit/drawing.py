@@ -9,11 +9,11 @@ from textual.reactive import reactive
 from textual.timer import Timer
 from textual.widget import Widget
 
+from orbitdb.arrays import Floats
 from orbitdb.cli.tui.orbit.braille import Picture
 from orbitdb.cli.tui.orbit.pictures import (
     COLOURS,
     Curve,
-    Floats,
     draw_curves,
     draw_orbit,
     draw_phase,

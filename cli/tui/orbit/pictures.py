@@ -6,13 +6,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Picture, draw, polyline
 from orbitdb.orbits.orbit import Orbit
-
-Floats = NDArray[np.float64]
 
 MOST_DRAWN = 5000
 """Bounces that are drawn; more of them would only blacken the picture."""

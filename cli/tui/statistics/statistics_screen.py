@@ -15,6 +15,7 @@ from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.answers.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
+from orbitdb.answers.methods import AVERAGES, EXPONENTS
 from orbitdb.answers.results import PROVED, Result
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
@@ -38,10 +39,14 @@ _TITLES = {
     "lambda_c": "lambda_c, per length",
 }
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-lambda", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
-COLUMNS = (
-    "p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", "lambda_d_sum_rule", "lambda_c_sum_rule",
-    "lambda_d", "lambda_d_pair", "lambda_d_zeta", "lambda_c", "lambda_c_pair", "lambda_c_zeta",
-)  # fmt: skip
+
+
+def columns() -> tuple[str, ...]:
+    """Return the columns of the table, averages with an error before those without."""
+    pairs = [(average, exponent) for exponent in EXPONENTS for average in AVERAGES]
+    first = [average.of(exponent) for average, exponent in pairs if average.error]
+    others = [average.of(exponent) for average, exponent in pairs if not average.error]
+    return ("p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", *first, *others)
 
 
 def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
@@ -81,16 +86,16 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
             Curve("six", "", p, shown["h_upper"]),
         ]
     }
-    for name in ("lambda_d", "lambda_c"):
-        held, error = shown[f"{name}_sum_rule"], shown[f"{name}_sum_rule_error"]
+    for name in EXPONENTS:
         curves[name] = [
-            Curve("four", "sum rules", p, held, "•"),
-            Curve("one", "orbits", p, shown[name]),
-            Curve("three", "pairs", p, shown[f"{name}_pair"]),
-            Curve("two", "zeta", p, shown[f"{name}_zeta"], "×"),
-            Curve("six", "error of sum rules", p, held - error),
-            Curve("six", "", p, held + error),
+            Curve(average.ink, average.brief, p, shown[average.of(name)], average.marker)
+            for average in sorted(AVERAGES, key=lambda average: not average.error)
         ]
+        for average in AVERAGES:
+            if average.error:
+                value, error = shown[average.of(name)], shown[f"{average.of(name)}_error"]
+                curves[name].append(Curve("six", f"error of {average.brief}", p, value - error))
+                curves[name].append(Curve("six", "", p, value + error))
         if reference is not None:
             level = np.full_like(p, getattr(reference, name))
             curves[name].insert(0, Curve("five", "trajectories", p, level))
@@ -238,10 +243,11 @@ def _described(one: Reference) -> str:
 
 def _as_table(found: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
-    for name in COLUMNS:
+    names = columns()
+    for name in names:
         table.add_column(name, justify="right", no_wrap=True)
-    errors = [found.columns.get(f"{name}_error") for name in COLUMNS]
-    for place, row in enumerate(found.rows(COLUMNS)):
-        cells = zip(COLUMNS, row, errors, strict=True)
+    errors = [found.columns.get(f"{name}_error") for name in names]
+    for place, row in enumerate(found.rows(names)):
+        cells = zip(names, row, errors, strict=True)
         table.add_row(*(concise(x, error[place]) if error else number(name, x) for name, x, error in cells))
     return table

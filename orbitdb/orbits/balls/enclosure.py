@@ -13,6 +13,7 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
@@ -28,8 +29,6 @@ _BITS_IN_MEMORY = 1 << 27
 """Legs times bits: a word of more legs is given fewer bits, to keep to about half a gigabyte."""
 _CLOSE = 32
 """Bits by which a slack must be smaller than e^-lambda before a proof is tried that it is zero."""
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
@@ -21,7 +22,6 @@ from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 
-Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
 Signs = NDArray[np.int8]
 

@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_changes, slack_errors, smooth_slacks
 from orbitdb.billiard.legs import (
     Chain,
@@ -44,8 +45,6 @@ from orbitdb.orbits.births.continuation import motion
 from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import minus_hessian, newton
-
-Floats = NDArray[np.float64]
 
 ROUNDING = 1e-10
 WIDER = 1 + 1e-9

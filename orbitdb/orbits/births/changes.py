@@ -10,6 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.legs import Chain, centre_directions, cut, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
@@ -20,8 +21,6 @@ from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import to_strings
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 Life = tuple[float, float | None]

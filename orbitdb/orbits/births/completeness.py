@@ -11,6 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Chain, centre_directions, cut
 from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.cells import Kind, judge
@@ -19,7 +20,6 @@ from orbitdb.orbits.newton import newton
 LOW, HIGH = 0.02, 1000.0
 """Between these it is tried."""
 
-Floats = NDArray[np.float64]
 
 Segment = tuple[int, float, float]
 """What is proved, of values of `Kind`, and from where to where in ln a."""

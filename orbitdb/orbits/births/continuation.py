@@ -12,15 +12,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
 from orbitdb.equality import Columns
 from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.newton import minus_hessian, newton
-
-Floats = NDArray[np.float64]
 
 _ON_THE_WAY = 2e-3
 """A Newton step of this size (radians) leaves an error of about its square, enough between zeros."""

@@ -12,12 +12,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.equality import Columns
 from orbitdb.orbits.births.continuation import Station, between, hermite, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
-Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _NEAR = 0.02

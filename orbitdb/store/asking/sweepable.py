@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
@@ -20,8 +21,6 @@ from orbitdb.symbols.enumeration import MAX_PERIOD, LeastWords
 from orbitdb.symbols.patterns import words_containing
 from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import parse, unpack
-
-Floats = NDArray[np.float64]
 
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
 """The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""

@@ -12,6 +12,8 @@ and a. All tables are STRICT.
 import re
 from pathlib import Path
 
+from orbitdb.columns import IN_CATALOGUE, sql_of
+
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
@@ -57,37 +59,10 @@ CREATE TABLE alembic_version (
 )"""
 """Where Alembic keeps which migration the schema is of."""
 
-_END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
-
-SHARED = {
-    "a": "stadium.a",
-    "p": "cycle.p",
-    "representative": "cycle.word",
-    "status": "orbit.status",
-    "length": "orbit.length",
-    "lyapunov": "orbit.lyapunov",
-    "lambda_d": "orbit.lyapunov / cycle.p",
-    "lambda_c": "orbit.lyapunov / orbit.length",
-    "time_reversal": "cycle.time_reversal",
-    "symmetry": "cycle.symmetry",
-    "class_size": "cycle.class_size",
-    "walls": "cycle.walls",
-    "maslov": "3 * cycle.p - cycle.walls",
-    "margin": "orbit.margin",
-    "residual": "orbit.residual",
-    "error": "orbit.error",
-    "length_error": "orbit.length_error",
-    "lyapunov_error": "orbit.lyapunov_error",
-    "iterations": "orbit.iterations",
-    "solver": "orbit.solver",
-    "cycle": "orbit.cycle",
-    "born": _END.format(value="nullif(change.a, 0.0)", number=1),
-    "dies": _END.format(value="change.a", number=2),
-}
+SHARED = {each.name: sql_of(each) for each in IN_CATALOGUE if not each.single}
 """The columns of both views that all words of a class share, and what they are."""
 
-_CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
-OF_WORD = {"code": _CODE, "word": _CODE, "rules": "NULL", "element": "element.element"}
+OF_WORD = {each.name: sql_of(each) for each in IN_CATALOGUE if each.single}
 """The columns of `catalogue` that are of single words; only words in `pruned` break rules."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}

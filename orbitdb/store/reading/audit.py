@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
+from orbitdb.arrays import Integers, Marks
 from orbitdb.orbits.orbit import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
-from orbitdb.store.reading.chosen import Integers, listed, orders_of
-from orbitdb.store.reading.soundness import Columns, Marks, are_whole, sound_words
+from orbitdb.store.reading.chosen import listed, orders_of
+from orbitdb.store.reading.soundness import Columns, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
 Row = dict[str, Any]

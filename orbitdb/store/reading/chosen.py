@@ -14,6 +14,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG
@@ -21,7 +22,6 @@ from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.members import BITS_OF
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
-Integers = NDArray[np.int64]
 Masks = NDArray[np.uint8]
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)

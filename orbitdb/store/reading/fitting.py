@@ -6,9 +6,10 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.store.asking.confinement import CancelledError, never
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import Integers, Masks, listed, orders_of
+from orbitdb.store.reading.chosen import Masks, listed, orders_of
 from orbitdb.store.reading.soundness import need_words, unsound
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.patterns import Pattern

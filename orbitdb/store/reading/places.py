@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import sqlalchemy as sa
 
+from orbitdb.arrays import Integers
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
-from orbitdb.store.reading.chosen import ALL, Chosen, Integers, orders_of
+from orbitdb.store.reading.chosen import ALL, Chosen, orders_of
 from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.patterns import Like

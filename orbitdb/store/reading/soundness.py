@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable, shortened
@@ -15,7 +16,6 @@ from orbitdb.symbols.words import are_primitive, from_strings
 
 Row = Mapping[str, Any]
 Columns = Mapping[str, Sequence[Any]]
-Marks = NDArray[np.bool_]
 
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}

@@ -1,0 +1,11 @@
+"""The types of arrays that all wings share."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Complexes = NDArray[np.complex128]
+Marks = NDArray[np.bool_]
+Words = NDArray[np.uint8]
+"""Symbols 0 to 5 of words, one row a word."""
