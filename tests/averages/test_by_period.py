@@ -1,4 +1,4 @@
-"""Averages against every single symbol sequence, against orbits solved by hand, and the paper's table."""
+"""Averages checked against all symbol sequences, orbits solved by hand, and the paper's table."""
 
 import itertools
 import math
@@ -37,8 +37,7 @@ DIRECT = 6
 def every_sequence(a, p):
     """Return length, lambda and |det(1 - M)| of every sequence of p symbols that is a fixed point.
 
-    All rotations and repetitions are solved and measured on their own, from the bounces' coordinates
-    and the paper's matrices.
+    Every rotation is solved on its own. Lengths and matrices, of repetitions too, follow the paper's bounces.
     """
     sequences = np.array(list(itertools.product(range(6), repeat=p)), dtype=np.uint8)
     sequences = sequences[rules_broken(sequences) == 0]
@@ -135,7 +134,7 @@ def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight
 @given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))
 @settings(max_examples=settings().max_examples // 4)
 def test_only_the_classes_and_their_sizes_count(seed, weight):
-    """Rows in any order, and classes split into words of their own, give the same numbers."""
+    """Shuffling rows or splitting classes into single words does not change the numbers."""
     rows = class_rows(1.6, 6)
     split = np.repeat(np.arange(len(rows)), rows.size)
     np.random.default_rng(seed).shuffle(split)
@@ -159,7 +158,7 @@ def test_no_orbit_gives_no_number(weight):
 
 
 def test_repeated_orbits_count_by_their_own_matrices():
-    """Up to six times, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
+    """Up to six repetitions, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
     lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
     rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
     sums = PeriodSums.of(rows, 3).sums
@@ -218,7 +217,7 @@ def test_averages_of_sums_are_those_of_the_orbits(a, weight):
 
 
 def test_what_no_orbits_up_to_a_period_can_have_is_told_whatever_longer_ones_have():
-    """At a tiny a, where zeros are spurious, with longer orbits that are by far more unstable."""
+    """At a tiny a, where zeros are spurious, next to longer and far more unstable orbits."""
     rows = class_rows(1e-6, 7)
     rows = replace(rows, lyapunov=np.where(rows.period == 7, 5, 1) * rows.lyapunov)
     sums = {p: PeriodSums.of(rows.rows(rows.period == p), p) for p in range(2, 8)}

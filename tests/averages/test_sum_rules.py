@@ -1,4 +1,4 @@
-"""Averages by sum rules: tilted weights, sums along orbits and from power series, known values."""
+"""Averages by sum rules: tilted weights, sums over orbits and from power series, known values."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.379081
 
 
 def terms_of(a, highest):
-    """Return legs, rest, and the sums of ln D, ln K and c2 along all orbits up to a period."""
+    """Return legs, rest, and the sums of ln D, ln K and c2 along each orbit up to a period."""
     orbits = beginning(a, highest).orbits
     means = np.array([[mean.value] for mean in exact_means(a).terms])
     return orbits.legs, orbits.rest, *(orbits.x + means * orbits.legs)
@@ -51,7 +51,7 @@ def test_no_tilt_where_none_exists(x):
 
 
 def test_sums_of_the_shortest_orbit():
-    """13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
+    """The word 13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
     a = 0.8
     legs, rest, drift, kick, coupling = (term[0] for term in terms_of(a, 2))
     assert legs == 2

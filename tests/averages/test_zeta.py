@@ -1,4 +1,4 @@
-"""Zeta functions against known and listed ones, and averages that do not stand: they are blank."""
+"""Zeta functions checked against known and listed ones; averages that do not converge are blank."""
 
 import itertools
 import math
@@ -77,7 +77,7 @@ kinds = st.tuples(
 
 @given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
 def test_stability_expansion_is_that_of_listed_pseudocycles(rows, cut, degree):
-    """Costs are odd multiples of 1/8 in the cut's unit, so that sums are exact and none is the cut."""
+    """Costs are odd multiples of 1/8 of the cut's unit: sums are exact, and none equals the cut."""
     period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T
     factors = Factors(
         period.astype(int),

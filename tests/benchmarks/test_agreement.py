@@ -1,4 +1,4 @@
-"""Methods against each other: where statuses differ and why, and run time against true errors."""
+"""Methods compared: where statuses differ and why, and run time against true error."""
 
 import re
 from collections import Counter
@@ -95,7 +95,7 @@ def test_newton_and_balls_are_charged_once_for_a_class(cases, measure, setting):
 
 
 def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
-    """At a = 1, where seven words of p = 6 do."""
+    """At a = 1 seven words of p = 6 run through a joint."""
     every = sample(6, Stadium(1.0))
     (row,) = newton_rows(every, (1e-16,))
     assert Counter(each.status for each in every.truth)[Status.BOUNDARY] == len(THROUGH_A_JOINT)
@@ -132,7 +132,7 @@ def test_root_is_judged_by_the_orbit_it_finds(cases):
     assert 0 < (loose.seconds + tight.seconds) * 8 < perf_counter() - begin
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
-    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # it finds places of pruned words, too
+    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # also finds the places of pruned words
     assert some.failures == 0 < some.coordinates_max < 1e-7
 
 
@@ -154,5 +154,5 @@ def test_stages_count_what_they_time():
     assert times.sequences == count_admissible(8)
     assert times.classes == len(representatives(8)[0])
     assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))
-    assert times.balls < times.assessment  # no word is left for them, and that takes no time
-    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven are
+    assert times.balls < times.assessment  # balls have no word to decide, which takes no time
+    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven words need balls

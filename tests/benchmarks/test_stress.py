@@ -1,4 +1,4 @@
-"""Stress cases, smaller than in a full run: every error below its stored bound."""
+"""Small versions of the stress cases: every error is below its stored bound."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -52,8 +52,8 @@ def test_every_case_passes_and_takes_no_longer_than_it_says(name):
     assert outcomes[-1].asked.startswith(SMALL[name][1])
     assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
     assert all(each.passed and each.case == name and each.words for each in outcomes)
-    assert max(each.share for each in outcomes) > 1e-3  # bounds that are of use
-    assert any(each.orbits for each in outcomes) == (name != "sum")  # which adds up no words
+    assert max(each.share for each in outcomes) > 1e-3  # the bounds are useful
+    assert any(each.orbits for each in outcomes) == (name != "sum")  # this case adds up numbers without words
 
 
 def test_margins_are_the_smallest_of_their_order():
@@ -63,11 +63,11 @@ def test_margins_are_the_smallest_of_their_order():
         assert outcome.asked.endswith(f"of p = {p}, least {margin.min():.1e}")
 
 
-@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # where some trajectories hold no such word
+@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # some trajectories have no such word here
 def test_closed_words_begin_with_a_run_on_the_left(a, p):
     words = closed_words(Stadium(a), p, 12)
     assert words.shape[1] == p
-    assert len(words) == 12  # of eight times as many
+    assert len(words) == 12  # out of eight times as many
     on_left = np.isin(words, (1, 4))
     assert on_left[:, 0].all()
     assert not on_left[:, -1].any()
@@ -90,4 +90,4 @@ def test_a_wrong_row_does_not_pass():
     swapped = np.where(orbits.status == Status.ORBIT, Status.DYNAMICAL.value, orbits.status)
     found = compare("x", "status", dataclasses.replace(orbits, status=swapped), Stadium(), 0.0)
     assert found.wrong == found.orbits > 0
-    assert np.isnan(found.coordinates)  # of what is no orbit there is nothing to compare
+    assert np.isnan(found.coordinates)  # words without an orbit have nothing to compare

@@ -1,4 +1,4 @@
-"""Lambda in independent ways: bounce by bounce, from the Hessian, and in closed form."""
+"""Lambda computed independently: bounce by bounce, from the Hessian, and in closed form."""
 
 import mpmath as mp
 import numpy as np
@@ -17,7 +17,7 @@ VALUES = [0.1, 0.5, 1.6, 5.0]
 
 
 def orbits_of(p: int, a: float):
-    """The orbits among the representatives: words, coordinates, lambda and its bound."""
+    """Return the orbits among the representatives: words, coordinates, lambda and its bound."""
     orbits = solve(representatives(p), Stadium(a))
     found = real(orbits)
     return (
@@ -29,7 +29,7 @@ def orbits_of(p: int, a: float):
 
 
 def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """The trace of the product of the paper's mended matrices, last bounce on the left."""
+    """The trace of the product of the paper's corrected matrices, last bounce on the left."""
     product = np.eye(2)[None]
     for n in range(words.shape[1]):
         product = bounce_matrices(stadium, words, coordinates)[:, n] @ product
@@ -42,7 +42,7 @@ def test_lambda_is_that_of_the_product_of_bounces(p, a):
     words, x, exponents, _ = orbits_of(p, a)
     trace = traces(Stadium(a), words, x)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
-    assert (np.sign(trace) == (-1.0) ** straight).all()  # every straight bounce changes it
+    assert (np.sign(trace) == (-1.0) ** straight).all()  # each straight bounce flips its sign
     assert (np.abs(trace) > 2).all()
     assert np.arccosh(np.abs(trace) / 2) == pytest.approx(exponents, rel=1e-10)
 
@@ -62,7 +62,7 @@ def test_hessian_identity(p, a):
 
 @pytest.mark.parametrize("p", [2, 3, 5, 7])
 def test_hessian_and_forces_are_those_of_the_reference(p):
-    """At the orbit, where the library's Hessian holds."""
+    """At the orbit, where the library's Hessian is valid."""
     words, x, _, _ = orbits_of(p, 1.6)
     matrices = hessian(Stadium(1.6), words, x)
     for i in range(0, len(words), 3):
@@ -84,7 +84,7 @@ def test_forces_are_the_derivative_of_the_length_anywhere():
 
 
 def test_one_batch_holds_words_in_and_out_of_range():
-    """Drifts and kicks of any size against the product in 50 digits; rescaling must not spill over."""
+    """Drifts and kicks of any size against 50 digits. Rescaling one word must not affect the others."""
     rng = np.random.default_rng(5)
     drift, kick = 10.0 ** rng.uniform(-3, 3, (2, 60, 4)) * [1e-6, 1.0, 1e3, 1e5]
     found = exponent(Derivatives(np.zeros_like(drift), np.zeros_like(drift), drift, 1 / kick))

@@ -1,4 +1,4 @@
-"""Counts by period: what sums over divisors need, wherever they come from."""
+"""Counts by period, which need their divisors from whatever source."""
 
 import pytest
 

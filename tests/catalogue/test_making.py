@@ -1,4 +1,4 @@
-"""What is made from Python is what the commands make, to the last bit."""
+"""What Python makes is bit for bit what the commands make."""
 
 import pandas
 import pytest
@@ -10,7 +10,7 @@ A = 0.7
 
 
 def made_both_ways(cli, tmp_path, commands, make):
-    """Return two catalogues: one that commands have made, and one that Python has."""
+    """Return two catalogues, one made by commands and one by Python."""
     by_commands, by_python = tmp_path / "orbits.db", tmp_path / "python.db"
     for command in commands:
         assert cli(*command.split()).code == 0
