@@ -1,4 +1,4 @@
-"""What messages advise: the same file, the same half length, the option that was meant, what finds more."""
+"""Advice in messages names the same file and half length, the intended option, and where to find more."""
 
 import math
 import shutil

@@ -1,4 +1,4 @@
-"""`lyapunov` with sum rules, and `simulate`, from its options to what it stores and who shows it."""
+"""`lyapunov` with sum rules, and `simulate`: options, stored rows, and where they are shown."""
 
 import contextlib
 import io
@@ -56,7 +56,7 @@ def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
 
 
 def test_the_largest_cuts(filled, cli, monkeypatch):
-    """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
+    """A cut of 1000 works. With determinants the number of terms is limited, and the advised cut works."""
     monkeypatch.setattr("orbitdb.answers.averaged.MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
@@ -79,7 +79,7 @@ def stored(path) -> list[dict[str, Any]]:
 
 
 def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
-    """The smallest error is shown, whichever came last, with each number under its own name."""
+    """The trajectory with the smallest error is shown, whichever came last."""
     best = simulate(Stadium(1.6), 20_000, 7)
     for arguments in (["2e4", "--seed", "7"], ["2000"], ["2000", "--no-store"]):
         done = cli("simulate", "--bounces", *arguments, "--json", "--db", str(filled))

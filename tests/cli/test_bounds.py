@@ -44,7 +44,7 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli, tmp_path):
     )
     assert plain.err.startswith("not kept: there is no catalogue at ")
     cli("migrate")
-    alter(tmp_path / "orbits.db", "DROP TABLE change")  # before anything is computed, it is told
+    alter(tmp_path / "orbits.db", "DROP TABLE change")  # reported before anything is computed
     assert cli("bounds", "--window", "4").says(3, "is not as orbitdb made it (table change)")
 
 

@@ -50,14 +50,14 @@ def test_words_are_asked_for_as_they_are(cli, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
     assert once == cli("query", "-", "--json")
     assert cli("query", "-h").out == cli("query", "--help").out != ""
-    for p, as_it_is in ((40, True), (41, False)):  # so many symbols, and bounces, can be read
+    for p, as_it_is in ((40, True), (41, False)):  # up to 40 symbols are written out, with their bounces
         told = cli("query", code := (p - 1) * "1" + "3", "--a", "12").out
         assert told.count(code if as_it_is else f"1^{p - 1} 3") == 2
         assert (code in told) == ("wall" in told) == as_it_is
 
 
 def test_codes_from_stdin(cli, monkeypatch):
-    """Of Windows, too."""
+    """Windows line ends included."""
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
@@ -93,7 +93,7 @@ def test_eighty_columns_hold_what_is_filled_swept_and_enclosed(cli):
 
 
 def test_info_tells_the_entropy_of_few_a_one_by_one_and_of_filled_ones_always(cli):
-    """Four are few."""
+    """Up to four a are listed one by one."""
 
     def told() -> list[str]:
         lines = cli("info").out.partition("\n\n")[0].splitlines()
@@ -115,7 +115,7 @@ def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, co
     assert outcome.code == 0
     assert f"orbitdb {command}" in outcome.out
     assert "Example" in outcome.out
-    assert not re.search(r"<\w+>|TEXT", outcome.out)  # what an option takes has a name
+    assert not re.search(r"<\w+>|TEXT", outcome.out)  # every option value has a name
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 
@@ -193,6 +193,6 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
     rows = json.loads(cli(*chosen).out)
     assert f"41 orbits, {len(rows)} geometrically pruned words, " in done.err
     for p in (2, 3, 4):
-        family = p == 2  # 02 breaks no rule and has no orbit of its own
+        family = p == 2  # 02 breaks no rule and has no isolated orbit
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
     assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]

@@ -1,4 +1,4 @@
-"""A dataset is read by other tools, is the same every time, and is checked."""
+"""A dataset is readable by other tools, reproducible and checked."""
 
 import csv
 import json
@@ -14,7 +14,7 @@ from orbitdb import Catalogue
 
 @pytest.fixture(scope="module")
 def known(tmp_path_factory):
-    """A catalogue with something of everything."""
+    """A catalogue with rows in every table."""
     path = tmp_path_factory.mktemp("dataset") / "orbits.db"
     with closing(Catalogue.create(path, 1.6)) as catalogue:
         catalogue.fill("2-5")

@@ -1,4 +1,4 @@
-"""Exported files give back every number bit by bit, with where they come from, or are not there."""
+"""Exported files keep every bit and their provenance, or are not written at all."""
 
 import io
 import json
@@ -80,7 +80,7 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     exported = cli("export", "--format", "csv", *chosen)
     table = pd.read_csv(io.StringIO(exported.out))
     assert table["code"][1] == "w002"
-    assert table["representative"].isna()[1]  # it is pruned geometrically
+    assert table["representative"].isna()[1]  # pruned geometrically
     assert exported.out == cli("query", "--format", "csv", *chosen).out
     (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
     assert f"w{row['code']}" == table["code"].iloc[-1]

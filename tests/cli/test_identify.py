@@ -1,4 +1,4 @@
-"""`identify`, as a user calls it; what it finds is tested in tests/store/test_identify.py."""
+"""`identify` on the command line; its answers are tested in tests/store/test_identify.py."""
 
 import io
 import json

@@ -153,7 +153,7 @@ def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parit
 
 
 def test_levels_of_all_parities_end_where_those_of_one_end(filled):
-    """Those of `ee` end at 5, those of the others at 9: beyond 5 nobody knows how many are missing."""
+    """The levels of `ee` end at 5, the others at 9. Above 5 nobody knows how many are missing."""
     stored = keep_made_levels(filled)
     for table in ("level", "level_fill"):
         start = "k" if table == "level" else "low"

@@ -1,4 +1,4 @@
-"""Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
+"""Options without effect, numbers as people write them, `-` for a stream, and closed streams."""
 
 import errno
 import os
@@ -26,7 +26,7 @@ def test_numbers_are_read_as_people_write_them():
 
 
 def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
-    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p is no column, for which SQLite reads texts
+    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p has no affinity: texts stay texts
         assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code
 
 
@@ -118,5 +118,5 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
     assert outcome.code == 3
     for odd in (errno.ELOOP, errno.ENOENT):
         assert fail(OSError(odd, os.strerror(odd), "x.csv")).says(1, "x.csv", os.strerror(odd))
-    with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
+    with pytest.raises(ZeroDivisionError):  # unforeseen errors are not hidden
         fail(ZeroDivisionError())

@@ -1,4 +1,4 @@
-"""The line that says how far a command is: its text, its rate, its time left."""
+"""The progress line of a command: its text, rate and remaining time."""
 
 import io
 import sys
@@ -14,7 +14,7 @@ from orbitdb.filling.resuming import Progress
 
 
 def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words, p =  9 of 11") -> Pace:
-    """Return work of which so much was done at those times."""
+    """Return a pace after steps of (time, amount done)."""
     pace = Pace(text)
     for now, done in steps:
         pace.tell(now, text, done, total)
@@ -26,7 +26,7 @@ def test_a_line_of_80_columns():
     assert frame(pace, 10.0, 10.0, 79) == (
         "words, p =  9 of 11  ━━━━━━╾───────────────────   25%   0:30 left  25/s"
     )
-    assert frame(pace, 20.0, 20.0, 79).split("  ")[-2].strip() == "0:20 left"  # a long step goes on
+    assert frame(pace, 20.0, 20.0, 79).split("  ")[-2].strip() == "0:20 left"  # during a long step
     assert frame(pace, 99.0, 99.0, 79).split("  ")[-2].strip() == "0:01 left"
 
 
@@ -51,7 +51,7 @@ def test_little_work_does_not_tell_how_long_all_takes():
 
 
 def test_a_fill_that_goes_on_has_the_rate_of_now():
-    """What was stored before took none of the time; nor did what lies long behind tell much."""
+    """Rows stored before took no time, and the distant past says little about the present rate."""
     assert paced((0.0, 900.0), (10.0, 950.0)).left(10.0) == pytest.approx(10.0)
     slower = paced((0.0, 0.0), (1.0, 500.0), *((2.0 + k, 501.0 + k) for k in range(40)))
     assert slower.rate() == pytest.approx(1.0)
@@ -79,7 +79,7 @@ def test_times_are_read_at_a_glance():
 
 
 def test_a_fill_of_several_periods_is_one_way():
-    """What is stored of a period adds to all of those before it, whether they were filled now or not."""
+    """Rows stored earlier count for their period, whether they were filled now or not."""
     told = []
     steps = (Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96)))
     watched(
@@ -94,7 +94,7 @@ def test_a_fill_of_several_periods_is_one_way():
 
 
 class Screen(io.TextIOWrapper):
-    """A terminal that tells when a bar has been drawn on it."""
+    """A terminal that signals when a bar has been drawn on it."""
 
     def __init__(self, encoding: str) -> None:
         self.bytes = io.BytesIO()
@@ -117,7 +117,7 @@ class Screen(io.TextIOWrapper):
 
 @pytest.fixture
 def screen(monkeypatch):
-    """Let stderr be a terminal, on which no frame is waited for."""
+    """Make stderr a terminal and draw frames without delay."""
 
     def begin(encoding: str = "utf-8") -> Screen:
         screen = Screen(encoding)

@@ -1,4 +1,4 @@
-"""What commands refuse: one line that says what is wrong and what to do, no data, and nothing is changed."""
+"""Commands refuse bad input in one line that says what is wrong and what to do. Nothing changes."""
 
 import io
 import shlex

@@ -1,7 +1,7 @@
-"""What a user reads, word for word: commands, one after another, and all that each of them writes.
+"""Commands run one after another, and every word they write.
 
-The texts stand in ``sessions``: behind ``$`` a command, then its stdout, its stderr behind ``!``, and its
-exit code in brackets if it is not 0. They are written anew, to be read before they are kept, by
+Each file in ``sessions`` has a command after ``$``, then its stdout, its stderr after ``!``, and its exit
+code in brackets unless it is 0. To rewrite them, and then review the changes, run
 ``ORBITDB_WRITE_SNAPSHOTS=1 pytest -n 0 -m '' tests/cli/test_sessions.py``.
 """
 

@@ -1,4 +1,4 @@
-"""Answers at several a are those at each of them, with a column that tells which."""
+"""Answers at several a equal those at each a, with a column for a."""
 
 import csv
 import io
@@ -31,7 +31,7 @@ def test_several_a_are_each_of_them_with_its_a(cli, varied, command, asked):
 
 
 def test_an_order_goes_through_all_a(cli, varied):
-    """As if they were one table: the other columns, what falls, what is empty, and a part of it."""
+    """One table: stored columns, descending order, empty values, and a slice of it."""
     line = ("query", "--a", "all", "--p", "2-5", "--json", "--db", str(varied))
     names = "-c", "a,code,p,representative,element,status,length"
     rows = json.loads(cli(*line, *names, "--order", "status desc,length desc").out)
@@ -46,7 +46,7 @@ def test_an_order_goes_through_all_a(cli, varied):
 
 
 def test_an_orbit_is_followed_in_a(cli, varied):
-    """Stored or not, one row an a, and its births once for all of them."""
+    """One row per a, stored or not, with the same births at each."""
     done = cli("query", "--code", "013", "--code", "55110", "--a", "0.25:4:5", "--format", "csv",
                "-c", "code,stored,length,born,dies", "--db", str(varied))  # fmt: skip
     rows = list(csv.DictReader(io.StringIO(done.out)))

@@ -1,4 +1,4 @@
-"""`columns` tells what every column is; `sql` takes one SELECT over the views, and nothing else."""
+"""`columns` explains every column; `sql` accepts one SELECT over the views and nothing else."""
 
 import json
 from typing import cast
@@ -31,7 +31,7 @@ def test_a_table_tells_of_every_column_what_json_does(cli, monkeypatch, width):
 
 
 def test_what_a_column_refers_to_can_be_asked_for(cli, filled):
-    """The table that holds changes cannot."""
+    """Births are in a view; the table of changes cannot be read."""
     told = {each["column"]: each for each in json.loads(cli("columns", "--json").out)}
     assert "the view 'life'" in told["born"]["means"]
     for name in ("born", "dies"):

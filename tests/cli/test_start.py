@@ -1,4 +1,4 @@
-"""What a command loads before it does its work; nothing is left open or warns, with -W error -X dev."""
+"""What a command imports before it works; no files left open and no warnings, with -W error -X dev."""
 
 import sys
 
@@ -60,7 +60,7 @@ def test_nothing_is_collected_while_a_short_command_runs():
     code = "import gc, sys\nfrom orbitdb.cli.main import run\ntold = []\n"
     code += "gc.callbacks.append(lambda phase, info: told.append(phase))\n"
     code += "try: run()\nfinally: gc.collect(); print(len(told), gc.get_freeze_count() > 1000)"
-    assert python(code, "columns")[-1] == "2 True"  # the start and the stop of the last line's
+    assert python(code, "columns")[-1] == "2 True"  # start and stop of the collection in the last line
 
 
 STRICT = [sys.executable, "-W", "error", "-X", "dev", "-P", "-c"]

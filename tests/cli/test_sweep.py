@@ -1,4 +1,4 @@
-"""``orbitdb births`` and ``orbitdb sweep``, and what other commands say where nothing was filled."""
+"""``orbitdb births`` and ``orbitdb sweep``, and other commands where nothing was filled."""
 
 import json
 import shutil
@@ -18,14 +18,14 @@ OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
 
 @pytest.fixture(scope="module")
 def born_once(tmp_path_factory):
-    """A catalogue of the births of p = 2..6 alone."""
+    """A catalogue with the births of p = 2..6 and nothing else."""
     path = tmp_path_factory.mktemp("born") / "orbits.db"
     return made(path, fill_births(path, range(2, 7)))
 
 
 @pytest.fixture
 def born(born_once, tmp_path):
-    """It, the test's own, and the default of the command line."""
+    """A copy of `born_once`, the default of the command line."""
     return shutil.copy(born_once, tmp_path / "orbits.db")
 
 
@@ -84,7 +84,7 @@ def test_query_names_who_is_born_with_a_word(cli, born):
 
 
 def test_a_life_that_ends_is_a_line(cli, born):
-    """No class of few bounces ceases to be an orbit; here two do by hand, one of them to come back."""
+    """No class of few bounces ever dies. Two are made to by hand here, one of them reborn."""
     changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]
     for word, number, a, kind in [*changes, ("013", 2, 2.0, "died")]:
         row = f"id, {number}, {a}, {a / 1e15}, '{kind}', 1 FROM cycle WHERE word = '{word}'"
@@ -137,14 +137,14 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err
     assert cli("sweep", "--p", "6", *chosen).code == 0
     assert "births tell" not in cli("entropy", *chosen).err
-    none = ("--a", "0.8", "--range", "length=:7")  # 13 is 7.2 long
+    none = ("--a", "0.8", "--range", "length=:7")  # 13 has length 7.2
     assert cli("sweep", "--p", "6", *none).code == 0
     assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err
 
 
 @pytest.mark.slow
 def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
-    """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
+    """`info` names the subset; `verify` solves its sums again and compares its counts with stored rows."""
     first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)
     assert [row["selection"] for row in first] == ["contains=13"] * 3
     assert "selection" not in json.loads(cli("sweep", "--p", "5-5", "--json").out)[0]

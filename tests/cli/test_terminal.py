@@ -1,4 +1,4 @@
-"""Commands in a real terminal, as people use them."""
+"""Commands in a real terminal."""
 
 import re
 import sys
@@ -18,8 +18,8 @@ INTERRUPTED = "orbitdb: interrupted; nothing that was stored is lost, the same c
 NEW = ("--db", "{folder}/new.db")
 FILLING = [
     ("fill", "--p", "6", *NEW),
-    ("fill", "--p", "7", *NEW),  # goes on
-    ("fill", "--p", "5", "--a", "1", *NEW),  # solves the classes that are known
+    ("fill", "--p", "7", *NEW),  # continues from p = 6
+    ("fill", "--p", "5", "--a", "1", *NEW),  # the classes are known already
     ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
     ("fill", "--p", "4", "--geometric", *NEW),
     ("simulate", "--bounces", "300000", *NEW),
@@ -68,12 +68,12 @@ HELP = [("--help",), ("--version",), *((name, "--help") for name in commands())]
 
 
 def same(text: str) -> str:
-    """Return a text without what differs between runs, numbers, and without what wrapping changes."""
+    """Mask the numbers of a text, which vary between runs, and drop blanks, which wrapping changes."""
     return re.sub(r"[\d.e+-]*\d[\d.e+-]*", "#", re.sub(r"\s", "", text))
 
 
 def runs_of(commands, folder: Path, columns: int = 80, to: str = "") -> list[Run]:
-    """Return the runs of commands in a folder; stdout (o), stderr (e) or both go to a file for each."""
+    """Return the runs of commands in a folder. `to` sends stdout (o), stderr (e) or both to files."""
     folder.mkdir()
     runs = []
     for number, arguments in enumerate(commands):
@@ -90,7 +90,7 @@ def well_behaved(session: Session) -> None:
 
 
 def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **variables: str) -> None:
-    """Check that screens show at the end what files get and nothing else, with a bar meanwhile or not."""
+    """Check that screens end up with exactly what files get. `commands` show a bar, `quiet` ones do not."""
     both = [*commands, *quiet]
     screens = {f"s{columns:03}": runs_of(both, tmp_path / f"s{columns:03}", columns) for columns in widths}
     runs = {"both": runs_of(both, tmp_path / "both", 80, "oe"), **screens}
@@ -138,7 +138,7 @@ def ends_in_order(session: Session, code: int, lines: list[str]) -> None:
 
 
 def filling(path: Path, *options: str) -> pexpect.spawn:
-    """Start a fill in a window of 80 columns, and wait until its bar is up."""
+    """Start a fill in a window of 80 columns, and wait for its bar."""
     child = spawn("fill", "--p", "12", *options, "--db", path, command=small_blocks(64))
     child.expect("ready\r\n")
     child.expect(r"words, p = [^\r]*\r")
@@ -154,7 +154,7 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
     wide = child.before + child.after
     child.setwinsize(24, 40)
     child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{12}  +\d+%[^\r]{,5}\r")
-    wide += child.before  # drawn for the window as it was
+    wide += child.before  # drawn for the old width
     narrow = child.after
     child.sendintr()
     child.expect(pexpect.EOF)
@@ -166,13 +166,13 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
 def test_ctrl_z_and_back(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
-    shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # not done before it is back
+    shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # still running when it returns
     shell.expect(r"[━╾─]{26}[^\r]*\r")
     shell.send("\x1a")
     shell.expect(r"\[1\]\+ +Stopped")
     shell.sendline("bg")
     shell.expect(r"\$ ")
-    with pytest.raises(pexpect.TIMEOUT):  # nothing is drawn over what is typed
+    with pytest.raises(pexpect.TIMEOUT):  # nothing is drawn over the prompt
         shell.expect("[━╾─]{26}", timeout=1)
     shell.sendline("fg")
     shell.expect(r"[━╾─]{26}[^\r]*\r")
