@@ -1,4 +1,4 @@
-"""README and pages: what they show is what comes out."""
+"""README and pages show what their examples really print."""
 
 import re
 from importlib.metadata import version
@@ -36,16 +36,16 @@ def studio(tmp_path_factory, catalogue) -> Path:
 
 
 def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[pages.Example, str]]:
-    """Return the examples of a page, each with what comes out."""
+    """Run the examples of a page; return each with its output."""
     wanted = [example for example in pages.examples(page) if slow or example.mark != "slow"]
     session = console.begin(wanted, folder, catalogue)
     return [(example, session.run(example)) for example in wanted]
 
 
 def wrong(outputs: list[tuple[pages.Example, str]]) -> str:
-    """Return the examples that do not show what comes out, each with that.
+    """Return the examples whose page differs from their output, with that output.
 
-    ``python docs/console.py --write`` mends them.
+    To correct the pages, run ``python docs/console.py --write``.
     """
     differing = [(each, output) for each, output in outputs if not each.holds(output)]
     return "\n\n".join(f"{each.line}: {each.source}\n{output}" for each, output in differing)
@@ -158,7 +158,7 @@ def test_a_picture_is_the_one_that_the_code_draws(name, studio):
 
 
 def numbered(svg):
-    """Number what is only drawn once and used by its name: names hash the last bit of every coordinate."""
+    """Number the generated names of clip paths and markers, which are hashes of all coordinates."""
     names = dict.fromkeys(re.findall(r'\bid="([pm][0-9a-f]{10})"', svg))
     for number, name in enumerate(names):
         svg = re.sub(rf"\b{name}\b", f"name {number}", svg)

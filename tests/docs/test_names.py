@@ -1,4 +1,4 @@
-"""README and pages name nothing that is not there: modules, files, tests, commands, options, columns."""
+"""README and pages only name modules, files, tests, commands, options and columns that exist."""
 
 import importlib
 import inspect
@@ -29,7 +29,7 @@ each_page = pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.s
 
 
 def prose(page: Path) -> str:
-    """Return a page without its blocks."""
+    """Return a page without its code blocks."""
     lines = page.read_text(encoding="utf-8").splitlines()
     for block in reversed(pages.blocks(lines)):
         del lines[block.start - 1 : block.end + 1]
@@ -99,7 +99,7 @@ def test_the_usage_of_a_command_has_its_arguments():
 
 
 def test_extras_are_installed_by_one_line_everywhere():
-    """It is that of error messages and needs no sources; where the README installs, a checkout is at hand."""
+    """Like error messages, they name the package; only where there is a checkout do they name that."""
     known = set(metadata("orbitdb").get_all("Provides-Extra", []))
     written = [page.read_text(encoding="utf-8") for page in pages.PAGES if page.stem != "CONTRIBUTING"]
     lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))
@@ -116,7 +116,7 @@ def test_every_column_is_of_some_kind():
 
 
 def test_every_column_stands_in_the_data_dictionary():
-    """With a unit or type, a meaning, and when it is empty."""
+    """Each has a unit or type, a meaning, and a note when it is empty."""
     columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default
     page = [(pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")]
     program.fill_in(None, "columns", page)

@@ -1,4 +1,4 @@
-"""The enclosure of the topological entropy: what is avoided, how it grows, and what comes of both."""
+"""The enclosure of the topological entropy: forbidden windows, growth rates, and the bounds."""
 
 import math
 from decimal import Decimal, localcontext
@@ -68,7 +68,7 @@ def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
 
 
 def paths(origin, target, states, first, free) -> int:
-    """Count the words of five letters that an automaton lets through, from its steps."""
+    """Count the words of five letters that an automaton accepts, from its steps."""
     reach = np.zeros(states, dtype=np.int64)
     np.add.at(reach, first[free[first]], 1)
     for _ in range(4):
@@ -88,7 +88,7 @@ def test_growth_encloses_the_spectral_radius(states, steps):
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     found = growth(origin, target, states)
     reached = np.linalg.matrix_power(np.eye(states) + matrix, states) > 0
-    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component's is simple
+    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component has a simple one
     if radius < 0.5:  # nilpotent: no cycle
         assert found.lower == found.upper == -math.inf
     else:
@@ -98,7 +98,7 @@ def test_growth_encloses_the_spectral_radius(states, steps):
 
 
 def test_growth_is_enclosed_at_every_step(monkeypatch):
-    """The first one tells the least and the largest number of steps from a state, not of those to it."""
+    """The first step bounds by the numbers of steps from a state, not to it."""
     steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     exact = growth(origin, target, 4)
@@ -109,7 +109,7 @@ def test_growth_is_enclosed_at_every_step(monkeypatch):
 
 
 def test_growth_is_rounded_outward():
-    """The golden mean, ln((1 + sqrt 5)/2), ln 2 and ln 3, to forty digits; doubles lie on either side."""
+    """The golden mean, ln 2 and ln 3 to forty digits; doubles are on either side."""
     with localcontext() as context:
         context.prec = 40
         golden, two, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(2).ln(), Decimal(3).ln()
@@ -157,7 +157,7 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
         assert (status[seen == 0] == Status.ORBIT).all()
         orbits[p], counted[p] = (status == Status.ORBIT).sum(), (seen == 0).sum()
     assert 0 < counted[-1] <= orbits[-1]
-    if longest > 8 and a >= 1:  # below, the zeta function has no zero to be used
+    if longest > 8 and a >= 1:  # below a = 1 the zeta function has no usable zero
         within = list(search(Stadium(a), window=12))[-1]
         off = np.abs(entropy_of_counts(orbits).h_zeta - (within.lower + within.upper) / 2)
         assert off[-1] < off[-4] / 2
@@ -165,7 +165,7 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
 
 @pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
 def test_design_figures_at_the_usual_a(edges, width, most):
-    """Windows of 14 letters, and 1.1588534 < h < 1.1588558 of a compiled program with 23."""
+    """Windows of 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23."""
     found = list(search(Stadium(1.6), window=edges))
     assert [level.window for level in found] == list(range(2, edges + 1))
     lower, upper = [level.lower for level in found], [level.upper for level in found]
@@ -187,12 +187,12 @@ def test_search_ends_where_it_is_told():
 @pytest.mark.parametrize(
     ("levels_take", "seconds", "done"),
     [
-        ([1, 1], 2.79, 1),  # the second is taken to last 1.8 s
+        ([1, 1], 2.79, 1),  # the second is expected to take 1.8 s
         ([1, 1], 2.81, 2),
-        ([1, 2, 9], 6.9, 2),  # as the last two grew
-        ([1, 1, 1], 3.29, 2),  # by three tenths at least
+        ([1, 2, 9], 6.9, 2),  # growing like the last two
+        ([1, 1, 1], 3.29, 2),  # growing by at least 1.3
         ([1, 1, 1], 3.31, 3),
-        ([0.04, 1, 1], 2.83, 2),  # what is brief tells nothing of growth
+        ([0.04, 1, 1], 2.83, 2),  # short times say nothing about growth
         ([0.04, 1, 1], 2.85, 3),
         ([0.06, 0.18, 1], 0.77, 2),
         ([0.06, 0.18, 1], 0.79, 3),

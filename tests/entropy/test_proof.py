@@ -1,4 +1,4 @@
-"""Verdicts on windows in ball arithmetic: what doubles decide is proved, and nothing else is."""
+"""Verdicts on windows in ball arithmetic: exactly the verdicts of doubles are proved."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
 
 @pytest.mark.parametrize(("a", "edges", "least"), slow_but(1, [(0.5, 6, 150), (0.5, 8, 400), (1.6, 8, 400)]))
 def test_balls_prove_all_verdicts_and_no_other(a, edges, least):
-    """Neither the opposite of a verdict, nor any of a window whose ends leave it open."""
+    """They prove neither the opposite verdict, nor any verdict on an undecided window."""
     decided = 0
     for windows, decision in levels(a, edges):
         some = decision.verdict != Verdict.UNDECIDED
@@ -61,7 +61,7 @@ def test_balls_tell_how_far_they_are():
 
 
 def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
-    """A verdict that is flipped on its way is left open, counted, and no bound rests on it."""
+    """A falsified verdict is left open and counted, and no bound relies on it."""
 
     def wrong(windows, a, tell=None):
         decision = decide(windows, a, tell)
@@ -74,14 +74,14 @@ def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
     monkeypatch.setattr(module, "decide", wrong)
     kept = Proof()
     found = list(search(Stadium(1.6), window=7, judge=kept.decide))[-1]
-    assert kept.left_open == 5  # one a level, from the third letter on
+    assert kept.left_open == 5  # one per level, from the third letter on
     assert found.undecided > sound.undecided
     assert found.lower <= sound.lower < sound.upper <= found.upper
 
 
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 def test_directions_from_elsewhere_only_say_where_to_look(way):
-    """From any start at all a ball holds f of the clamped directions."""
+    """Starting anywhere, the ball contains f at the clamped directions."""
     random = np.random.default_rng(1)
     for windows, _ in levels(1.6, 6):
         for _, chains in open_chains(windows):

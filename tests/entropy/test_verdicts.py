@@ -44,7 +44,7 @@ def test_codes_and_edge_words_say_the_same(p):
     for code, word in zip(to_strings(words), edges, strict=True):
         back = primitive_root(code_of(text_of(word)))
         assert least_rotation(code) in {least_rotation(back), least_rotation(left_right(back))}
-        assert code in (back, left_right(back))  # beginning with the same bounce
+        assert code in (back, left_right(back))  # starting at the same bounce
 
 
 def test_one_code():
@@ -80,10 +80,10 @@ LENGTHS = (0.05, 1.6)
 
 @dataclass(frozen=True)
 class Junctions:
-    """What the maximum of the length of cyclic words, orbit or not, says of every bounce where a run ends.
+    """Conditions at the end of each run, at the maximum of the length of cyclic words, orbit or not.
 
-    `holds`: the smaller of the slacks of the run's end and the leg's start. `value`: h + d o, where this is
-    the condition and not for one bounce only. Both NaN elsewhere; of shape (N, p).
+    `holds` is the smaller slack of the run's end and the leg's start. `value` is h + d o where that is the
+    condition and the run has several bounces. Both are NaN elsewhere, shape (N, p).
     """
 
     holds: np.ndarray
@@ -108,17 +108,17 @@ class Junctions:
 
 
 def stretches(words: np.ndarray, before: int, behind: int) -> tuple[Windows, np.ndarray, np.ndarray]:
-    """Cut windows around all junctions of a run and a leg; with the words and bounces they are from."""
+    """Cut windows around all junctions of a run and a leg; return them with their words and bounces."""
     edges = edge_words(words)
     row, bounce = np.nonzero(STARTS_LEG[edges])
     letters = edges[row[:, None], (bounce[:, None] + np.arange(-before, behind)) % words.shape[1]]
-    meant = IN_RUN[letters[:, before - 1]] | (letters[:, before] != X)  # one bounce before X: no condition
+    meant = IN_RUN[letters[:, before - 1]] | (letters[:, before] != X)  # one bounce before X has no condition
     marks = np.full(meant.sum(), before, dtype=np.intp)
     return Windows(letters[meant], marks), row[meant], bounce[meant]
 
 
 def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return bounds of f over all continuations, as far as it rises with both pushes."""
+    """Return bounds of f over all continuations; f rises with both pushes."""
     low, high = np.empty(len(windows)), np.empty(len(windows))
     for rows, chains in open_chains(windows):
         exact = np.zeros(len(chains))
@@ -129,7 +129,7 @@ def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.ndarray:
-    """Check that no window contradicts the words; return how many windows each verdict has."""
+    """Check that no window contradicts the words; return the number of windows with each verdict."""
     junctions = Junctions.of(words, a)
     counts = np.zeros(3, dtype=int)
     for before, behind in extents:
@@ -158,7 +158,7 @@ def test_no_word_contradicts_a_window(a):
 
 @st.composite
 def edge_cycles(draw: st.DrawFn) -> str:
-    """Draw a cyclic edge word with runs and legs of any length, short ones rather."""
+    """Draw a cyclic edge word with runs and legs of any length, mostly short ones."""
     word = ""
     sizes = st.sampled_from([0, 0, 0, 1, 1, 2, 3, 8, 40])
     for _ in range(draw(st.integers(1, 5))):
@@ -184,13 +184,13 @@ def test_no_long_word_contradicts_a_window(edges, a, before, behind):
 
 
 def test_legs_between_long_runs_are_as_flat_as_can_be():
-    """Whispering runs press a leg of one wall flat against it, to the end of the range of a cut leg."""
+    """Whispering runs press a leg of one wall flat, to the end of the range of a cut leg."""
     for edges, extent in (("U" * 200 + "aA" + "D" * 200 + "X", (195, 1)), ("U" * 40 + "aADDDDDXX", (6, 12))):
         check(from_strings([code_of(edges)]), 1.6, [extent])
 
 
 def test_conditions_stay_within_their_errors():
-    """f at rough directions is no farther from that at exact ones than its bound says."""
+    """Rough directions change f by no more than its error bound."""
     words = words_of(7)
     windows, _, _ = stretches(words, 8, 8)
     for a in (0.1, 1.6):
@@ -203,7 +203,7 @@ def test_conditions_stay_within_their_errors():
 
 
 def test_what_is_too_close_to_call_is_undecided(monkeypatch):
-    """With a rounding error of 0.2 in f no window is decided whose f comes nearer to 0 than that."""
+    """If f has a rounding error of 0.2, windows whose f comes within 0.2 of 0 are undecided."""
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict

@@ -1,4 +1,4 @@
-"""The screen in real terminals: of any size, with keys faster than it, failures and signals."""
+"""The screen in real terminals: bursts of keys, failures and signals."""
 
 import io
 import os
@@ -34,7 +34,7 @@ def quiet(child, patience=0.3):
 
 @pytest.fixture
 def browse(filled_once, tmp_path, monkeypatch):
-    """Return a session on a copy of a catalogue, in a folder of its own, that has drawn its first rows."""
+    """Return a session on a copy of a catalogue, in its own folder, after its first rows are drawn."""
     monkeypatch.chdir(tmp_path)
     path = shutil.copy(filled_once, tmp_path / "orbits.db")
     sessions = []
@@ -49,12 +49,12 @@ def browse(filled_once, tmp_path, monkeypatch):
 
     yield begin
     for child in sessions:
-        with suppress(OSError):  # it may be closed
+        with suppress(OSError):  # may be closed already
             child.close(force=True)
 
 
 def lives(child):
-    """Tell whether a session is there to be ended, and ends in order."""
+    """Check that a session is alive and ends cleanly on SIGTERM."""
     child.kill(signal.SIGTERM)
     child.expect(pexpect.EOF)
     session = ended(child, (child.before, 120))
@@ -62,7 +62,7 @@ def lives(child):
 
 
 def test_no_dialog_minds_two_keys_at_once(browse):
-    """Before it is there and when it is, twice enter and enter and escape by turns."""
+    """Enter twice, or enter and escape, before and after the dialog has opened."""
     child = browse()
     for number, dialog in enumerate(DIALOGS):
         soon, keys = number % 2 == 0, ("\r\r", "\r\x1b")[number // 2 % 2]
@@ -92,7 +92,7 @@ def test_forty_keys_at_once_do_no_harm(browse, seed):
 
 
 def test_keys_sent_at_once_edit_a_line_in_their_order(browse):
-    """A code that is mistyped, put right and taken, all in one piece as from a paste or a slow line."""
+    """A code mistyped, corrected and entered in one piece, as from a paste or a slow line."""
     child = browse("--code", "13")
     child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
     assert "4 words, least 0132, symmetry xyT" in quiet(child)
@@ -131,13 +131,13 @@ def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_pat
     ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
 def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
-    """Also where the terminal is gone, or takes nothing more of what is written."""
+    """Even if the terminal is gone, or no longer reads what is written."""
     child = browse("--code", "0102020203")
     child.send(">>>jjj>j>")
     if how == "closed":
         os.close(child.child_fd)
     elif how == "stopped":
-        child.send("j>" * 200)  # nobody reads what they draw
+        child.send("j>" * 200)  # nobody reads the output
         child.kill(signal.SIGTERM)
     else:
         child.kill(how)

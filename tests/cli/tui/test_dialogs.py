@@ -1,4 +1,4 @@
-"""No text of a dialog or of a notification is cut off, on small terminals either."""
+"""Texts of dialogs and notifications are never cut off, even on small terminals."""
 
 import pytest
 from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown, write
@@ -19,13 +19,13 @@ def squeezed(text):
 
 
 def seen(app, region):
-    """Return what is to be seen in a region, without blanks: texts may be folded."""
+    """Return the text visible in a region, without blanks, because lines may be wrapped."""
     lines = screen_lines(app)[max(region.y, 0) : region.bottom]
     return squeezed("".join(line[max(region.x, 0) : region.right] for line in lines))
 
 
 def cut_off(app):
-    """Return the texts of the dialog that is open of which a part cannot be seen."""
+    """Return the texts of the open dialog that are not fully visible."""
     shown = [
         label for label in app.screen.query(Label) if all(node.display for node in label.ancestors_with_self)
     ]
@@ -58,7 +58,7 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
                 await write(pilot, there, *then.split(), field=field)
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
-            if key == "f" and then != "enter":  # which asks whether it is meant
+            if key == "f" and then != "enter":  # which asks for confirmation
                 buttons = [(each.disabled, each.has_focus) for each in app.screen.query(Button)]
                 assert buttons == [(not text, False), (bool(text), not text)]
                 assert app.screen.query_one("#cost").display == bool(text)
@@ -74,7 +74,7 @@ async def test_keys_are_wholly_readable(filled, key):
     async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
-        await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
+        await pilot.resize_terminal(TINY[0], 60)  # with fewer rows, they scroll
         await settle(pilot)
         text = seen(app, app.screen.region)
         for _, keys in app.screen.groups:

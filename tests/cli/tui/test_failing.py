@@ -1,4 +1,4 @@
-"""What the screen says when something fails, and ways through it that are seldom taken."""
+"""What the screen says when something fails, and its less common paths."""
 
 import json
 import shutil
@@ -67,7 +67,7 @@ async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, mon
         async def told(*keys, code=None):
             app.clear_notifications()
             await (press(pilot, *keys) if code is None else ask(pilot, keys[0], code))
-            await until(lambda: errors(app))  # on a loaded machine it is said when all seems settled
+            await until(lambda: errors(app))  # slow machines may seem settled before it is said
             return errors(app)
 
         alter(filled, "DROP TABLE change")
@@ -103,7 +103,7 @@ async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_pa
         main = app.screen
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
-        await press(pilot, "k", "x")  # the first line is no filter, and cannot be forgotten
+        await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
         assert all(line in shown(app) for line in ("keep the present one", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
@@ -130,7 +130,7 @@ async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
-        # digits that are typed while the rows are still read lead on when they have been
+        # digits typed while rows are still being read take effect afterwards
         await press(pilot, "g")
         pages = table.source
         table.show(NONE)
@@ -146,13 +146,13 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
-        # the frame around the rows is none of them
+        # the frame around the rows is not a row
         row, ordering = table.cursor, main.ordering
         around = table.outer_size
         await pilot.click(table, offset=(around.width - 1, around.height - 1))
         await settle(pilot)
         assert (table.cursor, main.ordering) == (row, ordering)
-        # no picture without room for one, and the next one is whole again
+        # no picture without room for it; the next one is complete again
         size = app.size
         await pilot.resize_terminal(24, 10)
         await settle(pilot)
@@ -170,7 +170,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
         await press(pilot, "k")
         assert tallies.scroll_y == 1
         await press(pilot, "escape")
-        # the answer to a question, by the mouse
+        # a question answered by mouse
         answers: list[bool | None] = []
         for answer in ("no", "yes"):
             app.push_screen(QuestionDialog("leave?", yes="leave", no="stay"), answers.append)
@@ -178,7 +178,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
             await pilot.click(f"#{answer}")
             await settle(pilot)
         assert answers == [False, True]
-        # columns, marked by the mouse
+        # columns marked by mouse
         await press(pilot, "C")
         columns = app.screen.query_one(OptionList)
         columns.highlighted = 1
@@ -194,7 +194,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
 async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_told(filled_once, tmp_path):
     path = tmp_path / "new.db"
 
-    with pytest.raises(ZeroDivisionError):  # noqa: PT012  # by the end of the session
+    with pytest.raises(ZeroDivisionError):  # noqa: PT012  # raised when the session ends
         async with browsing(path) as (app, pilot):
             assert not app.catalogue
             shutil.copy(filled_once, path)

@@ -1,4 +1,4 @@
-"""What is chosen, in words, links and files, and how each choice goes on."""
+"""Choices in words, links and files, and stepping through their values."""
 
 import json
 import re
@@ -29,11 +29,11 @@ async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_se
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
         assert "[ ] element" in shown(app)
-        await press(pilot, "K", "J", "enter")  # what is moved is shown
+        await press(pilot, "K", "J", "enter")  # moving a column shows it
         names = [column.name for column in app.screen.columns]
         assert names == ["code", "status", "length", *USUAL[4:], "element"]
-        assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was left out, but sorts
-        await press(pilot, "s", "end", "enter")  # one that is not shown, either
+        assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
+        await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
         assert app.screen.ordering == Ordering("cycle")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
         await press(pilot, "l")
@@ -54,7 +54,7 @@ async def test_letters_lead_to_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "s", *"lyapunov_", "enter")
         assert app.screen.ordering == Ordering("lyapunov_error")
-        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name begins so: p begins anew
+        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name starts with lenp: p starts anew
         assert app.screen.ordering == Ordering("code")
         await press(pilot, "C", *"wal", "space", "enter")
         assert app.screen.columns[-1].name == "walls"
@@ -169,7 +169,7 @@ def test_choices_go_round():
             assert chosen.periods == ((p, p),)
         chosen = choices.turned(chosen, "periods", ring, step)
         assert chosen.periods == ()
-    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of the periods alone
+    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of them a single period
         assert choices.turned(Selection(periods=others), "periods", ring).periods == ((2, 2),)
 
 

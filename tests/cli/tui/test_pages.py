@@ -1,4 +1,4 @@
-"""Rows of the table: pages, and what keys and clicks show of them, are those of a plain list."""
+"""Pages of the table: rows, keys and clicks agree with a plain list."""
 
 import random
 from collections import Counter
@@ -36,7 +36,7 @@ TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """A catalogue, and all of it as a list."""
+    """A catalogue, and all its rows as a list."""
     path = tmp_path_factory.mktemp("pages") / "orbits.db"
     return catalogue_to_ask(path), model.rows_of(path)
 
@@ -98,7 +98,7 @@ def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
 
 
 def standing_of(row, at):
-    """Return what a word is at some a, as a table says it."""
+    """Return the status of a word at some a, as the table shows it."""
     if row["cycle"] is None:
         return "geometric"
     if not row["changes"]:
@@ -113,7 +113,7 @@ def standing_of(row, at):
 def test_nobody_waits(catalogue):
     with pytest.raises(CancelledError):
         place_of(pages_of(catalogue, Selection(), Ordering()), "54", lambda: True)
-    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it asks
+    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks
     with pytest.raises(CancelledError):
         answer(catalogue.path, lambda moment: list(moment.rows(two, ("code",), cancelled=lambda: True)))
 
@@ -137,7 +137,7 @@ SHIFTS = {"l": 1, "right": 1, "h": -1, "left": -1}
 
 
 class Alone(App[None]):
-    """A terminal with nothing but the table."""
+    """An app with only the table."""
 
     CSS = "PagedTable > .table--cursor { background: red; } PagedTable > .table--dim { color: green; }"
 
@@ -153,7 +153,7 @@ class Alone(App[None]):
 
 
 def fitting(first: int, width: int) -> list[Column]:
-    """Return the columns behind the code that there is room for, p among them: rows are sorted by it."""
+    """Return the columns after the code that fit, always including p, by which rows are sorted."""
 
     def those(columns, room):
         return [each for n, each in enumerate(columns) if sum(c.width + 1 for c in columns[: n + 1]) <= room]

@@ -1,4 +1,4 @@
-"""Pictures of an orbit in characters, and the screen that shows the whole of it."""
+"""Pictures of an orbit in characters, and the screen of the whole orbit."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ def solved(word, a=A):
 
 
 def dots_of(picture):
-    """Return the dots that are set, read back from the characters."""
+    """Return the positions of the dots, decoded from the characters."""
     codes = picture.text.copy().view(np.uint32).reshape(picture.text.shape).astype(int)
     bits = {(0, 0): 1, (0, 1): 2, (0, 2): 4, (1, 0): 8, (1, 1): 16, (1, 2): 32, (0, 3): 64, (1, 3): 128}
     braille = np.where(codes >= 0x2800, codes - 0x2800, 0)
@@ -278,7 +278,7 @@ async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
 
 
 def test_zero_has_no_sign_in_bounces():
-    """The horizontal orbit 13 has y = 0 and sine 0 but for rounding."""
+    """In the horizontal orbit 13, y and sine are 0 up to rounding."""
     orbit = solved("13")
     orbit = replace(orbit, coordinates=np.array([-1e-17, -1e-17]))
     assert "-0.000000" not in "".join(text_of(orbit))

@@ -36,7 +36,7 @@ from orbitdb.symbols.words import least_rotation
 
 
 async def hurry(pilot, *pressed):
-    """Press keys faster than the screen is drawn, which takes the most of a test's time."""
+    """Press keys faster than the screen is drawn; drawing takes most of a test's time."""
     for key in pressed:
         pilot.app.post_message(events.Key(key, key if len(key) == 1 else None))
     await settle(pilot)
@@ -82,12 +82,12 @@ def test_long_codes_and_orbits_are_told_in_short():
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
     assert short["code"] == "13" * 14 + "11"
     assert longer["runs"] == "(13)^15 1"
-    assert [len(known_of(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and few bounces
+    assert [len(known_of(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and bounces if few
 
 
 @pytest.fixture
 def path(varied, tmp_path, monkeypatch):
-    """The varied catalogue, the test's own; digits that are typed lead on until they are taken back."""
+    """A copy of the varied catalogue; typed digits never time out."""
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     return shutil.copy(varied, tmp_path / "orbits.db")
 
@@ -108,14 +108,14 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         )
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
-        await press(pilot, "j", "j", "k", "enter")  # from p on to length
+        await press(pilot, "j", "j", "k", "enter")  # from p to length
         assert main.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
         longest = next(Catalogue(app.path).rows(Selection(), ("code",), "length desc", 1))[0]
         assert main.orbit.code == longest
         assert "length▼" in headings(app)
-        await click(pilot, 13, 0)  # behind a code of twelve symbols
+        await click(pilot, 13, 0)  # after a code of twelve symbols
         assert main.ordering == Ordering("p")
         await click(pilot, 3, 6)
         assert main.orbit.code == table.source.row(5)[0]
@@ -128,7 +128,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         words = [code for (code,) in Catalogue(app.path).rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
-        await hurry(pilot, "R", "5", "j")  # the rows come behind all of them
+        await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them
         assert len(row_of(app)[0]) != 5
         await press(pilot, "R", "g")
         await press(pilot, "pagedown")
@@ -227,7 +227,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
 
 @pytest.mark.slow
 async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
-    """The first code is that of all rows; keys and a code that come before these lead to them."""
+    """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
     began = []
 
     class Early(MainScreen):

@@ -1,4 +1,4 @@
-"""Windows of any size: lists and dialogs open in them, and follow when the window shrinks to nothing."""
+"""Lists and dialogs open in windows of any size, and follow when a window shrinks to nothing."""
 
 import pytest
 from quick import slow_but

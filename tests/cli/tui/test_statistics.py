@@ -96,9 +96,9 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         count = Catalogue(app.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
-        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # a bin begins where another ends
+        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
         await press(pilot, "right_square_bracket")
-        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # status, as a histogram
+        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter", "question_mark")
         assert isinstance(app.screen, KeysDialog)
         assert "histogram of another column" in shown(app)
@@ -110,7 +110,7 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
-        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # as the rows are sorted, if it can
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
             app.screen.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn

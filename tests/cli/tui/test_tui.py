@@ -68,10 +68,10 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         before = drawing.particle
         drawing.step()
         way = (drawing.particle - before) % 1 * app.screen.orbit.length
-        assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
+        assert way == pytest.approx(0.125)  # 2.5 length units a second, 20 pictures a second
         drawing.particle = 0.9999
         drawing.step()
-        assert 0 < drawing.particle < 0.1  # once round
+        assert 0 < drawing.particle < 0.1  # after one round
         await pilot.pause()
         assert "●" in shown(app)
         await pilot.press("space")
@@ -274,7 +274,7 @@ async def test_without_colours_everything_is_told_by_its_shape(filled, monkeypat
     async with browsing(filled) as (app, _):
         assert app.no_color
         assert {"◆", "•"} <= set(shown(app))
-        svg = app.export_screenshot().replace("#c5c8c6", "")  # of the picture's frame, not of the app
+        svg = app.export_screenshot().replace("#c5c8c6", "")  # colour of the screenshot's frame
         colours = set(re.findall(r"fill: (#\w{6})", svg))
         assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
 
