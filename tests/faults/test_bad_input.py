@@ -1,4 +1,4 @@
-"""Bad input, however odd: one line that says what is wrong, a documented exit code, nothing changed."""
+"""Any bad input gives one line that says what is wrong and a documented exit code, and changes nothing."""
 
 import io
 import os
@@ -52,7 +52,7 @@ SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify
 
 
 def judge(outcome, arguments):
-    """Demand one line of what went wrong, without control characters, and a code that is documented."""
+    """Check that an error is one printable line, and its exit code a documented one."""
     code, out, err = outcome
     shown = [argument[:60] for argument in arguments]
     assert code in (0, 1, 2, 3), shown
@@ -62,14 +62,14 @@ def judge(outcome, arguments):
     if code in (2, 3):
         assert out == "", shown
         assert [line for line in lines if line.startswith("orbitdb: ")] == lines[-1:], shown
-        assert len(lines) <= 2, shown  # a code that repeats a shorter one is told before
+        assert len(lines) <= 2, shown  # a note about a shortened code may come first
     elif code == 1:
         assert lines, shown
 
 
 @pytest.fixture
 def tried(cli, varied, tmp_path, monkeypatch):
-    """Run a command on a small catalogue, and demand that it stays as it is."""
+    """Return a function that runs a command on a small catalogue and checks that the file is unchanged."""
     monkeypatch.setenv("ORBITDB_DB", str(varied))
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = varied.read_bytes()

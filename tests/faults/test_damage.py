@@ -1,4 +1,4 @@
-"""Files that are damaged or altered: never a traceback, one line that says so, and `verify` finds it."""
+"""Damaged or altered files give one line and never a traceback, and `verify` finds the damage."""
 
 import random
 import sqlite3
@@ -36,7 +36,7 @@ UNCHECKED = {
 
 
 def judge(found: list[tuple[list[str], int, str]]) -> int:
-    """Check that every command ended as it should; return the exit code of ``verify``."""
+    """Check exit codes and messages of commands; return the exit code of ``verify``."""
     for arguments, code, err in found:
         allowed = {0, 1, 3} if arguments[0] == "verify" else {0, 3}
         assert code in allowed, (arguments, code, err)
@@ -46,7 +46,7 @@ def judge(found: list[tuple[list[str], int, str]]) -> int:
 
 
 def checked_rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Return all that ``verify`` answers for."""
+    """Return everything that ``verify`` checks."""
     tables = {}
     with closing(sqlite3.connect(path)) as plain:
         plain.text_factory = bytes
@@ -58,7 +58,7 @@ def checked_rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def put(path: Path, data: bytes) -> None:
-    """Write a file that has no journal."""
+    """Write a file without a journal."""
     for part in path.parent.glob(f"{path.name}-*"):
         part.unlink()
     path.write_bytes(data)

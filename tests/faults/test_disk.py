@@ -1,4 +1,4 @@
-"""Disks that are full and files that may not be written: one line, exit code 3, nothing half-written."""
+"""Full disks and write-protected files give one line and exit code 3; nothing is half-written."""
 
 import ctypes
 import os
@@ -48,13 +48,13 @@ def fails(done: subprocess.CompletedProcess[str], said: str) -> None:
 
 
 def room(size: int) -> Callable[[], None]:
-    """Let no file grow larger, as a full disk does."""
+    """Limit the size of files, which acts like a full disk."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
-    """Mount a disk of so many kilobytes, or change its size."""
+    """Return a function that mounts a disk of some kilobytes, or resizes it."""
     folder = tmp_path / "disk"
     folder.mkdir()
     kind = "mount", "-t", "tmpfs", "-o"
@@ -84,7 +84,7 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
 
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
 def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
-    """The sizes meet the creation, blocks of several periods, and the journal."""
+    """The sizes stop the creation, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
     arguments = "fill", "--p", "8", "--db", path
     fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
@@ -118,7 +118,7 @@ def test_an_export_has_no_room(filled, disk, name):
 
 
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
-    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
+    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than the limit
         beside.execute("PRAGMA wal_autocheckpoint = 0")
         for seconds in range(20):
             with beside:
@@ -137,14 +137,14 @@ def test_a_figure_needs_no_home_that_can_be_written(tmp_path):
 
 
 def drop_rights() -> None:
-    """Let permissions hold for root, too."""
+    """Make permissions apply to root, too."""
     for right in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
         ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, right, 0, 0, 0)
 
 
 @pytest.fixture
 def locked(filled: Path) -> Iterator[Path]:
-    """A catalogue in a folder of its own, which can be written again when the test has ended."""
+    """A catalogue in its own folder, which is made writable again after the test."""
     if sys.platform != "linux":
         pytest.skip("drops the rights of root as Linux does")
     folder = filled.with_name("locked")

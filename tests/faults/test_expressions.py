@@ -1,4 +1,4 @@
-"""Free expressions can only choose rows, whatever they hold, and are stopped in time."""
+"""Free expressions can only choose rows, and are stopped in time."""
 
 import contextlib
 import signal
@@ -25,7 +25,7 @@ GROWING = "WITH a AS (SELECT 1 x)" + "".join(
     for before, name in zip("abcdefghijklmnopqrst", "bcdefghijklmnopqrstu", strict=True)
 )
 ATTACKS = {
-    # reading something else
+    # read something else
     "another table": "(SELECT max(parameters) FROM run) <> ''",
     "the schema": "(SELECT max(sql) FROM sqlite_master) <> ''",
     "a table called catalogue": "(WITH catalogue AS (SELECT sql FROM sqlite_master) SELECT 1 FROM catalogue)",
@@ -35,7 +35,7 @@ ATTACKS = {
     "a row number": "rowid = 1",
     "a file": "readfile('/etc/passwd') <> ''",
     "an extension": "load_extension('evil') IS NULL",
-    # writing
+    # write
     "a second statement": "1; DELETE FROM orbit",
     "closing the bracket": "1) OR (1",
     "another query behind brackets": "1) UNION SELECT sql FROM sqlite_master WHERE (1",
@@ -43,7 +43,7 @@ ATTACKS = {
     "a comment without end": "1 /*",
     "a row limit": "1 LIMIT 1",
     "chance, which SQLite asks once for all rows": "random() % 2",
-    # growing, or running for ever
+    # grow, or run for ever
     "an endless recursion": f"({ENDLESS}) > 0",
     "a recursion in a subquery": f"p IN (SELECT p FROM catalogue WHERE ({ENDLESS}) > 0)",
     "names of names": f"({GROWING} SELECT count(*) FROM u) > 0",
@@ -99,7 +99,7 @@ def test_an_expression_does_nothing_but_choose(varied, name):
 
 
 def test_values_are_values(own):
-    """What is bound is never read as SQL, whatever it holds."""
+    """Bound values are never read as SQL."""
     catalogue = Catalogue(own)
     for value in ("1 OR 1", "'; DELETE FROM orbit; --", ":x", "(SELECT 1)"):
         assert catalogue.count(Selection(where="code = :x", parameters={"x": value})) == 0
@@ -149,7 +149,7 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     }
     with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
         uses[use]()
-    assert catalogue.count(Selection()) > 300  # the connection is as it was
+    assert catalogue.count(Selection()) > 300  # the connection still works
 
 
 def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypatch):
@@ -170,8 +170,8 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypa
     ("name", "code", "told"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")]
 )
 def test_ctrl_c_is_no_refusal(filled, name, code, told):
-    """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
-    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # it takes a minute or more
+    """SQLite's progress callback swallows the interrupt; it must not be reported as a slow expression."""
+    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # takes over a minute
     slow = f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0"
     process = start("query", "--where", slow, "--db", filled)
     with contextlib.suppress(subprocess.TimeoutExpired):
@@ -184,7 +184,7 @@ def test_ctrl_c_is_no_refusal(filled, name, code, told):
 
 @pytest.mark.slow
 def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
-    """No limit on texts stands in the way of the longest words there are, in any column or order."""
+    """No limit on texts excludes the longest possible words, in any column or order."""
     path = tmp_path / "orbits.db"
     catalogue = Catalogue.create(path)
     word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000

@@ -1,4 +1,4 @@
-"""Files from elsewhere can only be read: what acts is refused, altered rows are shown or refused."""
+"""Foreign files are only read: active content is refused, and altered rows are shown or refused."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ LOOP = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n)"
 
 
 def rewritten(table: str, before: str, after: str) -> str:
-    """Return the statement that changes the text of a table."""
+    """Return a statement that edits the SQL text of a table."""
     return f"UPDATE sqlite_master SET sql = replace(sql, '{before}', '{after}') WHERE name = '{table}'"
 
 
@@ -92,7 +92,7 @@ VIEWED = {
 def hostile(path: Path, statements: list[str]) -> None:
     try:
         alter(path, *statements)
-    except sqlite3.OperationalError as error:  # no fts5 in this SQLite, or none that drops columns
+    except sqlite3.OperationalError as error:  # this SQLite has no fts5, or cannot drop columns
         pytest.skip(str(error))
 
 
@@ -140,7 +140,7 @@ def test_brackets_in_a_comment_are_no_expression(own):
 
 @pytest.mark.slow
 def test_what_users_add_is_let_be(own, cli):
-    """A view of another name is never run, however long that would take."""
+    """A view with another name is never run, however long that would take."""
     alter(
         own,
         "CREATE TABLE mine (word TEXT DEFAULT 'a', \"check (x)\" REAL, at TEXT DEFAULT CURRENT_TIMESTAMP)",
@@ -203,7 +203,7 @@ def alterations() -> list[str]:
 
 def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
     for number, statement in enumerate(statements):
-        path = own.with_name(f"{number}.db")  # its own, for connections to others may still be open
+        path = own.with_name(f"{number}.db")  # new, for the last may still be open
         path.write_bytes(sound)
         with contextlib.suppress(sqlite3.IntegrityError):
             alter(path, statement)
@@ -236,7 +236,7 @@ def test_the_views_of_a_file_are_never_run_and_are_renewed(own, cli, name):
     assert row["check"] == "schema"
     assert row["first"].startswith("view ")
     assert cli("simulate", "--bounces", "1000").code == 0
-    if name != "a table for the view":  # what somebody keeps there is left alone
+    if name != "a table for the view":  # a user's table of that name is left alone
         assert cli("verify").code == 0
         assert {text for (text,) in ask(own, "SELECT sql FROM sqlite_master WHERE type = 'view'")} >= {
             *VIEWS.values()

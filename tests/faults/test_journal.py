@@ -1,4 +1,4 @@
-"""Journals: none is left in good order, none is read into another file, and none outlives its file."""
+"""Journals: none remains after a clean end, none is read into another file, and none outlives its file."""
 
 import shutil
 import sys
@@ -27,7 +27,7 @@ COMMANDS = {
 
 
 def write(path, times=1, a=2.5):
-    """Store a stadium in several transactions of one run."""
+    """Store a stadium in each of several transactions of one run."""
     with closing(Writer(path, {"command": "test"})) as writer:
         for n in range(times):
             with writer.writing() as connection:
@@ -37,7 +37,7 @@ def write(path, times=1, a=2.5):
 
 
 def journal_of_a_kill(path, folder, times=1):
-    """Return the file and the journal that a process killed after some transactions would leave."""
+    """Return the file and journal as a process killed after some transactions would leave them."""
     folder.mkdir()
     writing = write(path, times)
     for _ in range(times):

@@ -1,4 +1,4 @@
-"""Several processes at one file: fills side by side, readers beside a fill, and locks."""
+"""Several processes share a file: parallel fills, readers during a fill, and locks."""
 
 import re
 import sqlite3
@@ -61,7 +61,7 @@ plain.close()
 
 
 def test_looking_at_a_file_gives_no_lock_away(filled):
-    """Another process that closes the file must not think it is the last and remove the journal."""
+    """Otherwise another process could close the file as if it were the last, and remove the journal."""
     writer = Writer(filled, {})
     with writer.writing() as connection:
         writer.stadium_id(connection, 1.0)
@@ -94,7 +94,7 @@ def test_two_processes_make_one_file(tmp_path):
 
 
 def test_a_change_to_another_journal_waits_for_its_turn(filled, monkeypatch):
-    """SQLite itself does not wait there; the other process is done as soon as this one waits."""
+    """SQLite does not wait there. The other process finishes as soon as this one waits."""
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:
         assert other.execute("PRAGMA journal_mode = DELETE").fetchone() == ("delete",)
         other.execute("BEGIN IMMEDIATE")
@@ -159,7 +159,7 @@ def test_a_lock_that_is_kept(filled):
 
 @pytest.mark.slow
 def test_readers_beside_a_fill(tmp_path):
-    """Queries, averages and verification again and again while periods come in, block by block."""
+    """Queries, averages and verification, repeated while periods come in block by block."""
     path = tmp_path / "orbits.db"
     assert run("fill", "--p", "5", "--db", path).returncode == 0
     filling = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(32))

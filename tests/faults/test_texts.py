@@ -1,4 +1,4 @@
-"""Texts from a file are no formulas, no control characters and no markup wherever they are shown."""
+"""Texts from a file never act as formulas, control characters or markup."""
 
 import csv
 import io
@@ -37,7 +37,7 @@ def test_cells_that_are_numbers_stay():
 
 
 def evil(path: Path) -> None:
-    """Give rows the texts of a maker who wants them run by what shows them."""
+    """Give rows texts that try to act where they are shown."""
     quoted = [text.replace("'", "''").replace("\x00", "' || char(0) || '") for text in FORMULAS + ESCAPES]
     case = " ".join(f"WHEN {n} THEN '{text}'" for n, text in enumerate(quoted))
     rank = "(SELECT count(*) FROM cycle AS other WHERE other.id < cycle.id)"
@@ -98,7 +98,7 @@ def test_no_control_characters_reach_a_terminal(own, cli, form):
 
 
 def test_json_gives_back_what_is_stored(own, cli):
-    """JSON needs no changes to be safe: it escapes, and a program gets the very text."""
+    """JSON is safe without changes: it escapes texts, and programs get them back exactly."""
     evil(own)
     rows = json.loads(cli("query", "--json", "-c", "symmetry").out)
     assert {row["symmetry"] for row in rows} >= {*FORMULAS, *ESCAPES} - {"\x00"}
@@ -107,7 +107,7 @@ def test_json_gives_back_what_is_stored(own, cli):
 @pytest.mark.slow
 async def test_the_terminal_ui_shows_no_control_characters(own):
     evil(own)
-    alter(own, "UPDATE orbit SET status = 'orbit'")  # with others there is no index, and no row is shown
+    alter(own, "UPDATE orbit SET status = 'orbit'")  # other statuses have no index, and no row would be shown
     async with browsing(own, size=(160, 48)) as (app, pilot):
         for key in ("j", "j", "down", "pagedown", "end", "l", "l", "l", "l"):
             await press(pilot, key)
@@ -118,7 +118,7 @@ async def test_the_terminal_ui_shows_no_control_characters(own):
 
 @pytest.mark.parametrize("name", slow_but(["a[/b]c"], ["a[b", "a[/b]c", "[red]", "a\\[b"]))
 async def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)  # a long path would be wrapped, anywhere in the name
+    monkeypatch.chdir(tmp_path)  # a long path would wrap in the middle of the name
     async with browsing(Path(f"{name}.db"), size=(160, 48)) as (app, pilot):
         assert name[:3] in shown(app)
         app.notify(f"[/b] {name}")
