@@ -1,4 +1,4 @@
-"""Filling periods and births: resuming, reuse, two processes, and what births say of any a."""
+"""Filling periods and births: resuming, reuse, two processes, and what births say about other a."""
 
 import json
 import shutil
@@ -62,7 +62,7 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
 
 
 def test_others_may_write_while_a_period_is_counted(tmp_path):
-    """At p = 15 that takes seconds."""
+    """Counting takes seconds at p = 15."""
     path, tried = tmp_path / "orbits.db", []
 
     def look(_connection, _cursor, statement, *_: object) -> None:
@@ -83,7 +83,7 @@ def test_others_may_write_while_a_period_is_counted(tmp_path):
 def test_progress_counts_the_words_that_are_stored_at_every_a(tmp_path):
     path = tmp_path / "new.db"
     migrate(path)
-    for a in (1.6, 1.0):  # at the second a the classes are there
+    for a in (1.6, 1.0):  # at the second a the classes exist already
         catalogue, steps = Catalogue(path, a), []
         for step in fill_periods(path, a, [6, 7]):
             there = catalogue.count(Selection(a, periods=((step.p, step.p),), statuses=tuple(Status)))
@@ -101,9 +101,9 @@ def test_time_is_kept(tmp_path):
     (kept,) = Catalogue(path).fills(1.6)
     assert 0 < kept.seconds < time.monotonic() - start
     stages = kept.enumerating, kept.solving, kept.storing
-    assert 0 < 9 * kept.enumerating < kept.solving  # which takes 200 times as long
+    assert 0 < 9 * kept.enumerating < kept.solving  # solving takes 200 times as long
     assert 0 < 9 * kept.storing < kept.solving
-    assert sum(stages) < kept.seconds + 0.05  # of one processor; the clocks tick apart
+    assert sum(stages) < kept.seconds + 0.05  # processor time of one core; the two clocks differ slightly
 
 
 @pytest.mark.slow
@@ -129,7 +129,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def born(once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 2..6 and no fill, the test's own."""
+    """A copy of a catalogue with the births of p = 2..6 and no fill."""
     return Path(shutil.copy(once, tmp_path / "born.db"))
 
 
@@ -148,7 +148,7 @@ def test_one_row_a_period(born):
 
 @pytest.mark.slow
 def test_deaths_are_counted_apart(born):
-    """Of p = 9, where two classes die and are born again."""
+    """At p = 9, where two classes die and are reborn."""
     made(born, fill_births(born, [9]))
     found = Catalogue(born).birth_fills()[-1]
     asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
@@ -175,7 +175,7 @@ def test_the_run_says_what_it_was_asked_to_do(born):
 
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 5, 0)])
 def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
-    """Orbits through a joint among them."""
+    """Orbits through a joint included."""
     before = Catalogue(born).counts(a=a)
     assert before.from_births == tuple(range(2, 7))
     assert Catalogue(born).counts(a=a, p="3-4").from_births == (3, 4)

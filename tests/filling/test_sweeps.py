@@ -1,4 +1,4 @@
-"""Sweeps: the counts and sums of fills, the same bits however they come about, wherever they stopped."""
+"""Sweeps give the counts and sums of fills, with the same bits however they are run or resumed."""
 
 from contextlib import closing
 from dataclasses import replace
@@ -72,7 +72,7 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
 
 
 class Tired(Workers):
-    """Solves blocks here, each in an hour of a processor, as it says."""
+    """Solves blocks here and claims an hour of processor time for each."""
 
     def solved(self, blocks):
         return (replace(block(), processor=3600.0) for block in blocks)
@@ -135,7 +135,7 @@ def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
 
 @pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
-    """They are those of the orbits, and each period's moments are around the tilts of those before it."""
+    """They equal those of the orbits; the moments of each period are taken around earlier tilts."""
     for module in ("averages.sum_rules", "answers.whole_periods", "filling.sweeps"):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
     beginning.cache_clear()

@@ -1,4 +1,4 @@
-"""Sweeps of chosen orbits: what they choose is what is chosen of stored rows, and has one canonical text."""
+"""Sweeps of chosen orbits choose the same words as stored rows, and each subset has one canonical text."""
 
 import json
 import sqlite3
@@ -58,7 +58,7 @@ MORE = [
     slow_but(1, [(1.6, 6, SUBSETS[1::2]), (1.6, 7, SUBSETS), (1.6, 8, MORE), (0.5, 8, SUBSETS + MORE)]),
 )
 def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
-    """To the word, and sums to the last digits."""
+    """Counts agree to the word, and sums to the last digits."""
     path, periods = tmp_path / "orbits.db", (2, highest)
     made(path, fill_periods(path, a, periods))
     with closing(Catalogue(path)) as catalogue:
@@ -104,7 +104,7 @@ def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, 
 
 
 def test_a_bound_is_compared_with_the_number_that_is_stored():
-    """One of 10 000 orbits may have another last digit where it is swept; this one had."""
+    """One orbit in 10 000, such as this one, may differ in the last digit when swept."""
     word, a = "0204420233", 0.5
     stored = float(solve_admissible(from_strings([word]), Stadium(a)).length[0])
     (swept,) = exponents(pack(from_strings([word])), 10, Stadium(a))
@@ -142,7 +142,7 @@ CRITERIA = st.fixed_dictionaries(
 
 
 def asked(criteria: dict[str, Any], order: list[str]) -> Selection:
-    """Name the criteria one by one in some order."""
+    """Choose the criteria in the given order."""
     named = {name: criteria[name] for name in order}
     if "symmetry" in named:
         named["symmetry"] = ",".join(named["symmetry"])
@@ -150,7 +150,7 @@ def asked(criteria: dict[str, Any], order: list[str]) -> Selection:
 
 
 def meant(criteria: dict[str, Any]) -> dict[str, Any]:
-    """What criteria choose, however they are written."""
+    """Return what criteria choose, however they are written."""
     found = {}
     for name, value in criteria.items():
         if name in SWEPT_MEASURES:
@@ -178,7 +178,7 @@ def test_all_orbits_have_the_empty_text():
 
 
 def test_a_sweep_of_what_is_no_group_is_still_read():
-    """It holds rows of zeros; what asks for another one is refused."""
+    """It holds rows of zeros. New questions with such a symmetry are refused."""
     assert selection_of("symmetry=T,xT", 1.6) == Selection(1.6, statuses=(Status.ORBIT,), symmetry="T,xT")
 
 

@@ -1,4 +1,4 @@
-"""Several processes: the same catalogue whatever their number, and none of them outlives its use."""
+"""Several processes make the same catalogue whatever their number, and all end after use."""
 
 import os
 import signal
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX sig
 
 
 def blocked_signals(process: int) -> int:
-    """Return the mask of the signals that would not reach a process."""
+    """Return the mask of the signals that a process blocks."""
     status = Path(f"/proc/{process}/status")
     lines = status.read_text().splitlines() if status.exists() else []
     return sum(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk"))
@@ -47,9 +47,9 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     with Processes(jobs) as workers:
         shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
-        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
+        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may still be starting
         assert workers.jobs == jobs
-        filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
+        filled_by(workers, shared, a=1.0, periods=periods)  # from the classes already stored
     assert not workers_of(os.getpid())
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
@@ -59,7 +59,7 @@ def spans_of(blocks: list[Task[Any]]) -> list[Span]:
 
 
 class Backwards:
-    """Finishes what it was given last first."""
+    """Finishes the last block first."""
 
     def __init__(self) -> None:
         self.waiting: list[tuple[Task[Any], Future[Any]]] = []
@@ -100,7 +100,7 @@ def test_results_come_in_order_and_few_are_under_way():
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/io").exists(), reason="needs Linux")
 def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_path):
-    """The one that stores is stopped, so that the answer fills the pipe and goes no further."""
+    """The storing process is stopped, so that the answer fills the pipe and gets stuck."""
     folder = Path(filled_by.__code__.co_filename).parent
     script = "import sys; from workforce import fill_when_let; fill_when_let(*sys.argv[1:])"
     env = os.environ | {"PYTHONPATH": str(folder)}
@@ -127,7 +127,7 @@ def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_pa
 
 
 def sent(process: int) -> int:
-    """Return how many bytes a process has written."""
+    """Return the number of bytes a process has written."""
     return int(Path(f"/proc/{process}/io").read_text().partition("wchar: ")[2].split()[0])
 
 
@@ -154,7 +154,7 @@ def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
 
 
 def next_worker() -> int:
-    """Wait for a process that has been started, and return it."""
+    """Wait for a worker to start, and return its id."""
     while not (there := workers_of(os.getpid())):
         time.sleep(0.01)
     return there[0]
@@ -200,7 +200,7 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
         blocks: list[Task[None]] = [Failing(), *[partial(time.sleep, 20)] * 9]
         with pytest.raises(ZeroDivisionError):
             list(workers.solved(blocks))
-    assert not workers_of(os.getpid())  # nobody waits for the blocks that are under way
+    assert not workers_of(os.getpid())  # blocks still running are not waited for
 
 
 def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():

@@ -1,4 +1,4 @@
-"""The tool that alters the code: which mistakes it makes."""
+"""The tool that alters the code: the mistakes it makes."""
 
 from mutants import differs, mutants
 from mutate import line_of, sample, wing_of
@@ -43,7 +43,7 @@ def test_mistakes_of_every_kind():
     assert constants[:3] == ["LIMIT = 4.0  # of what is drawn", "LIMIT = 1.0  # of what is drawn",
                              'def inside(x: "int | None", y=2):']  # fmt: skip
     assert constants[-1] == "return draw(shown, limit=LIMIT)[2:]"
-    assert len(constants) == 6  # none of docstrings, annotations, messages, __repr__
+    assert len(constants) == 6  # none in docstrings, annotations, messages, __repr__
 
 
 def test_what_makes_no_difference_is_left_alone():
@@ -52,7 +52,7 @@ def test_what_makes_no_difference_is_left_alone():
         assert {each.kind for each in found} == {"arguments swapped"}
     assert not mutants("a.py", 'T = TypeVar("T", bound=int, covariant=True)\n')
     kinds = {each.kind for each in mutants("a.py", "f = x in (a, b, 3)\n")}
-    assert kinds == {"comparison", "constant"}  # but not the order of what x may be one of
+    assert kinds == {"comparison", "constant"}  # but the order of members stays
     assert "values swapped" in {each.kind for each in mutants("a.py", "f = x == (a, b)\n")}
 
 

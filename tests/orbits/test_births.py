@@ -1,4 +1,4 @@
-"""Births and deaths: against solutions at single a, exact numbers, and 50-digit arithmetic."""
+"""Births and deaths against solutions at single a, exact numbers, and 50-digit arithmetic."""
 
 import math
 from typing import Any
@@ -64,7 +64,7 @@ def test_following_leads_where_solving_does():
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
     ends = [list(follow(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
     off = [np.abs(end - newton(legs, 1.0).alpha).max() for end in ends]
-    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a step of Newton's
+    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a Newton step
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_following_leads_where_solving_does():
     [(6, 0.3, (0.4, 0.2), 8), (6, 0.3, (3, 2), None), (7, -2.5, (8, 3), None), (6, -4.5, (6, 3), None)],
 )
 def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths, order):
-    """Between near ones a quartic error, squared by a step of Newton's; far ones need several steps."""
+    """Between close stations the error is quartic, squared by a Newton step; others take several steps."""
     for _, legs in cut(representatives(p)):
         off = []
         for h in widths:
@@ -86,7 +86,7 @@ def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths, ord
 
 
 def test_what_happens_between_two_stations_is_found(found):
-    """Also where a word is an orbit at both, and none for a while, and where a third one is at a birth."""
+    """Includes words that are orbits at both stations but not between, and a station at a birth."""
     dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)
     for words, changes in [(dying, find_changes(dying)), *found.values()]:
         drawn = rng.uniform((-1.7, 0.1), (-0.4, 1), (8 if words is dying else 3, 2))
@@ -160,7 +160,7 @@ def test_the_bounce_of_a_change_is_at_its_joint(found):
 
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
 def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
-    """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
+    """The reference is full p x p Newton in plane geometry, without legs and slacks."""
     words, changes = found[p]
     for i in np.random.default_rng(p).choice(len(changes.a), 2, replace=False):
         word, a = words[changes.word[i]], float(changes.a[i])
@@ -192,7 +192,7 @@ def test_words_up_to_the_longest_are_followed():
 
 
 def test_words_of_one_event_are_one_path(found):
-    """At their common birth they have the same length."""
+    """They have the same length at their common birth."""
     words, changes = found[6]
     numbers = events(changes.a, changes.error)
     assert np.bincount(numbers).max() == 7
@@ -205,7 +205,7 @@ def test_words_of_one_event_are_one_path(found):
 
 
 def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
-    """A word whose status at the foot of the usual grid is not that of a = 0 is followed farther down."""
+    """A word whose status at the end of the usual grid differs from that at a = 0 is followed further."""
     monkeypatch.setattr(births, "LOW", 1.0)
     changes = find_changes(from_strings(["010203113"]))
     assert changes.a == pytest.approx([0.386252501738, 0.473270308236, 0.605684335145])
@@ -221,7 +221,7 @@ def test_what_doubles_leave_open_balls_decide(found, monkeypatch):
 
 
 def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
-    """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
+    """A word whose birth the grid missed is searched again, and finally refused."""
     monkeypatch.setattr(births, "FINER", (1,))
     monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):

@@ -1,8 +1,8 @@
-"""Every term of every error bound is needed by some row, and each row comes near to its bound.
+"""Some row needs every term of every error bound, and comes close to its bound.
 
-Orbits that are solved well come nowhere near: there a bound of half the size would do. So directions
-are moved here on purpose, or rounded as badly as `orbitdb.arithmetic` assumes, and the error that
-this makes is measured in balls. A row names the terms that it fails without.
+Well-solved orbits would satisfy bounds of half the size. So directions are deliberately moved here, or
+rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in balls. Each row names
+the terms without which it fails.
 """
 
 import math
@@ -36,10 +36,10 @@ from orbitdb.orbits.balls.path import BallPath
 
 @dataclass(frozen=True)
 class Row:
-    """A word whose directions are not those of its maximum, and how near an error comes to its bound.
+    """A word with directions away from its maximum, and how close an error comes to its bound.
 
-    `shift` is added to the directions of the maximum. With `at`, these are the directions, and the truth is
-    the path that is `shift` away, for bounds that hold for any two paths.
+    `shift` is added to the directions of the maximum. If `at` is given, it holds the directions, and the true
+    path is `shift` away, for bounds that hold between any two paths.
     """
 
     needs: str
@@ -51,7 +51,7 @@ class Row:
     at: tuple[float, ...] | None = None
 
     def paths(self) -> tuple[Floats, BallPath]:
-        """Directions in doubles, and the path that they are taken for."""
+        """Return directions in doubles, and the path they approximate."""
         shift = np.array(self.shift)[:, None]
         with ctx.workprec(BITS):
             if self.at is not None:
@@ -100,7 +100,7 @@ def test_moved_directions(row):
     Row("last bounce of a run", "place", "4^1000 3", 2400, (-4e-4, 0), 0.9),
 ])  # fmt: skip
 def test_numbers_of_directions_that_are_off_by_what_is_told(row):
-    """The bounds of what follows from directions, with those of the directions as sharp as can be."""
+    """Bounds on derived numbers, from bounds on directions that are as sharp as possible."""
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
     found = share(
@@ -136,7 +136,7 @@ def test_lambda_has_no_bound_where_a_drift_may_vanish():
 
 
 class Worse:
-    """NumPy with sines, cosines and arcsinh that are rounded one way, as far off as is assumed of them."""
+    """NumPy with sine, cosine and arcsinh rounded one way, by as much as is assumed."""
 
     def __init__(self, sin: int, cos: int, arcsinh: int = 0):
         self.ways = {"sin": sin, "cos": cos, "arcsinh": arcsinh}
@@ -165,7 +165,7 @@ class Worse:
 
 @dataclass(frozen=True)
 class Rounded:
-    """Directions, exact as they are, at which a number is rounded badly; ways: of sine, cosine, arcsinh."""
+    """Exact directions at which a number is rounded badly; `ways` are those of sine, cosine, arcsinh."""
 
     needs: str
     number: str
@@ -222,7 +222,7 @@ def test_rounding(row, monkeypatch):
 
 
 def test_balls_hold_a_maximum_far_away():
-    """D falls to a tenth on the way: the bound with the D where they begin would not reach it."""
+    """D falls to a tenth on the way, so the bound with the initial D would not reach."""
     row = Row("", "", LIMIT, 0.001, (-0.485, 0), 0)
     alpha, found = row.paths()
     with ctx.workprec(BITS):
@@ -239,7 +239,7 @@ def test_a_distance_from_a_ball_is_rounded_up():
 
 
 def test_sums_of_long_words(monkeypatch):
-    """NumPy's sums keep to their bound; with sums as bad as that the length still keeps to its own."""
+    """NumPy's sums satisfy their bound, and the length satisfies its own even with the worst such sums."""
     rng = np.random.default_rng(0)
     for m in (3, 7, 20, 128, 1000, 20_000):
         terms = rng.uniform(1, 2) * np.ones((m, 1)) + rng.choice([0, 1e-3]) * rng.random((m, 1))
@@ -257,7 +257,7 @@ def test_sums_of_long_words(monkeypatch):
 
 @given(seed=st.integers(0, 10**6), order=st.integers(3, 25), a=st.floats(-6, 6), size=st.floats(-16, 0))
 def test_no_bound_is_smaller_than_the_error(seed, order, a, size):
-    """Of any word, moved by any amount in any way."""
+    """For any word, moved by any amount in any way."""
     word, a, rng = random_word(seed, order), 10**a, np.random.default_rng(seed)
     path = maximum(word, a)
     row = Row("", "", word, a, tuple(10**size * rng.choice([-1, 1, 0, rng.random()], path.m)), 0)

@@ -1,4 +1,4 @@
-"""The proof that no birth is missing: cells against solutions at single a, and what it notices."""
+"""The proof that no birth is missing: cells against solutions at single a, and the errors it finds."""
 
 from itertools import pairwise, product
 
@@ -29,7 +29,7 @@ def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
     assert [born for *_, born in right] == [True, False, True]
     proved, cells_judged = prove_all(words, [right])
     assert proved.tolist() == [Verdict.PROVED]
-    assert cells_judged < 120  # as narrow as sharp bounds need them
+    assert cells_judged < 120  # as narrow as sharp bounds require
     shifted = [(low - 0.3, high - 0.3, born) for low, high, born in right[:1]]
     for wrong in (right[:1], right[2:], [], [*shifted, *right[1:]], [*right[:1], *shifted, *right[1:]]):
         assert prove_all(words, [wrong])[0].tolist() == [Verdict.WRONG]
@@ -61,7 +61,7 @@ WAYS: dict[Kind, list[tuple[bool, bool, tuple[bool, ...]]]] = {
 
 
 def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
-    """Return all lives that segments of some kinds allow, as their births and deaths by segment."""
+    """Return all lives that segments of some kinds allow, as births and deaths by segment."""
     found = set()
     for way in product(*[WAYS[kind] for kind in kinds]):
         begins = alive is None or way[0][0] == alive
@@ -71,7 +71,7 @@ def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
 
 
 def holds(some, every) -> bool:
-    """Tell whether some changes come among others, in their order."""
+    """Tell whether some changes occur among others, in the same order."""
     rest = iter(every)
     return all(any(each == other for other in rest) for each in some)
 
@@ -79,7 +79,7 @@ def holds(some, every) -> bool:
 @pytest.mark.parametrize("alive", [None, True, False])
 @pytest.mark.parametrize("length", [1, 2, 3])
 def test_no_verdict_is_against_what_segments_allow(length, alive):
-    """Of all lives with the known changes there must be that one alone; or no life at all has just them."""
+    """PROVED: only one allowed life contains the known changes. WRONG: none consists of just them."""
     verdicts = set()
     for kinds in product(WAYS, repeat=length):
         segments = [(kind, float(place), place + 1.0) for place, kind in enumerate(kinds)]
@@ -102,7 +102,7 @@ SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7,
 
 @pytest.mark.parametrize("a", [0.37, 3.04, *SLOW])
 def test_what_is_said_of_a_cell_holds_at_its_points(a):
-    """Orbits all over it or nowhere, for every word of p = 6."""
+    """For all words of p = 6, cells that are all orbits or none."""
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -126,9 +126,9 @@ def test_of_a_cell_without_width_all_is_said(a):
 
 @pytest.mark.parametrize(("a", "r"), [(0.1, 0.0), (0.4, 0.02), (1.2, 0.3)])
 def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
-    """Parts in 1e9, more than rounding takes, and no more than these where a cell has but one point.
+    """They leave parts in 1e9, more than rounding takes, and no more in a cell of one point.
 
-    The sine of a turn may be largest inside the range, at neither of its ends.
+    The sine of a turn may be largest inside the range rather than at an end.
     """
     rng = np.random.default_rng(2)
     for _, legs in cut(representatives(6)):
@@ -156,7 +156,7 @@ def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
 
 @pytest.mark.parametrize("a", [0.4, 1.2])
 def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
-    """By differences of the gradient of the length: what drives alpha'', what errors change, and |A u|."""
+    """Compared with differences of the gradient: the driving of alpha'', the effect of errors, and |A u|."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
     for _, words in cut(representatives(7)):
         alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
@@ -178,7 +178,7 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
         second = np.abs(ends - 2 * gradient(alpha)) / step**2
         off = rng.choice([-1e-5, 1e-5], alpha.shape)
         changed = np.abs(slope(alpha + off) - slope(alpha))
-        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # of differences
+        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # error of differences
         loose = displaced(reach(np.abs(off)), np.abs(drift), np.abs(off)) + 1e-11
         v = rng.uniform(1, 1.3, alpha.shape)
         q, u = firmness(reach(np.zeros_like(alpha)), v), v * rng.choice([-1, 1], alpha.shape)
@@ -192,7 +192,7 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
 
 @pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])
 def test_of_words_upside_down_the_same_is_said(radius):
-    """Walls and senses swapped: the directions change their signs, and whatever limits them its sides."""
+    """Walls and senses swapped: directions change sign, and their limits change sides."""
     told = set()
     for _, legs in cut(representatives(7)):
         mirrored = Chain(legs.k, -legs.d, legs.n, -legs.s)

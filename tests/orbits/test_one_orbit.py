@@ -1,4 +1,4 @@
-"""One orbit as a library gives it: its matrix, its images, its name, its numbers that are recognised."""
+"""One orbit from the library: its matrix, images, repr and recognised numbers."""
 
 import math
 

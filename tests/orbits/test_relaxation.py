@@ -1,4 +1,4 @@
-"""The paper's artificial dynamics: an independent way to every orbit."""
+"""The paper's artificial dynamics, an independent way to every orbit."""
 
 import numpy as np
 import pytest
@@ -44,7 +44,7 @@ def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
 
 
 def test_the_way_to_rest_is_that_of_the_differential_equation():
-    """Of eq. (2), solved by another method; those of lower order than the fourth are off by 1e-5 and more."""
+    """Eq. (2) solved by another method; a scheme below fourth order would be off by 1e-5 or more."""
     words, stadium = representatives(4)[0], Stadium(0.5)
     relaxed = relax(words, stadium, 0.1)
 
