@@ -146,9 +146,7 @@ def _children(node: ast.AST) -> Iterable[ast.AST]:
             return node.body
         case ast.Assign() | ast.AugAssign() | ast.AnnAssign():
             return [node.value] if node.value is not None else []
-        case (
-            ast.Raise() | ast.JoinedStr()
-        ):  # before Python 3.12 nodes in f-strings have no positions
+        case ast.Raise() | ast.JoinedStr():  # before Python 3.12 nodes in f-strings have no positions
             return []
         case ast.comprehension():
             return [node.iter, *node.ifs]

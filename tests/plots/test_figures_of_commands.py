@@ -1,4 +1,4 @@
-"""What `orbitdb plot` draws: the numbers on the axes of each figure are those of the library."""
+"""Figures of `orbitdb plot`: the numbers on their axes are those of the library."""
 
 import shutil
 from bisect import bisect_right
@@ -38,7 +38,7 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 
 
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
-    """Draw a figure of a subset; the limit is of orbits on a sheet."""
+    """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
     more = {"limit": limit} if kind == "sheet" else {}
     module = averages if kind in ("entropy", "lyapunov") else subsets
     return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
@@ -68,7 +68,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     p, k_0 = named(ax, "$K_0")
     assert p.tolist() == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
-    assert ax.containers == []  # no bars: a change from one period to the next bounds nothing
+    assert ax.containers == []  # no error bars: a change between two periods bounds nothing
     shown = dict(zip(*named(ax, "$h(p)$"), strict=True))
     expected = dict(zip(found.p.tolist(), found.h_zeta.tolist(), strict=True))
     assert {4, 5} <= set(shown) == set(expected) & set(shown)
@@ -82,7 +82,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     room = 0.12 * (max(inside) - min(inside))
     assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
     assert ax.get_xlim() == (1.3, 5.5)
-    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what lies below is told
+    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what is below the axis
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
     gaps = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -263,7 +263,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
 
 
 def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
-    """Check what is around the curves of a length spectrum; its peaks are named above or below them."""
+    """Check the frame of a length spectrum. Peaks are named above the curves if side > 0, else below."""
     (band,) = ax.patches
     assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete, 12))
     assert legend(ax) == [*["levels"] * (side > 0), "orbits, downwards", "orbits may be missing"]

@@ -1,4 +1,4 @@
-"""Figures over a: births, lives, and the entropy, as commands draw them."""
+"""Figures over a: births, lives and entropy, as commands draw them."""
 
 import math
 import shutil
@@ -25,13 +25,13 @@ from orbitdb.store.reading.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:
-    """Return how many words of a period are orbits at a."""
+    """Return the number of words of a period that are orbits at a."""
     lives = known.births(p)
     return sum(life.class_size for life in lives if life.born <= a < (life.dies or math.inf))
 
 
 def entropy_at(known: Catalogue, highest: int, a: float) -> float:
-    """Return the entropy from the births up to a period."""
+    """Return the entropy from births up to a period."""
     return entropy_of_counts(
         np.array([0, 0, *(orbits_at(known, p, a) for p in range(2, highest + 1))])
     ).h_zeta[-1]

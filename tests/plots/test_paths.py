@@ -21,7 +21,7 @@ from orbitdb.plots.style import BLUE, ORANGE
 
 
 def arrows(ax) -> list[NDArray[np.float64]]:
-    """Return the directions in which the path is drawn."""
+    """Return the directions of the arrows."""
     tips = [each for each in ax.texts if isinstance(each, Annotation) and each.arrow_patch is not None]
     return [np.subtract(each.xy, each.xyann) for each in tips]
 
@@ -110,7 +110,7 @@ def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
 
 @pytest.mark.slow
 def test_axes_are_the_given_ones_or_new_ones(ax, rng):
-    from matplotlib import pyplot  # it takes as long as ten tests
+    from matplotlib import pyplot  # importing it takes as long as ten tests
 
     given = paths.draw_titled(paths.draw_orbit, (Stadium(1.6), Stadium(1.6).outline()[:3]), "$5 or $6", ax)
     assert (given, given.get_title()) == (ax, r"\$5 or \$6")

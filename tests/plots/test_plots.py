@@ -1,4 +1,4 @@
-"""Figures: what is drawn is what was given, and files are what their endings say."""
+"""Figures show the given data, and their files match their endings."""
 
 import os
 import sys
@@ -56,7 +56,7 @@ def test_the_svg_path_has_the_bounces_at_their_places():
 
 @pytest.mark.slow
 def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
-    """It is loaded by the first figure, and shows further ones only if it stays interactive."""
+    """The first figure loads the backend, which shows later ones only while it is interactive."""
     (tmp_path / "notebook_backend.py").write_text(
         "import matplotlib\n"
         "from matplotlib.backends.backend_agg import FigureCanvas\n"

@@ -1,4 +1,4 @@
-"""Pictures of what was chosen: sheets in any order and of words, any size, grids of small drawings."""
+"""Sheets in any order and of given words, figures of any size, and grids of small drawings."""
 
 import io
 import sys
@@ -17,13 +17,13 @@ matplotlib.use("agg")
 
 
 def labels(figure):
-    """Return the codes under the drawings of a sheet, in their order."""
+    """Return the codes under the drawings of a sheet, in order."""
     return [text.get_text().split("\n")[0] for text in figure.axes[0].texts]
 
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Catch the figures that a command writes."""
+    """Collect the figures that commands write."""
     from orbitdb.plots import style
 
     made, save = [], style.save
@@ -72,7 +72,7 @@ def test_a_subset_draws_its_sheet(filled):
 
 
 def test_a_grid_of_orbits_does_not_overlap(filled):
-    """Neither titles, numbers nor labels reach into the drawing beside."""
+    """Titles, numbers and labels stay out of neighbouring drawings."""
     figure = Figure(figsize=(8, 8))
     chosen = Catalogue(filled).select(p="2-5", status="orbit", coordinates=True)[:20]
     axes = [orbit.plot(ax=ax) for orbit, ax in zip(chosen, figure.subplots(5, 4).flat, strict=True)]

@@ -1,4 +1,4 @@
-"""Orbits judge a spectrum: levels from orbits, missing levels, the radius."""
+"""Orbits judge a spectrum: levels from orbits, missing levels, and the radius."""
 
 import math
 
@@ -30,7 +30,7 @@ def catalogue(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def exact():
-    """All levels of the parity oo below k = 16 at a = 1.6."""
+    """All levels of parity oo below k = 16 at a = 1.6."""
     return levels(1.6, 16.0, parities=["oo"]).k
 
 
@@ -106,7 +106,7 @@ def test_a_whole_list_misses_nothing_and_every_level_taken_out_is_found(orbits, 
     whole = assess(exact, orbits, 1.6, Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
     assert whole.verdict() == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}"
-    for n in range(len(exact) - 8):  # a level that is missing at the end shifts too few
+    for n in range(len(exact) - 8):  # a level missing near the end shifts too few others
         found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
         assert (found.missing, found.spurious) == (1, 0)
         (gap,) = found.gaps
@@ -133,7 +133,7 @@ def test_the_radius_is_found(orbits, exact, off):
 
 @given(st.data())
 def test_the_cheapest_numbers_are_those_of_every_assignment(data):
-    """All assignments of few levels, tried one by one."""
+    """The reference tries every assignment of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
     sigma = np.full(len(expected), data.draw(st.floats(0.1, 1)))
@@ -144,7 +144,7 @@ def test_the_cheapest_numbers_are_those_of_every_assignment(data):
 
 
 def _every(count, most, least=0):
-    """Yield all numbers of some levels: 0, or rising ones."""
+    """Yield all assignments of numbers to levels: 0, or increasing numbers."""
     if count == 0:
         yield []
         return
@@ -154,7 +154,7 @@ def _every(count, most, least=0):
 
 
 def _cost(expected, sigma, numbers):
-    """Return what an assignment costs; numbers after the last one are not missing."""
+    """Return the cost of an assignment; numbers after the last one are not missing."""
     given = [number for number in numbers if number]
     left_out = max(given, default=0) - len(given) + numbers.count(0)
     off = sum((x - n + 0.5) ** 2 / (2 * s**2) for x, n, s in zip(expected, numbers, sigma, strict=True) if n)

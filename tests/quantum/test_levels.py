@@ -1,4 +1,4 @@
-"""The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
+"""The levels of the stadium against shapes with known levels, finer grids, and another method."""
 
 import math
 
@@ -35,7 +35,7 @@ _GRID = (12, 2)
 
 
 def _number(low: float, high: float, order: int = 12) -> tuple[int, int]:
-    """Return how many levels lie below a window, and how many in it."""
+    """Return the number of levels below a window, and in it."""
     below, k = LevelTask(0.5, Parity.EE, low, high).on_grid(order, 2)
     assert ((low <= k) & (k < high)).all()
     return below, len(k)
@@ -43,7 +43,7 @@ def _number(low: float, high: float, order: int = 12) -> tuple[int, int]:
 
 @pytest.mark.parametrize("places", [-2, 0, 2])
 def test_a_level_on_an_end_belongs_to_the_window_above_it(places):
-    """So does a level a few floats away, as another grid or processor may give it."""
+    """So does a level a few floats away, which another grid or processor may give."""
     _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
     end = k + places * np.spacing(k)
     assert _number(0.0, end) == (0, 0)

@@ -101,7 +101,7 @@ def test_peaks_name_orbits_of_their_length(catalogue):
     for peak in peaks:
         assert peak.total == pytest.approx(peak.repetitions * catalogue[peak.code].length)
         assert abs(peak.length - peak.total) < 2 * math.pi / found.k_max
-    assert found.k_max == 30.0  # as there are no levels
+    assert found.k_max == 30.0  # the default without levels
 
 
 def test_bouncing_balls_by_parity_add_up_to_all():
@@ -127,7 +127,7 @@ def test_a_peak_is_the_transform_of_its_cosine(classes):
 
 @pytest.mark.parametrize("times", [1, 2, 3])
 def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
-    """By matrices on a grid that ends softly; the softness is taken to 0."""
+    """By matrices on a grid with a soft edge, extrapolated to zero softness."""
 
     def trace(soft):
         reach = math.sqrt(18 / soft)
@@ -173,7 +173,7 @@ WORDS = ["13", "1232131", "0103155", "1155", "013", "0201232", "11335"]
 
 
 def _foci(word: str, a: float) -> int:
-    """Follow a wavefront bounce by bounce: return how often it comes to a focus in one period."""
+    """Follow a wavefront bounce by bounce; return the number of foci in one period."""
     points = there(solve_word(word, a).points)
     path = np.roll(points, -1, axis=0) - points
     distance = np.hypot(*path.T)

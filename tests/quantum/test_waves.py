@@ -21,7 +21,7 @@ A = 1.6
 
 @pytest.fixture(scope="module")
 def few():
-    """The waves of oo from k = 8 to 10 at a = 1.6."""
+    """The waves of parity oo from k = 8 to 10 at a = 1.6."""
     return list(waves(A, 8, 10, "oo"))
 
 
@@ -141,7 +141,7 @@ def test_the_husimi_function_lies_where_the_momentum_is(few):
     found = few[0].husimi(s, sine)
     assert found.shape == (40, 21)
     assert found.max() == 1
-    np.testing.assert_allclose(found, found[:, ::-1], atol=1e-9)  # a real function: both ways round
+    np.testing.assert_allclose(found, found[:, ::-1], atol=1e-9)  # a real function has both directions
     whole = Stadium(A).perimeter
     np.testing.assert_allclose(few[0].husimi(s + whole / 2, sine), found, atol=1e-6)
 

@@ -1,4 +1,4 @@
-"""Several bounds on one measure hold together, in whatever order they are given."""
+"""Several bounds on one measure all apply, in any order."""
 
 import json
 from itertools import permutations

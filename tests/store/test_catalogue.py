@@ -1,4 +1,4 @@
-"""The database file: its schema, what is refused, what it takes and what survives."""
+"""The database file: schema, refusals, estimates of size and time, and what is kept."""
 
 import json
 import re
@@ -27,7 +27,7 @@ from orbitdb.symbols.pruning import count_admissible
 
 
 def plainly(statement: str | None) -> str:
-    """SQL without the blanks that mean nothing."""
+    """SQL with insignificant blanks removed."""
     return re.sub(r"\s*([(),])\s*", r"\1", " ".join((statement or "").split()))
 
 
@@ -46,7 +46,7 @@ def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
     with writing_engine(path).begin() as connection:
         context = MigrationContext.configure(connection)
         differing = [each for each in compare_metadata(context, metadata) if each[0] != "remove_constraint"]
-        assert differing == []  # which texts are unique, SQLAlchemy need not know
+        assert differing == []  # SQLAlchemy does not know which texts are unique
         made, revision = schema_of(connection), context.get_current_revision()
     empty(tmp_path / "migrated.db").close()
     assert migrate(tmp_path / "migrated.db").after == SCHEMA_VERSION
@@ -122,7 +122,7 @@ def test_the_sweeps_that_are_stored_are_not_needed_again_and_give_the_time(fille
 
 
 def test_many_processes_wait_for_the_one_that_writes(tmp_path):
-    """By how much depends on the method: the relaxation hardly writes for all its solving."""
+    """The gain depends on the method, for the relaxation solves for long and writes little."""
     for method, gain in (("newton", 3.5), ("relaxation", 600)):
         alone, many = (need(tmp_path / "none.db", 1.6, [9], jobs, method).seconds for jobs in (1, 10**6))
         assert gain < alone / many < 1.3 * gain
@@ -145,7 +145,7 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
-    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # what schema 2 did not know
+    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # unknown before schema 3
     assert need(filled, 1.6, [12], 1).seconds == need(filled.with_name("none.db"), 1.6, [12], 1).seconds
 
 

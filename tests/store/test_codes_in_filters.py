@@ -1,4 +1,4 @@
-"""Codes in expressions, and classes that somebody has altered: what they find, and what is told."""
+"""Codes in expressions, and altered classes: what they match, and what is reported."""
 
 import pytest
 from contents import alter
@@ -49,7 +49,7 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
 
 
 def test_the_longest_words_with_a_key_and_longer_ones_are_found(own):
-    """One by one, also where the words of a class are sorted, and long ones of several orders together."""
+    """One by one, also with the words of a class sorted, and together with long words of other periods."""
     for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
         fill_word(own, word, 1.6)
         with Catalogue(own, 1.6) as catalogue:

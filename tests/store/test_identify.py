@@ -1,4 +1,4 @@
-"""Orbits found by a trajectory near them, or by a length."""
+"""Orbits found from a nearby trajectory, or from a length."""
 
 import math
 
@@ -33,7 +33,7 @@ def catalogue(filled_once):
 
 
 def start_of(points, turn=0.0):
-    """A start at the first of some bounces towards the second, turned a little."""
+    """A start at the first of some bounces towards the second, slightly turned."""
     x, y = points[1] - points[0]
     return (*points[0], math.atan2(y, x) + turn)
 
@@ -44,7 +44,7 @@ def name(found):
 
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
 def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
-    """So the trace ends in time: all that is told of it lies within the tolerance."""
+    """So the trace ends in time: everything it reports is within the tolerance."""
     orbit = solve_word(word, STADIUM)
     path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
     best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
@@ -55,7 +55,7 @@ def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
 
 @pytest.mark.slow
 def test_random_trajectories_are_those_of_the_reference(catalogue):
-    """And what is said of every orbit holds: within the tolerance as long as is told, and no longer."""
+    """Every orbit named is within the tolerance as long as stated, and no longer."""
     rays = random_rays(STADIUM, 2, np.random.default_rng(5))
     expected = to_strings(itineraries(STADIUM, rays, 12).symbols)
     for x, y, vx, vy, word in zip(rays.x, rays.y, rays.vx, rays.vy, expected, strict=True):
@@ -77,7 +77,7 @@ def test_random_trajectories_are_those_of_the_reference(catalogue):
 
 @pytest.mark.parametrize("word", slow_but(["13"], ["13", "1232131", "1" * 20 + "5" * 20]))
 def test_the_bounces_of_an_orbit_name_it(catalogue, word):
-    """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
+    """Closed or not, measured with errors, mirrored or reversed, and of any period."""
     orbit = solve_word(word, STADIUM)
     once, points = np.random.default_rng(1), there(orbit.points)
     closed = np.concatenate([points, points[:1]])
@@ -115,7 +115,7 @@ def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
 def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
     catalogue, turns, off, number, tolerance, limit
 ):
-    """Against all lengths, one by one; the nearest first, then low periods and least words."""
+    """Checked against every length. The nearest come first, then low periods and least words."""
     known = sorted({*catalogue.rows(choose(status="orbit"), OF_CANDIDATES[:6])})
     length = turns * known[number % len(known)][3] + off
     wanted = []
@@ -202,7 +202,7 @@ def test_no_trajectory_into_a_joint_goes_on_behind_it():
 
 @pytest.mark.slow
 def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
-    """Given with six digits it may lie outside."""
+    """Given to six digits, it may be outside."""
     orbit = catalogue["1232131"]
     x, y, angle = (round(value, 6) for value in start_of(orbit.points))
     for start in ((x * 1.0000001, y, angle), (x * 0.9999999, y, angle)):

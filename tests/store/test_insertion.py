@@ -1,4 +1,4 @@
-"""Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
+"""Rows inserted into SQLite: their number, types and ids."""
 
 import sqlite3
 from typing import Any
@@ -37,7 +37,7 @@ def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     given = [[NULL if value is None else value for value in column] for column in wanted]
     columns = dict(zip(orbit.c.keys(), given, strict=True))
     insert(connection, orbit, columns)
-    insert(connection, orbit, columns)  # they are there: nothing is inserted again
+    insert(connection, orbit, columns)  # all present: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
     assert found == list(zip(*wanted, strict=True))
 
@@ -67,7 +67,7 @@ def test_columns_may_come_in_any_order(connection):
 
 
 def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
-    """They count up in the order of their arrival, those of pruned words down."""
+    """Ids count up in order of arrival, those of pruned words down."""
     path = tmp_path / "orbits.db"
     migrate(path)
     words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]
@@ -81,5 +81,5 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
 
 
 def test_ids_of_long_words_are_above_those_of_every_period():
-    """So that what is counted of a period by its ids holds no long word."""
+    """So counting a period by its range of ids never includes a long word."""
     assert keys_of_period(MAX_KEYED)[1] < LONG

@@ -63,7 +63,7 @@ def test_words_are_keys_in_any_rotation(catalogue):
     assert "3123" in catalogue
     assert catalogue["3123"].coordinates.tolist() == np.roll(catalogue["1233"].coordinates, 1).tolist()
     assert catalogue["(1)^2 3"].code == "113"
-    for word in ("31", "113", "12313"):  # of three symmetries
+    for word in ("31", "113", "12313"):  # with three different symmetries
         assert catalogue[word].symmetry == solve_word(word, 1.6).symmetry is not None
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
@@ -76,7 +76,7 @@ def test_a_word_that_is_not_stored_is_answered_as_by_the_command_line(catalogue,
     orbit = catalogue[word]
     assert (orbit.code, orbit.status, orbit.stored, word in catalogue) == (word, status, False, False)
     assert orbit == solve_word(word, 1.6)
-    assert catalogue["001"].stored  # pruned words of three symbols are
+    assert catalogue["001"].stored  # pruned words of three symbols are stored
 
 
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
@@ -155,7 +155,7 @@ def test_a_subset_shows_itself_in_a_notebook(catalogue):
     html = subset._repr_html_()
     assert html.count("<svg") == 10
     assert f"and {len(subset) - 10} more" in html
-    table = ElementTree.fromstring(f"<div>{html}</div>").find("table/tbody")  # every element is closed
+    table = ElementTree.fromstring(f"<div>{html}</div>").find("table/tbody")  # every element must be closed
     cells = [(cell.text, "left" in cell.attrib["style"]) for cell in there(table)[0]]
     texts = "013", "3", "orbit", "10.8506847", "4.3928510", "1.464284", "0.404846", "4", "xT"
     assert cells[1:] == [(text, n in (0, 2, 8)) for n, text in enumerate(texts)]
@@ -208,7 +208,7 @@ def test_iteration_length_and_membership_agree(varied):
     words = list(catalogue)
     assert len(words) == len(set(words)) == len(catalogue) == 1 + 8 + 32 + 96 + 252
     assert all(least_rotation(word) == word for word in words)
-    assert all(word in catalogue for word in words[::9])  # each look is a query
+    assert all(word in catalogue for word in words[::9])  # each test is a query
 
 
 def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):

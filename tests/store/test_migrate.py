@@ -1,4 +1,4 @@
-"""Catalogues of schema 6: copied, brought to the newest schema, and sound afterwards."""
+"""Catalogues of schema 6 are copied, brought to the newest schema, and sound afterwards."""
 
 import shutil
 import sqlite3
@@ -47,7 +47,7 @@ def least_of(p: int) -> list[str]:
 
 @pytest.fixture(scope="module")
 def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A catalogue of schema 6 with something in every table, and fills half done."""
+    """A catalogue of schema 6 with rows in every table and half-finished fills."""
     path = tmp_path_factory.mktemp("older") / "old.db"
     with closing(empty(path)) as plain:
         words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313", KEYED] + LONG_WORDS
@@ -103,7 +103,7 @@ def asked(path: Path, statement: str) -> list[tuple[Any, ...]]:
 
 
 def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """All that a catalogue of either schema holds, whatever the numbers of its classes are."""
+    """Return the contents of a catalogue of either schema, independent of class ids."""
     with closing(sqlite3.connect(path)) as plain:
         if plain.execute("PRAGMA user_version").fetchone() == (6,):
             pruned = "SELECT p, word, rules FROM sequence WHERE cycle IS NULL"
@@ -286,7 +286,7 @@ for line in sys.stdin:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_a_migration_that_is_killed_leaves_old_or_new(older):
-    """Killed behind every few statements, from the copy to the commit and the last one."""
+    """Killed after every few statements, from the copy to the commit and the very last."""
     whole, before = older.read_bytes(), held(older)
     versions, statements = [6], 0
     process = subprocess.Popen(

@@ -1,4 +1,4 @@
-"""Whatever is asked of a catalogue, in any order and form: the rows that a list in plain Python gives."""
+"""Any question to a catalogue, in any order and form, gives the rows of a plain Python list."""
 
 import contextlib
 import csv
@@ -35,7 +35,7 @@ AT_A_TIME = {"order.STEP": 100, "row_blocks.ROWS": 50, "question.BLOCK": 30, "fi
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """A catalogue, and all of it as a list."""
+    """A catalogue, and all its rows as a list."""
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
     with pytest.MonkeyPatch.context() as patch:
         for name, count in AT_A_TIME.items():
@@ -45,7 +45,7 @@ def asked(tmp_path_factory):
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
 @example({"status": "orbit,geometric,dynamical"}, "p", None, 0, ("code", "rules", "coordinates"))
-@example({"length": (10.4, 10.4)}, "p", None, 0, ("code",))  # the very length of 13
+@example({"length": (10.4, 10.4)}, "p", None, 0, ("code",))  # exactly the length of 13
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))
@@ -130,7 +130,7 @@ def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
 
 
 def options(criteria):
-    """Return criteria as a command takes them."""
+    """Return criteria as options of a command."""
     spans = {name: criteria[name] for name in model.RANGES if name in criteria}
     texts = {name: ":".join("" if end is None else repr(end) for end in span) for name, span in spans.items()}
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
@@ -143,7 +143,7 @@ def options(criteria):
 
 
 def read_back(path, form, names):
-    """Return the rows of a file, as the formats have them."""
+    """Return the rows of a file, read according to its format."""
     if form == "jsonl":
         return [tuple(json.loads(line).values()) for line in path.read_text().splitlines()]
     if form == "csv":
@@ -162,7 +162,7 @@ def read_back(path, form, names):
 
 
 def as_written(value, name, form):
-    """Return a value as a format has it: none, and what stands in a cell."""
+    """Return a value as a format writes it, missing values included."""
     if form == "csv":
         cell = " ".join(map(str, value)) if isinstance(value, list) else value
         return "" if value is None else str(cell)
@@ -230,7 +230,7 @@ def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, 
     monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as catalogue:
         selection, looks = choose(**criteria), itertools.count()
-        size = catalogue.count(selection)  # so that SQLite has read the schema
+        size = catalogue.count(selection)  # makes SQLite read the schema
         whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)
         asked = next(looks)
         assert asked > 0
@@ -243,5 +243,5 @@ def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, 
             except CancelledError:
                 ended += 1
             else:
-                assert found == whole  # nothing was left to be done
+                assert found == whole  # nothing was left to do
         assert ended >= max(1, asked - 2)

@@ -1,4 +1,4 @@
-"""What somebody tries first in Python, and what is said of names, expressions and files that will not do."""
+"""Common first attempts in Python, and what is said about unsuitable names, expressions and files."""
 
 import sqlite3
 from contextlib import closing
@@ -103,7 +103,7 @@ def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
 
 
 def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
-    """Longer numbers are none, though their end says an admissible word; nor are those of pruned words."""
+    """Numbers with extra digits are refused even if they end in an admissible word, as are pruned words."""
     with closing(Catalogue(varied)) as catalogue:
         classes = catalogue.classes(a=1.6, p=5, status="orbit")
     for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
@@ -129,7 +129,7 @@ def test_nothing_replaced_is_nothing(varied):
 
 
 def test_a_question_that_a_signal_interrupts_ends_as_by_ctrl_c(tmp_path):
-    """SQLite tells it as an error of its own."""
+    """SQLite reports it as an error of its own."""
     with closing(sqlite3.connect(":memory:")) as plain:
         plain.create_function("stop", 0, plain.interrupt)
         endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT stop() FROM n"
@@ -141,7 +141,7 @@ def test_where_no_copy_can_be_written_nothing_is_migrated(varied, tmp_path):
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
     make_older(path)
-    ask(path, "PRAGMA journal_mode = WAL")  # as the program leaves every file
+    ask(path, "PRAGMA journal_mode = WAL")  # the mode of every file the program closes
     before = path.read_bytes()
     (tmp_path / "old.db.schema-6").mkdir()
     with pytest.raises(StoreError, match=r"old\.db\.schema-6 cannot be written \(.+\); nothing was changed"):

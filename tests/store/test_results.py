@@ -1,4 +1,4 @@
-"""Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
+"""Results by period, histograms and proved bounds, from the library, commands and rows."""
 
 import re
 from collections import Counter
@@ -47,7 +47,7 @@ def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue, varied):
     found = chosen.averages()
     for name in found.columns:
         np.testing.assert_allclose(_numbers(found[name]), _numbers(averages[name]), rtol=1e-14, atol=1e-15)
-    for each in (catalogue, Catalogue(varied, a=1.0)):  # of words through a joint, too
+    for each in (catalogue, Catalogue(varied, a=1.0)):  # includes words through a joint
         assert each.select(p="2-8").table().columns == each.table().columns
 
 

@@ -1,4 +1,4 @@
-"""Rows have what their status demands; each number that is missing or impossible is seen by itself."""
+"""Rows have what their status requires; each missing or impossible number is detected alone."""
 
 import numpy as np
 import pytest

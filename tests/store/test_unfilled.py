@@ -1,4 +1,4 @@
-"""What is not filled, or in part, is never told as zero, in one wording everywhere."""
+"""Unfilled or partly filled periods never count as zero, and are described the same everywhere."""
 
 import json
 
@@ -94,7 +94,7 @@ def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monk
         lines = done.err.replace(f" --db {varied}", "").splitlines()
         assert done.code == 1
         assert lines[0].startswith(said)
-        assert len(lines) == 1 + (command == "verify" and said == GAP)  # it says that the file is sound, too
+        assert len(lines) == 1 + (command == "verify" and said == GAP)  # it also says the file is sound
         assert "no orbits" not in done.err
 
 
@@ -193,7 +193,7 @@ def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
 
 @pytest.fixture(params=["not begun", "begun"])
 def busy(request, filled, begin_fill):
-    """A catalogue with p = 2..8 in which a fill of p = 9 goes a batch further behind every question."""
+    """A catalogue with p = 2..8 in which a fill of p = 9 advances one batch after every query."""
     begun = request.param == "begun"
     going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])
     at_work = False
