@@ -1,4 +1,4 @@
-"""Records that hold arrays are equal by value, and equal ones have equal hashes."""
+"""Records with arrays are compared by value, and equal records have equal hashes."""
 
 import dataclasses
 import importlib
@@ -19,7 +19,7 @@ from orbitdb.symbols.words import from_strings
 
 
 def _records():
-    """Return the public dataclasses of the package with a field that is an array."""
+    """Return the public dataclasses of the package that have an array field."""
     for found in pkgutil.walk_packages(orbitdb.__path__, "orbitdb."):
         if found.name.startswith(("orbitdb.migrations", "orbitdb.cli.tui", "orbitdb.plots")):
             continue
@@ -37,7 +37,7 @@ def _is_array(field):
 
 
 def test_no_public_name_is_that_of_a_module():
-    """A module that is imported would take its place."""
+    """Importing the module would replace the name."""
     assert not {found.name for found in pkgutil.iter_modules(orbitdb.__path__)} & set(orbitdb.__all__)
 
 
@@ -46,7 +46,7 @@ def test_every_public_record_with_arrays_is_equal_by_value():
     assert {"Orbits", "Subset", "ChosenClasses", "ClassRows"} <= {kind.__name__ for kind in kinds}
     records = [
         kind for kind in kinds if kind.__eq__ is not object.__eq__ and kind is not Orbit
-    ]  # others are what they are
+    ]  # others compare by identity
     assert [kind for kind in records if not issubclass(kind, ByValue)] == []
     assert all(kind.__eq__ is ByValue.__eq__ and kind.__hash__ is ByValue.__hash__ for kind in records)
 

@@ -1,4 +1,4 @@
-"""Files of columns: whole or not there, and the same by rows as by columns."""
+"""Files of columns are complete or absent, and the same by rows as by columns."""
 
 import errno
 import os

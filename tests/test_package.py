@@ -1,4 +1,4 @@
-"""The wheel: installed away from the sources, it does the main job."""
+"""The wheel works when installed away from the sources."""
 
 import os
 import shutil

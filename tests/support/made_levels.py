@@ -1,4 +1,4 @@
-"""Levels that are spaced as Weyl's law has it, stored as if they had been found."""
+"""Levels spaced by Weyl's law, stored as if they had been computed."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Questions to ask of a catalogue, as Hypothesis draws them; what they choose stands in `model`."""
+"""Questions to a catalogue, as drawn by Hypothesis; `model` has the answers."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0
 
 
 def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:
-    """Return a test of some columns that no row without them passes, as in SQL."""
+    """Return a test that also fails for rows where one of the columns is missing, as in SQL."""
     return lambda row: None not in [row[name] for name in names] and test(row)
 
 
@@ -84,7 +84,7 @@ NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_siz
 
 
 def catalogue_to_ask(path: Path) -> Catalogue:
-    """Fill two a, births with deaths to p = 5, a part of a period, pruned words and long ones."""
+    """Fill two a, births with deaths to p = 5, part of a period, pruned words and long ones."""
     catalogue = Catalogue.create(path)
     known = fill_periods(path, 1.6, range(2, 6)), fill_periods(path, 1.0, range(2, 4))
     made(path, *known, fill_births(path, range(2, 6)), fill_geometric(path, [3, 4]))
@@ -106,6 +106,6 @@ def expected(
     limit: int | None = None,
     offset: int = 0,
 ) -> list[model.Row]:
-    """Return the rows that a question has for an answer."""
+    """Return the rows that answer a question."""
     found = model.in_order(model.chosen(rows, criteria, WHERE), order)
     return model.cut(found, limit, offset)

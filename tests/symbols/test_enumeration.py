@@ -17,7 +17,7 @@ from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
 
 @cache
 def lyndon_by_hand(p: int) -> list[str]:
-    """All primitive words that are their own least rotation, in order."""
+    """Return all primitive words that are their own least rotation, in order."""
     words = ("".join(symbols) for symbols in product(SYMBOLS, repeat=p))
     return [w for w in words if all(w < w[i:] + w[:i] for i in range(1, p))]
 
@@ -67,9 +67,9 @@ def test_spans_of_classes_hold_every_class_once(p, size):
     assert all(one.upto == other.after for one, other in pairwise(cut))
     parts, whole = [classes_in(span) for span in cut], classes_in(Span.whole(p))
     assert [each for part in parts for each in part] == whole
-    assert max(map(len, parts)) <= 1.5 * size + 100  # a prefix has up to some hundred
+    assert max(map(len, parts)) <= 1.5 * size + 100  # a prefix can have about a hundred
     half = len(whole) // 2
-    behind = class_spans(p, size, int(whole[half - 1][0], 8))  # a word, which is left out
+    behind = class_spans(p, size, int(whole[half - 1][0], 8))  # the word itself is excluded
     assert [each for span in behind for each in classes_in(span)] == whole[half:]
 
 

@@ -60,7 +60,7 @@ def test_generators_move_the_points_as_they_say():
 
 
 def test_known_images():
-    # the run 11 runs across the end of the word
+    # the run 11 crosses the end of the word
     assert images_of("1232131") == [
         "1232131", "3212313", "4030134", "5010315", "4312324", "5132125", "1310301", "3130103",
     ]  # fmt: skip

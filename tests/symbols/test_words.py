@@ -1,4 +1,4 @@
-"""Words: reading and writing them, rotations, and packed integers."""
+"""Words: reading and writing, rotations, and packed integers."""
 
 import sqlite3
 from contextlib import closing, suppress

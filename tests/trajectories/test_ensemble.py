@@ -1,4 +1,4 @@
-"""Random trajectories: the billiard's laws, its invariant measure, and lambda from two directions."""
+"""Random trajectories: billiard laws, invariant measure, and lambda computed in two ways."""
 
 import math
 from functools import cache, partial
@@ -76,7 +76,7 @@ def test_long_runs_stay_sane_and_on_the_circle(a):
 
 
 def test_whispering_gallery_keeps_its_angle():
-    """At 1e-9 from the tangent a path crawls along the semicircle by chords all equal."""
+    """At 1e-9 from the tangent, a path follows the semicircle in equal chords."""
     graze = 1e-9
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -graze, 1.0)))
     angles = []
@@ -90,9 +90,9 @@ def test_whispering_gallery_keeps_its_angle():
 
 
 def test_growth_is_that_of_the_product_of_bounce_matrices():
-    """Lambda from one direction: the paper's matrices, walls and all, from points measured anew.
+    """Lambda from one tangent vector, with the paper's matrices at every bounce and independent points.
 
-    They act on (d theta, d y) = (slope, y), and each has a -1 that the beam leaves out.
+    The matrices act on (d theta, d y) = (slope, y). Each has a factor -1 that the beam leaves out.
     """
     a, n, steps = 1.6, 300, 5
     start = random_arcs(n, np.random.default_rng(3))
@@ -164,7 +164,7 @@ def found_by_seeds(a):
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
 def test_the_mean_free_path_is_off_by_as_much_as_its_error_says(a):
-    """Over many seeds; a plain ratio of sums is off by up to seven errors, mostly to one side."""
+    """Over many seeds. A plain ratio of sums would be off by up to seven errors, mostly to one side."""
     stadium = Stadium(a)
     found = found_by_seeds(a)
     off = np.array(
@@ -194,7 +194,7 @@ def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
 @pytest.mark.parametrize("legwise", [False, True])
 @pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
 def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
-    """From the spread of 16 or 32 groups an error is known to a sixth or an eighth of itself, no better."""
+    """The spread of 16 or 32 groups would give an error only to a sixth or an eighth of itself."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate
     found = [run(Stadium(a), bounces, seed=seed) for seed in range(40)]
     errors = np.array([one.mean_free_path_error for one in found])
@@ -208,7 +208,7 @@ def test_many_bounces_are_made_by_the_usual_number_of_trajectories():
 
 @pytest.mark.parametrize("legwise", [False, True])
 def test_errors_are_in_the_units_of_their_values(legwise):
-    """Exact means turn a growth per step into both exponents: value and error by the same factor."""
+    """Exact means turn growth per step into both exponents, scaling value and error by the same factor."""
     stadium = Stadium(0.7)
     found = simulate_legs(stadium, 20_000, (2.0, 0.0)) if legwise else simulate(stadium, 20_000)
     for each in (found.lambda_d / found.lambda_c, found.lambda_d_error / found.lambda_c_error):

@@ -1,4 +1,4 @@
-"""Rays bounce by bounce: the law of reflection, the invariant measure, symbols, and followed paths."""
+"""Rays bounce by bounce: the law of reflection, symbols, and followed paths."""
 
 import math
 
@@ -25,7 +25,7 @@ def normals(rays, a):
 
 
 def reflected(rays, a):
-    """Return the direction in which the rays came to their bounce."""
+    """Return the directions in which the rays arrived at their bounces."""
     nx, ny = normals(rays, a)
     out = 2 * (rays.vx * nx + rays.vy * ny)
     return rays.vx - out * nx, rays.vy - out * ny
@@ -81,7 +81,7 @@ def test_bouncing_ball_goes_on_for_ever_and_a_steep_path_in_one_step():
 
 @pytest.mark.parametrize(("p", "a"), [(2, 1.6), (3, 0.4), (5, 1.6), (6, 4.0), (7, 1.6), (8, 0.7)])
 def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
-    """Rays started on all solved orbits write down their words and coordinates."""
+    """Rays started on all solved orbits reproduce their words and coordinates."""
     stadium = Stadium(a)
     orbits = solve(words_of(p), stadium)
     real = orbits.status == "orbit"

@@ -1,4 +1,4 @@
-"""Values that somebody alters in a sound file, of every table that a command shows: `verify` finds each."""
+"""Values altered by hand in a sound file, in every table that a command shows: `verify` finds each."""
 
 import shutil
 import sqlite3
@@ -31,7 +31,7 @@ EIGHT = "(SELECT max(id) FROM cycle WHERE p = 7 AND class_size = 8)"
 
 
 def renumbered(old: str, new: str) -> str:
-    """Return what gives a class another id, wherever it is named."""
+    """Return statements that give a class another id wherever it occurs."""
     tables = ("orbit", "change", "certificate")
     others = "".join(f"; UPDATE {name} SET cycle = {new} WHERE cycle = {old}" for name in tables)
     return f"UPDATE cycle SET id = {new} WHERE id = {old}{others}"
@@ -256,7 +256,7 @@ def sound_levels(tmp_path_factory) -> Path:
 
 
 def found_wrong(path: Path) -> dict[str, str | None]:
-    """Return the checks that fail, and what they name."""
+    """Return the failing checks, with what they name."""
     return {name: check.first for name, check in checks(path).items() if check.failures}
 
 
@@ -272,7 +272,7 @@ def altered(path: Path, statement: str) -> None:
 def test_a_file_of_everything_is_sound(sound, cli):
     assert found_wrong(sound) == {}
     listed = cli("births", "--deaths", "--json", "--db", str(sound))
-    assert (listed.code, listed.out) == (0, "[]\n")  # none of the period under way
+    assert (listed.code, listed.out) == (0, "[]\n")  # nothing of the unfinished period
 
 
 def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
@@ -298,7 +298,7 @@ def test_balls_may_leave_open_what_doubles_decide_and_no_more(sound, tmp_path, m
         path = Path(shutil.copy(sound, tmp_path / "altered.db"))
         altered(path, f"UPDATE entropy_bound SET {change} WHERE edges = 5 AND proof = '{proof}'")
         assert ("entropy" not in found_wrong(path)) == right
-    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer ones would take hours
+    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer windows would take hours
     assert "entropy" not in found_wrong(tmp_path / "altered.db")
 
 

@@ -1,4 +1,4 @@
-"""Certificates: what they promise, who gets none, and how certification goes on."""
+"""Certificates: what they prove, which rows get none, and how certification resumes."""
 
 import json
 
@@ -18,7 +18,7 @@ CLASSES = 498
 
 @pytest.mark.parametrize("step", slow_but([3], [1, 3]))
 def test_certificates_hold_what_they_promise(small, cli, step):
-    """The radius lies between the true error, by 50 digits from plane geometry, and the stored bound."""
+    """The radius is between the true error, from 50 digits and plane geometry, and the stored bound."""
     outcome = cli("verify", "--rigorous", "--a", "1.6", "--json")
     assert outcome.code == 0
     (certificates,) = (row for row in json.loads(outcome.out) if row["check"] == "certificates")

@@ -1,4 +1,4 @@
-"""How sharp the checks of orbits are: none that is sound is suspected, what is off in one number is found."""
+"""The sharpness of the checks of orbits: sound ones pass, and an error in a single number is found."""
 
 import sqlite3
 import struct
@@ -49,9 +49,9 @@ def flipped(blob: bytes, coordinate: int, bit: int) -> bytes:
 
 
 def flip_every_bit(path: Path) -> None:
-    """Flip another bit in the first coordinate of each of 64 orbits.
+    """Flip a different bit in the first coordinate of each of 64 orbits.
 
-    Coordinates of 0 are left, for flips of their sign or lowest bits make no other orbit.
+    Zero coordinates are left out, because flipping their sign or lowest bits does not change the orbit.
     """
     rows = ask(
         path,
@@ -93,7 +93,7 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
 
 
 def moved(orbits: Orbits, name: str, by: float) -> Orbits:
-    """Move one number of the first row by so many times its error bound."""
+    """Move one number of the first row by a multiple of its error bound."""
     bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
     values = getattr(orbits, name).copy()
     values[0] += by * getattr(orbits, bound)[0]
@@ -110,7 +110,7 @@ def moved(orbits: Orbits, name: str, by: float) -> Orbits:
 )
 @pytest.mark.parametrize("a", [0.5, 1.6])
 def test_consistency_alone_finds_a_moved_number(a, name, suspected):
-    """A thousand bounds are enough: the checks by plane geometry are that sharp."""
+    """A shift of a thousand bounds is enough for the checks by plane geometry."""
     stadium = Stadium(a)
     orbits = solve(representatives(7), stadium)
     orbits = orbits.rows(orbits.status == "orbit")
@@ -126,7 +126,7 @@ EPS = np.finfo(float).eps
 
 @pytest.fixture(scope="module")
 def solved() -> Orbits:
-    """Orbits, orbits through a joint, and words that are none, as they are stored."""
+    """Orbits, orbits through a joint, and words without an orbit, as they are stored."""
     orbits = solve(representatives(6), Stadium(1.0))
     kept = np.isin(orbits.status, EXISTING)
     empty = {name: np.where(kept, getattr(orbits, name), np.nan) for name in NUMBERS if name != "margin"}
@@ -136,7 +136,7 @@ def solved() -> Orbits:
 
 
 def changed(orbits: Orbits, name: str, row: int, value: float) -> Orbits:
-    """Return rows of which one has another value, or another first coordinate."""
+    """Return rows with one value changed, or one first coordinate."""
     values = getattr(orbits, name).copy()
     values[(row, 0) if values.ndim == 2 else row] = value
     return replace(orbits, **{name: values})
@@ -160,7 +160,7 @@ def test_of_bounds_the_share_is_told_that_is_used(solved, name):
 
 
 def test_margins_have_the_side_of_the_status(solved):
-    """At a joint it may be either."""
+    """At a joint it may have either sign."""
     others = replace(solved, margin=-solved.margin)
     statuses, *_ = check_against(others, solved)
     assert statuses.failures == (solved.status != "boundary").sum() < len(solved)
@@ -178,7 +178,7 @@ def test_a_last_bit_is_found(solved, name):
 
 
 def test_proofs_know_how_far_a_number_may_be(solved):
-    """A margin may be off by the error of a place and its rounding, others by their own bounds."""
+    """A margin may be off by the error of a position and its rounding, other numbers by their own bounds."""
     stadium, rows = Stadium(1.0), solved.rows(np.flatnonzero(np.isin(solved.status, EXISTING))[:6])
     check, proved, radius, bits = prove(rows, stadium)
     assert proved.all()

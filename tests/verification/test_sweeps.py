@@ -1,4 +1,4 @@
-"""Stored sweeps and births: whole periods are checked, whatever is in the making beside them."""
+"""Stored sweeps and births: whole periods are checked, whatever else is unfinished."""
 
 import shutil
 import sqlite3
@@ -42,7 +42,7 @@ def swept_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
-    """Alter a sweep of p = 4 and 5 at a = 1.6 and p = 4 at a = 1; return what is then found of it."""
+    """Return a function that alters p = 5 among sweeps of p = 4 and 5 at two a, and returns their checks."""
     path = tmp_path / "orbits.db"
     shutil.copy(swept_once, path)
 
@@ -146,7 +146,7 @@ def begun_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def begun(begun_once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 5, and with those of p = 4 as if they were being found."""
+    """A catalogue with the births of p = 5, and with those of p = 4 unfinished."""
     return Path(shutil.copy(begun_once, tmp_path / "orbits.db"))
 
 
@@ -180,7 +180,7 @@ def test_only_the_births_of_chosen_periods_are_looked_at(begun):
 
 
 def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
-    """Short words do not: by hand, as classes of p = 9 do."""
+    """Made by hand, because only longer words do so, such as classes of p = 9."""
 
     def alter(*statements: str) -> None:
         with closing(sqlite3.connect(begun)) as plain, plain:

@@ -1,4 +1,4 @@
-"""Verification: a sound catalogue passes, and whatever is altered by hand is found."""
+"""Verification passes a sound catalogue and finds whatever is altered by hand."""
 
 import json
 import re
@@ -105,7 +105,7 @@ def test_elsewhere_is_told_and_not_a_failure(small, cli):
 
 
 def as_if_relaxed(path, chosen):
-    """Make rows look as if a run had found them by relaxation, at both a."""
+    """Make rows at both a look as if found by relaxation."""
     nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
@@ -126,7 +126,7 @@ def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
 
 
 def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
-    """As the relaxation leaves them; here those of more than 5 bounces."""
+    """Rows as the relaxation leaves them; here those of more than 5 bounces."""
     monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
     ((before,),) = ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1 AND error NOTNULL")
     of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
@@ -138,7 +138,7 @@ def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
 
 
 def test_what_cannot_be_compared_is_left(small):
-    """Counts of a fill that goes on, and bits of another version."""
+    """Counts of an unfinished fill, and bits from another version."""
     counts = (
         "primitive",
         *(f"rule_{n}" for n in range(1, 7)),
@@ -162,7 +162,7 @@ def test_what_cannot_be_compared_is_left(small):
 
 @pytest.mark.slow
 def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
-    """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
+    """Counting a fill's orbits from births stops at the bad word; all other checks are in the table."""
     path = tmp_path / "orbits.db"
     for command in (["fill", "--p", "5"], ["births", "--p", "5"]):
         assert cli(*command, "--db", str(path)).code == 0
@@ -218,7 +218,7 @@ def test_a_period_in_the_making_is_no_failure(tmp_path):
     going.close()
     assert step.words < step.total
     assert broken(path) == set()
-    for which in ("min", "max"):  # that last one is where it goes on
+    for which in ("min", "max"):  # the last one is where it resumes
         lacking = tmp_path / f"{which}.db"
         shutil.copy(path, lacking)
         ((number,),) = ask(path, f"SELECT {which}(id) FROM cycle WHERE p = {step.p}")
