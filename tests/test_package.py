@@ -13,7 +13,7 @@ from orbitdb import __version__
 ROOT = Path(__file__).parents[1]
 
 
-def test_the_citation_is_of_this_version():
+def test_the_citation_names_this_version():
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 

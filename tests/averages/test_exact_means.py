@@ -34,7 +34,7 @@ def run_probabilities(most):
 
 
 @pytest.mark.parametrize("a", HALF_LENGTHS)
-def test_leg_probabilities_are_those_of_one_leg_with_a_walls(a):
+def test_leg_probabilities_add_up_to_one_and_average_a_walls(a):
     p, n = leg_probabilities(a, 100_000), np.arange(100_001)
     tail = a**2 / 100_000**2  # integral of P_n = 2 a^2 / n^3, to leading order
     assert p.min() > -1e-15
@@ -42,14 +42,14 @@ def test_leg_probabilities_are_those_of_one_leg_with_a_walls(a):
     assert p @ n == pytest.approx(a, rel=3 * a / 100_000)
 
 
-def test_run_probabilities_are_those_of_one_run_with_half_pi_bounces():
+def test_run_probabilities_add_up_to_one_and_average_half_pi_bounces():
     p, k = run_probabilities(3000), np.arange(1, 3001)
     assert p.sum() == pytest.approx(1, abs=1e-9)
     assert p @ k == pytest.approx(np.pi / 2, abs=1e-6)
     assert p[0] == pytest.approx(2 - np.sqrt(2))
 
 
-def test_means_are_the_known_ones():
+def test_means_equal_known_values():
     """30 digits from mpmath with an Euler-Maclaurin tail; the figure for ln K is the one in DESIGN."""
     k, p = np.arange(1, 2001), run_probabilities(2000)
     tail = np.pi**3 / 8 * (np.log(2000.5) / 3 + 1 / 9) / 2000.5**3
@@ -64,7 +64,7 @@ def test_means_are_the_known_ones():
 
 
 @pytest.mark.parametrize("a", [300.0, 3000.0])
-def test_the_legs_that_are_not_summed_are_those_of_a_longer_sum(a):
+def test_the_tail_of_the_leg_sum_equals_a_longer_sum(a):
     """Sum all copies of the circle up to 400 000, each over its rise u; a/n is still small at the end."""
     x, weight = np.polynomial.legendre.leggauss(20)
     total = 1 + np.log(a)
@@ -91,7 +91,7 @@ MEANS_OF_C2 = {
         for a in MEANS_OF_C2
     ],
 )
-def test_mean_of_c2_is_as_exact_as_it_says(a):
+def test_the_mean_of_c2_is_within_its_stated_error(a):
     """Includes cases where wide panels would miss the peak at t = pi/2k, and where D is short."""
     rough, fine = mean_coupling(a, 1e-4), mean_coupling(a, 1e-7)
     for found in (rough, fine):
@@ -99,7 +99,7 @@ def test_mean_of_c2_is_as_exact_as_it_says(a):
     assert fine.error < 1e-6
 
 
-def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
+def test_bounds_on_lambda_include_the_errors_of_their_means():
     means = exact_means(0.5)
     low, high = means.bounds
     known = means.log_drift.value + means.log_kick.value
@@ -111,7 +111,7 @@ def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], HALF_LENGTHS))
-def test_means_are_those_of_random_trajectories(a):
+def test_means_agree_with_random_trajectories(a):
     first = next_leg(random_runs(SAMPLE, np.random.default_rng(5)), a)
     second = next_leg(first.runs, a)
     means = exact_means(a)
@@ -129,7 +129,7 @@ def test_means_are_those_of_random_trajectories(a):
         assert (np.abs(share - p) < 4 * np.sqrt(p / SAMPLE)).all()
 
 
-def test_bounds_hold_lambda_between_them():
+def test_lambda_is_within_its_bounds():
     low, high = exact_means(1.6).bounds
     assert low == pytest.approx(2.664126573, abs=1e-8)
     assert high == pytest.approx(2.816896395, abs=1e-6)

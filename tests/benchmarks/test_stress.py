@@ -23,7 +23,7 @@ from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.slow
-def test_stadia_from_a_circle_to_a_channel():
+def test_stadiums_from_a_circle_to_a_channel_pass():
     outcomes = list(extreme_stadia(p=6))
     assert len(outcomes) == 13
     assert all(outcome.passed for outcome in outcomes)
@@ -45,7 +45,7 @@ SMALL: dict[str, tuple[tuple[Any, ...], str]] = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_every_case_passes_and_takes_no_longer_than_it_says(name):
+def test_every_case_passes_and_reports_its_time(name):
     begin = perf_counter()
     case: Callable[..., Iterator[Outcome]] = CASES[name]
     outcomes = list(case(*SMALL[name][0]))
@@ -56,7 +56,7 @@ def test_every_case_passes_and_takes_no_longer_than_it_says(name):
     assert any(each.orbits for each in outcomes) == (name != "sum")  # this case adds up numbers without words
 
 
-def test_margins_are_the_smallest_of_their_order():
+def test_the_smallest_margins_of_each_period_are_found():
     for p, outcome in zip((6, 7), small_margins((6, 7), 0.05), strict=True):
         margin = np.abs(solve(representatives(p)[0], Stadium()).margin)
         assert outcome.words == (margin < 0.05).sum() > 0
@@ -73,7 +73,7 @@ def test_closed_words_begin_with_a_run_on_the_left(a, p):
     assert not on_left[:, -1].any()
 
 
-def test_a_wrong_row_does_not_pass():
+def test_a_wrong_row_fails():
     words, _ = representatives(5)
     orbits = solve(words, Stadium())
     honest = compare("x", "honest", orbits, Stadium(), 0.0)

@@ -60,7 +60,7 @@ def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
         ("1550", [1, 2], [1, -1], [0, 1], [0, -1]),
     ],
 )
-def test_runs_and_legs_by_hand(word, k, d, n, s):
+def test_runs_and_legs_of_some_words_are_known(word, k, d, n, s):
     ((_, legs),) = cut(from_strings([word]))
     assert legs.k[:, 0].tolist() == k
     assert legs.d[:, 0].tolist() == d
@@ -116,7 +116,7 @@ def test_length_is_strictly_concave_between_the_limits(a):
 
 
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 1.6, 1e3, 1e6])
-def test_limits_are_outside_of_every_orbit_by_more_than_rounding(a):
+def test_limits_enclose_every_orbit_by_more_than_rounding(a):
     """Exact limits: (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
     n = np.array([0, 1, 2, 3, 1000, 45_000, 135_002, 999_997.0])
     one = np.ones_like(n)[:, None]
@@ -132,7 +132,7 @@ def test_limits_are_outside_of_every_orbit_by_more_than_rounding(a):
                 assert most + 5e-14 < mp.mpf(float(steep)) < mp.pi / 2 - 1e-13
 
 
-def test_slack_errors_bound_what_a_change_of_direction_does():
+def test_slack_errors_bound_the_effect_of_a_change_of_direction():
     rng = np.random.default_rng(7)
     for _, legs in pieces():
         alpha = directions(legs, 1.6, 8)
@@ -144,7 +144,7 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
         assert (change <= bound[walled]).all()
 
 
-def test_the_rounding_of_a_gradient_is_the_same_seen_backwards():
+def test_the_rounding_of_a_gradient_is_the_same_read_backwards():
     """Each leg has a run at either end. Read backwards, the first leg is the last but one."""
     rng = np.random.default_rng(2)
     k, n, alpha = (rng.uniform(*ends, (6, 1)) for ends in ((1, 50), (0, 4), (-1, 1)))

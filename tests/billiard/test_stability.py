@@ -38,7 +38,7 @@ def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.n
 
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_lambda_is_that_of_the_product_of_bounces(p, a):
+def test_lambda_is_that_of_the_product_of_bounce_matrices(p, a):
     words, x, exponents, _ = orbits_of(p, a)
     trace = traces(Stadium(a), words, x)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
@@ -49,7 +49,7 @@ def test_lambda_is_that_of_the_product_of_bounces(p, a):
 
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_hessian_identity(p, a):
+def test_the_determinant_of_the_hessian_follows_from_lambda(p, a):
     """det H = prod(-b_i) (tr M - 2), signs included, with tr M from lambda alone."""
     stadium = Stadium(a)
     words, x, exponents, _ = orbits_of(p, a)
@@ -61,7 +61,7 @@ def test_hessian_identity(p, a):
 
 
 @pytest.mark.parametrize("p", [2, 3, 5, 7])
-def test_hessian_and_forces_are_those_of_the_reference(p):
+def test_hessian_and_forces_equal_the_reference(p):
     """At the orbit, where the library's Hessian is valid."""
     words, x, _, _ = orbits_of(p, 1.6)
     matrices = hessian(Stadium(1.6), words, x)
@@ -73,7 +73,7 @@ def test_hessian_and_forces_are_those_of_the_reference(p):
         assert max(abs(g) for g in gradient) < 1e-13
 
 
-def test_forces_are_the_derivative_of_the_length_anywhere():
+def test_forces_are_derivatives_of_the_length_everywhere():
     rng = np.random.default_rng(3)
     words = from_strings(["1232131", "0113022", "3144552"])
     x = rng.uniform(-1.2, 1.2, words.shape)
@@ -83,7 +83,7 @@ def test_forces_are_the_derivative_of_the_length_anywhere():
         assert np.abs(force - np.array([float(g) for g in gradient])).max() < 1e-13
 
 
-def test_one_batch_holds_words_in_and_out_of_range():
+def test_a_batch_can_mix_words_in_and_out_of_range():
     """Drifts and kicks of any size against 50 digits. Rescaling one word must not affect the others."""
     rng = np.random.default_rng(5)
     drift, kick = 10.0 ** rng.uniform(-3, 3, (2, 60, 4)) * [1e-6, 1.0, 1e3, 1e5]

@@ -289,7 +289,7 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
 
 
-def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
+def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
     """The relaxation claims here that every word is pruned, and that it has come to rest."""
 
     def wrong(*given, **options):
@@ -306,7 +306,7 @@ def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_figure_of_methods(cli, tmp_path, monkeypatch):
+def test_the_figure_of_methods_is_written(cli, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "REPEATS", 1)
     figure = tmp_path / "methods.svg"
     drawn = cli("bench", "--p", "3", "--plot", str(figure))

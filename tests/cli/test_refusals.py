@@ -171,7 +171,7 @@ BLOCKS = [block.splitlines() for block in REFUSED.strip().split("\n\n")]
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block[0].partition(" | ")[0])
-def test_what_is_refused_is_told_in_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
+def test_a_refusal_is_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = own.read_bytes()

@@ -28,7 +28,7 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("name", slow_but(["words", "storing"], SESSIONS))
-def test_a_session_reads_as_it_did(name, cli, tmp_path, monkeypatch, request):
+def test_a_session_has_not_changed(name, cli, tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
     session = SESSIONS[name]
     if name not in FROM_NOTHING:

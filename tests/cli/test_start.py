@@ -47,7 +47,7 @@ def python(code: str, *arguments: str, **options) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_command_loads_what_it_needs(filled, monkeypatch):
+def test_a_command_imports_only_what_it_needs(filled, monkeypatch):
     monkeypatch.setenv("ORBITDB_DB", str(filled))
     told = python(SCRIPT, " ".join(ROOMS), *LIGHTEST_FIRST, cwd=filled.parent)
     loaded = [line.split()[1:] for line in told if line.split()[:1] == ["loads"]]
@@ -56,7 +56,7 @@ def test_a_command_loads_what_it_needs(filled, monkeypatch):
     }
 
 
-def test_nothing_is_collected_while_a_short_command_runs():
+def test_no_garbage_collection_runs_during_a_short_command():
     code = "import gc, sys\nfrom orbitdb.cli.main import run\ntold = []\n"
     code += "gc.callbacks.append(lambda phase, info: told.append(phase))\n"
     code += "try: run()\nfinally: gc.collect(); print(len(told), gc.get_freeze_count() > 1000)"
@@ -126,7 +126,7 @@ def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, mon
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "code"), [(["table"], 0), (["query", "--where", "lenght > 3"], 2)])
-def test_the_process_of_a_command_ends_clean(filled, arguments, code):
+def test_the_process_of_a_command_ends_cleanly(filled, arguments, code):
     command = [*STRICT, "from orbitdb.cli.main import run; run()"]
     done = run(*arguments, "--db", filled, command=command)
     assert done.returncode == code
@@ -135,6 +135,6 @@ def test_the_process_of_a_command_ends_clean(filled, arguments, code):
 
 
 @pytest.mark.slow
-def test_the_library_may_drop_a_catalogue_without_close(filled):
+def test_a_catalogue_may_be_dropped_without_close(filled):
     done = run(filled, command=[*STRICT, LIBRARY])
     assert (done.returncode, done.stderr) == (0, "")

@@ -112,22 +112,22 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             assert session.erased, run
 
 
-def test_what_fills_and_what_asks(varied, tmp_path):
+def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(A_FEW, A_FEW_QUIET, tmp_path, ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
-def test_what_fills(tmp_path):
+def test_commands_that_fill_show_on_screen_what_files_get(tmp_path):
     on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
 
 
 @pytest.mark.slow
-def test_what_reads(varied, tmp_path):
+def test_commands_that_read_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(READING, QUIET, tmp_path, (80,), ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
-def test_what_measures(tmp_path):
+def test_benchmarks_and_help_show_on_screen_what_files_get(tmp_path):
     on_screens_as_in_files(MEASURING, HELP, tmp_path, (80,))
 
 
@@ -147,7 +147,7 @@ def filling(path: Path, *options: str) -> pexpect.spawn:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
+def test_ctrl_c_ends_a_fill_whose_window_was_resized(tmp_path, jobs):
     child = filling(tmp_path / "orbits.db", "--jobs", jobs)
     child.setwinsize(24, 200)
     child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{40}  [^\r]*/s  [\d,]+ of 276,797 *\r")
@@ -163,7 +163,7 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
 
 
 @pytest.mark.slow
-def test_ctrl_z_and_back(tmp_path):
+def test_a_command_can_be_suspended_and_resumed(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
     shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # still running when it returns
@@ -204,7 +204,7 @@ run()
         ["typer", "numpy", "orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy"],
     ),
 )
-def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
+def test_ctrl_c_during_imports_ends_the_command(tmp_path, name):
     command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]
     session = run_in_terminal(
         "fill", "--p", "3", "--db", tmp_path / "orbits.db", command=command, columns=200
@@ -228,7 +228,7 @@ ODD = [
     ],
 )
 @pytest.mark.slow
-def test_odd_terminals(varied, tmp_path, commands, columns, variables):
+def test_odd_terminals_get_plain_output(varied, tmp_path, commands, columns, variables):
     runs = runs_of(commands, tmp_path / "odd", columns)
     sessions = run_several_in_terminal(runs, ORBITDB_DB=str(varied), **variables)
     for run, session in zip(runs, sessions, strict=True):

@@ -62,7 +62,7 @@ def named(page: Path) -> str:
         for page in pages.PAGES
     ],
 )
-def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
+def test_the_examples_of_a_page_show_their_output(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
 
 
@@ -72,7 +72,7 @@ def takes_long(page: Path) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
-def test_the_examples_that_take_long_show_what_comes_out(page, tmp_path, catalogue):
+def test_slow_examples_show_their_output(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
 
 
@@ -102,7 +102,7 @@ pip install .
 
 
 @pytest.mark.slow
-def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
+def test_a_wrong_example_is_found_and_corrected(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)
     outputs = run(page, tmp_path, catalogue, slow=False)
@@ -111,7 +111,7 @@ def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
     assert page.read_text() == PAGE.replace("9.6478825", "9.637918173875862")
 
 
-def test_an_example_that_cannot_be_run_says_why(tmp_path):
+def test_an_unrunnable_example_says_why(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(PAGE.replace("<!-- not run: it installs -->", ""))
     with pytest.raises(ValueError, match=r"page.md:20: mark this block as"):
@@ -135,7 +135,7 @@ def test_an_example_that_cannot_be_run_says_why(tmp_path):
         ("p   a", "p  a", False),
     ],
 )
-def test_what_agrees(shown, output, agree):
+def test_outputs_agree_up_to_times_and_errors(shown, output, agree):
     assert pages.same(shown, output) is agree
 
 
@@ -146,7 +146,7 @@ def test_what_agrees(shown, output, agree):
         for name in sorted(set(pictures.DRAWN) - pictures.MEASURED)
     ],
 )
-def test_a_picture_is_the_one_that_the_code_draws(name, studio):
+def test_a_picture_is_what_the_code_draws(name, studio):
     kept = (pictures.PICTURES / name).read_text(encoding="utf-8")
     if name in pictures.SCREENS and not version("textual").startswith(SCREENSHOTS_OF):
         pytest.skip("taken with another Textual")
@@ -166,7 +166,7 @@ def numbered(svg):
 
 
 @pytest.mark.slow
-def test_the_measured_picture_has_the_methods_of_today(studio):
+def test_the_measured_picture_has_the_current_methods(studio):
     def said(svg: str) -> list[str]:
         return sorted(text for text in pictures.texts(svg) if not re.search("mathdefault|p = ", text))
 

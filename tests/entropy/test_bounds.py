@@ -44,7 +44,7 @@ def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
 
 @settings(max_examples=settings().max_examples // 2)
 @given(st.data())
-def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
+def test_the_automaton_finds_patterns_their_mirror_images_and_reversals(data):
     size = st.integers(1, 4)
     start = st.integers(0, len(EDGE_WORDS) - 1)
     drawn = [
@@ -80,7 +80,7 @@ def paths(origin, target, states, first, free) -> int:
 
 @settings(max_examples=30)
 @given(st.integers(1, 8), st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20, unique=True))
-def test_growth_encloses_the_spectral_radius(states, steps):
+def test_the_growth_bounds_enclose_the_spectral_radius(states, steps):
     steps = [(i % states, j % states) for i, j in steps]
     matrix = np.zeros((states, states))
     for i, j in steps:
@@ -97,7 +97,7 @@ def test_growth_encloses_the_spectral_radius(states, steps):
         assert found.upper - found.lower < 1e-8
 
 
-def test_growth_is_enclosed_at_every_step(monkeypatch):
+def test_the_growth_rate_is_enclosed_at_every_step(monkeypatch):
     """The first step bounds by the numbers of steps from a state, not to it."""
     steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
@@ -108,7 +108,7 @@ def test_growth_is_enclosed_at_every_step(monkeypatch):
     assert first.lower < exact.lower <= exact.upper < first.upper
 
 
-def test_growth_is_rounded_outward():
+def test_growth_bounds_are_rounded_outward():
     """The golden mean, ln 2 and ln 3 to forty digits; doubles are on either side."""
     with localcontext() as context:
         context.prec = 40
@@ -145,7 +145,7 @@ LONGEST = pytest.mark.parametrize("longest", [8, pytest.param(11, marks=pytest.m
 @LONGEST
 @pytest.mark.parametrize("a", fuzz_but([0.2, 1.6], [0.2, 0.5, 1.0, 1.6, 3.0, 10.0]))
 @pytest.mark.slow
-def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, longest):
+def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longest):
     seeking = automaton(patterns(a, longest))
     orbits, counted = np.zeros((2, longest + 1), dtype=np.int64)
     for p in range(2, longest + 1):
@@ -164,7 +164,7 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
 
 
 @pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
-def test_design_figures_at_the_usual_a(edges, width, most):
+def test_bounds_at_the_usual_a_agree_with_longer_windows(edges, width, most):
     """Windows of 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23."""
     found = list(search(Stadium(1.6), window=edges))
     assert [level.window for level in found] == list(range(2, edges + 1))
@@ -178,7 +178,7 @@ def test_design_figures_at_the_usual_a(edges, width, most):
     assert found[-1].windows < most
 
 
-def test_search_ends_where_it_is_told():
+def test_the_search_ends_at_the_given_width_or_time():
     wide = list(search(Stadium(1.6), width=0.05))
     assert wide[-1].upper - wide[-1].lower <= 0.05 < wide[-2].upper - wide[-2].lower
     assert len(list(search(Stadium(1.6), seconds=1e-9))) == 1
@@ -198,7 +198,7 @@ def test_search_ends_where_it_is_told():
         ([0.06, 0.18, 1], 0.79, 3),
     ],
 )
-def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, seconds, done):
+def test_a_level_is_not_started_if_it_would_exceed_the_time(monkeypatch, levels_take, seconds, done):
     clock, left = [0.0], iter([*levels_take, 100.0])
 
     def judge(*work):
@@ -209,7 +209,7 @@ def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, secon
     assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
 
 
-def test_whatever_a_is_there_are_bounds():
+def test_there_are_bounds_at_extreme_a():
     for a in (1e-6, 1e6):
         found = list(search(Stadium(a), window=5))[-1]
         assert 0 <= found.lower <= found.upper <= geometric_entropy() + 1e-9
@@ -222,7 +222,7 @@ def test_extended_windows_keep_their_mark():
 
 
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
-def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, value):
+def test_the_search_ends_at_its_limits_of_size(monkeypatch, name, value):
     monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
     *before, last = levels(Stadium())
     size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
@@ -230,7 +230,7 @@ def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, valu
     assert (last.window == value) == (name == "MAX_WINDOW")
 
 
-def test_progress_is_of_the_windows_of_a_length():
+def test_progress_counts_the_windows_of_each_length():
     told: dict[str, tuple[float, float]] = {}
     found = list(search(Stadium(1.6), 6, tell=lambda done, total, text: told.setdefault(text, (done, total))))
     for bounds, count in zip(found, np.diff([0, *(each.windows for each in found)]), strict=True):

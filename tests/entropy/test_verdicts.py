@@ -37,7 +37,7 @@ def left_right(code: str) -> str:
 
 
 @pytest.mark.parametrize("p", slow_but(range(2, 7), range(2, 8)))
-def test_codes_and_edge_words_say_the_same(p):
+def test_codes_and_edge_words_are_equivalent(p):
     words = words_of(p)
     edges = edge_words(words)
     assert MAY_FOLLOW[edges, np.roll(edges, -1, axis=1)].all()
@@ -47,7 +47,7 @@ def test_codes_and_edge_words_say_the_same(p):
         assert code in (back, left_right(back))  # starting at the same bounce
 
 
-def test_one_code():
+def test_edge_words_have_the_expected_codes():
     assert text_of(edge_words(from_strings(["1232131"]))[0]) == "aAaAXXU"
     assert code_of("aAaAXXU") == "1232131"
     assert code_of("X") == "13"
@@ -63,13 +63,13 @@ def test_geometric_entropy_is_the_growth_rate_of_all_edge_words():
 
 
 @pytest.mark.parametrize("turn", [MIRROR, REVERSAL], ids=["mirror", "reversal"])
-def test_symmetries_keep_the_rules(turn):
+def test_symmetries_preserve_the_rules(turn):
     assert (turn[turn] == np.arange(9)).all()
     follow = MAY_FOLLOW[np.ix_(turn, turn)]
     assert (follow == (MAY_FOLLOW if turn is MIRROR else MAY_FOLLOW.T)).all()
 
 
-def test_reversal_is_that_of_the_code():
+def test_reversing_edge_words_reverses_the_code():
     word = edge_words(np.array([[1, 2, 0, 3, 3, 2, 0, 2]], dtype=np.uint8))
     backwards = edge_words(np.array([[2, 0, 2, 5, 5, 0, 2, 1]], dtype=np.uint8))
     assert (reverse(word)[0] == np.roll(backwards[0], 1)).all()
@@ -183,13 +183,13 @@ def test_no_long_word_contradicts_a_window(edges, a, before, behind):
     check(from_strings([code_of(edges)]), a, [(before, behind), (1, behind), (before, 1), (12, 12)])
 
 
-def test_legs_between_long_runs_are_as_flat_as_can_be():
+def test_verdicts_hold_for_the_flattest_legs():
     """Whispering runs press a leg of one wall flat, to the end of the range of a cut leg."""
     for edges, extent in (("U" * 200 + "aA" + "D" * 200 + "X", (195, 1)), ("U" * 40 + "aADDDDDXX", (6, 12))):
         check(from_strings([code_of(edges)]), 1.6, [extent])
 
 
-def test_conditions_stay_within_their_errors():
+def test_conditions_are_within_their_errors():
     """Rough directions change f by no more than its error bound."""
     words = words_of(7)
     windows, _, _ = stretches(words, 8, 8)
@@ -202,7 +202,7 @@ def test_conditions_stay_within_their_errors():
                 assert (np.abs(rough.value - exact.value) <= rough.error + exact.error).all()
 
 
-def test_what_is_too_close_to_call_is_undecided(monkeypatch):
+def test_windows_too_close_to_call_are_undecided(monkeypatch):
     """If f has a rounding error of 0.2, windows whose f comes within 0.2 of 0 are undecided."""
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)

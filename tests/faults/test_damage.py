@@ -84,7 +84,7 @@ def flipped_bit(data: bytes, moments: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize("harm", slow_but(1, [noisy_page, truncated, empty_page, flipped_bit]))
-def test_damage_is_told_in_one_line(filled, cli, harm):
+def test_damage_is_reported_in_one_line(filled, cli, harm):
     broken = filled.with_name("broken.db")
     broken.write_bytes(harm(filled.read_bytes(), seeded(1)))
     ends = [(each, cli(*each, "--db", str(broken))) for each in COMMANDS]
@@ -96,7 +96,7 @@ def test_damage_is_told_in_one_line(filled, cli, harm):
     ("harm", "times"),
     fuzz_but([(noisy_page, 1)], [(truncated, 1), (noisy_page, 1), (empty_page, 1), (flipped_bit, 8)]),
 )
-def test_verify_finds_damage_or_there_is_none(filled, harm, times):
+def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
     moments, data, sound = seeded(2026), filled.read_bytes(), checked_rows(filled)
     broken = filled.with_name("broken.db")
     for _ in range(times):
@@ -130,7 +130,7 @@ def test_verify_finds_damage_or_there_is_none(filled, harm, times):
         ),
     ],
 )
-def test_what_was_altered_is_named(own, statement, question, message):
+def test_the_altered_value_is_named(own, statement, question, message):
     alter(own, statement)
     with closing(Catalogue(own, a=1.6)) as catalogue, pytest.raises(StoreError) as error:
         question(catalogue)
@@ -138,7 +138,7 @@ def test_what_was_altered_is_named(own, statement, question, message):
     assert str(error.value).endswith("; 'orbitdb verify' tells what is wrong")
 
 
-def test_rows_with_altered_texts_are_not_written(own, tmp_path, cli):
+def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
     target = tmp_path / "rows.npz"
     last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
     alter(own, "UPDATE pruned SET rules = '7' WHERE p = 3", f"UPDATE cycle SET symmetry = 'ξ' WHERE {last}")
@@ -153,7 +153,7 @@ def test_rows_with_altered_texts_are_not_written(own, tmp_path, cli):
     assert not target.exists()
 
 
-def test_counts_from_births_of_no_word_are_refused(tmp_path):
+def test_births_of_a_class_that_is_not_a_word_are_refused(tmp_path):
     path = tmp_path / "births.db"
     alter(
         made(path, fill_births(path, [4])),

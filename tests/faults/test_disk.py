@@ -72,7 +72,7 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
 
 
 @pytest.mark.parametrize("size", fuzz_but([200], [200, 300]))
-def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
+def test_a_fill_resumes_after_the_disk_was_full(filled, disk, size):
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
     done = run(*arguments, command=small_blocks(16))
@@ -83,7 +83,7 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
 
 
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
-def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
+def test_a_fill_resumes_wherever_it_ran_out_of_room(filled, tmp_path, size):
     """The sizes stop the creation, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
     arguments = "fill", "--p", "8", "--db", path
@@ -93,7 +93,7 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
 
 
 @pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
-def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
+def test_a_migration_without_room_for_its_copy_changes_nothing(filled, disk, size):
     older = filled.with_name("older.db")
     shutil.copy(filled, older)
     make_older(older)
@@ -111,7 +111,7 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
 @pytest.mark.parametrize(
     "name", fuzz_but(["new.csv", "new.npz"], ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
 )
-def test_an_export_has_no_room(filled, disk, name):
+def test_an_export_without_room_leaves_no_file(filled, disk, name):
     folder = disk(40)
     fails(run("export", folder / name, "--coordinates", "--db", filled), "No space left")
     assert list(folder.iterdir()) == []
@@ -130,7 +130,7 @@ def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     assert is_sound(filled)
 
 
-def test_a_figure_needs_no_home_that_can_be_written(tmp_path):
+def test_a_figure_can_be_drawn_without_a_writable_home(tmp_path):
     homeless = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/dev/null")
     done = run("plot", "orbit", "--code", "13", "--a", "1", "-o", tmp_path / "x.svg", env=homeless)
     assert (done.returncode, done.stderr.count("\n")) == (0, 1), done.stderr
@@ -162,7 +162,7 @@ def locked(filled: Path) -> Iterator[Path]:
 @pytest.mark.parametrize(
     ("file", "folder"), fuzz_but([(0o444, 0o555)], [(0o444, 0o555), (0o444, 0o755), (0o644, 0o555)])
 )
-def test_every_command_knows_what_it_may(locked, file, folder):
+def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, folder):
     before = content(locked)
     locked.chmod(file)
     locked.parent.chmod(folder)
@@ -178,7 +178,7 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
 
 
-def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
+def test_the_data_folder_is_made_or_named_if_it_cannot_be(locked):
     locked.parent.chmod(0o555)
     deeper = locked.parent / "deeper"
     environment = {name: value for name, value in os.environ.items() if name != "ORBITDB_DB"}
@@ -189,7 +189,7 @@ def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
     assert (deeper / "orbitdb" / "orbits.db").exists()
 
 
-def test_a_folder_that_may_not_be_written_is_told(locked):
+def test_a_write_protected_folder_is_reported(locked):
     locked.parent.chmod(0o555)
     fails(
         run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),

@@ -97,7 +97,7 @@ def hostile(path: Path, statements: list[str]) -> None:
 
 
 @pytest.mark.parametrize("name", slow_but([*QUICK, *[*BROKEN][:1]], [*HOSTILE, *BROKEN]))
-def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
+def test_a_file_with_active_content_is_refused(own, cli, monkeypatch, tmp_path, name):
     monkeypatch.chdir(tmp_path)
     hostile(own, (HOSTILE | BROKEN)[name])
     before = own.read_bytes()
@@ -112,7 +112,7 @@ def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
 
 
 @pytest.mark.parametrize("name", slow_but(QUICK, HOSTILE))
-def test_verify_names_what_acts_and_looks_no_further(own, cli, name):
+def test_verify_names_active_content_and_runs_none_of_it(own, cli, name):
     hostile(own, HOSTILE[name])
     outcome = cli("verify", "--json")
     assert outcome.code == 1
@@ -123,7 +123,7 @@ def test_verify_names_what_acts_and_looks_no_further(own, cli, name):
     assert "nothing of it was run" in outcome.err
 
 
-def test_a_file_that_acts_is_not_migrated(own, cli):
+def test_a_file_with_a_trigger_is_not_migrated(own, cli):
     alter(own, *HOSTILE["a trigger"], f"PRAGMA user_version = {SCHEMA_VERSION - 1}")
     before = own.read_bytes()
     for arguments in (["migrate"], ["fill", "--p", "3"]):
@@ -133,13 +133,13 @@ def test_a_file_that_acts_is_not_migrated(own, cli):
     assert own.read_bytes() == before
 
 
-def test_brackets_in_a_comment_are_no_expression(own):
+def test_brackets_in_a_comment_are_not_taken_for_an_expression(own):
     alter(own, "CREATE INDEX quick /* (of periods) */ ON fill (p)")
     assert Catalogue(own).count() > 0
 
 
 @pytest.mark.slow
-def test_what_users_add_is_let_be(own, cli):
+def test_harmless_additions_by_users_are_allowed(own, cli):
     """A view with another name is never run, however long that would take."""
     alter(
         own,
@@ -155,7 +155,7 @@ def test_what_users_add_is_let_be(own, cli):
     assert cli("verify").code == 0
 
 
-def test_a_new_catalogue_passes(tmp_path):
+def test_a_new_catalogue_is_accepted_and_opened_safely(tmp_path):
     path = tmp_path / "new.db"
     Catalogue.create(path)
     with reading(path) as moment:
@@ -168,7 +168,7 @@ def test_a_new_catalogue_passes(tmp_path):
     assert set(NAMES) >= {"code", "a", "length"}
 
 
-def test_every_table_is_guarded(tmp_path):
+def test_a_change_to_any_table_is_found(tmp_path):
     migrate(new := tmp_path / "new.db")
     for name in TABLES:
         path = tmp_path / f"{name}.db"
@@ -225,7 +225,7 @@ def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, shar
 
 
 @pytest.mark.parametrize("name", slow_but(["an endless view", "a table for the view"], VIEWED))
-def test_the_views_of_a_file_are_never_run_and_are_renewed(own, cli, name):
+def test_the_views_of_a_file_are_never_run_but_renewed(own, cli, name):
     rows = cli("query", "--limit", "9").out
     hostile(own, VIEWED[name])
     assert cli("query", "--limit", "9").out == rows

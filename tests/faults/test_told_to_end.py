@@ -85,7 +85,7 @@ def at_a_moment(folder, arguments, catalogue, moment):
     ("name", "turn"),
     fuzz_but([(name, at % 4) for at, name in enumerate(COMMANDS)], list(product(COMMANDS, range(8)))),
 )
-def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
+def test_signals_end_a_command_cleanly_at_any_moment(stored, tmp_path, name, turn):
     signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1
     started = at_a_moment(tmp_path, COMMANDS[name], stored, seeded(turn).uniform(0.0, 1.5))
     try:
@@ -101,7 +101,7 @@ def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 
 
-def test_no_half_of_a_file_stays(stored, tmp_path):
+def test_no_partial_file_stays(stored, tmp_path):
     started = Started(tmp_path, COMMANDS["export"], stored)
     while not list(started.folder.glob(".*.part")):
         assert started.process.poll() is None
@@ -109,7 +109,7 @@ def test_no_half_of_a_file_stays(stored, tmp_path):
     assert started.process.returncode == 143
 
 
-def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
+def test_an_ignored_hangup_stays_ignored(tmp_path):
     """As under nohup."""
     ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]
     started = start("bench", "--p", "9", command=ignoring)

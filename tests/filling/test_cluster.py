@@ -36,7 +36,7 @@ def local_cluster() -> Iterator["LocalCluster"]:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
+def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
     """Its address, results, failures, blocks in flight, and what it says once it is gone."""
     from distributed import LocalCluster, default_client
 
@@ -108,7 +108,7 @@ class Silent(socketserver.BaseRequestHandler):
 
 @pytest.mark.parametrize("listens", [False, True])
 @pytest.mark.slow
-def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
+def test_a_missing_scheduler_is_reported_in_one_line(tmp_path, monkeypatch, cli, listens):
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:
         server.daemon_threads = True

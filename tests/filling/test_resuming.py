@@ -138,7 +138,7 @@ WAYS = st.sampled_from(["closed", "raised", "killed"])
 @pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep of some"], WORKS))
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=settings().max_examples // 6)
-def test_what_is_cut_at_any_moment_goes_on(
+def test_work_stopped_at_any_moment_resumes(
     empty: Path, in_one_go: dict[str, Stored], name: str, cuts: list[tuple[str, int]]
 ) -> None:
     path = Path(shutil.copy(empty, empty.with_name("cut.db")))
@@ -152,7 +152,7 @@ def test_what_is_cut_at_any_moment_goes_on(
 @pytest.mark.slow
 @given(order=st.permutations(sorted(WORKS)), moments=st.lists(st.integers(0, 80), min_size=6), way=WAYS)
 @settings(max_examples=4)
-def test_works_that_take_turns_in_one_file_store_what_they_store_alone(
+def test_work_that_takes_turns_in_one_file_stores_the_same_rows(
     empty: Path, in_one_go: dict[str, Stored], order: list[str], moments: list[int], way: str
 ) -> None:
     path = Path(shutil.copy(empty, empty.with_name("turns.db")))

@@ -88,7 +88,7 @@ class BackwardsFuture(Future[Any]):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_results_come_in_order_and_few_are_under_way():
+def test_results_come_in_order_and_few_blocks_run_ahead():
     blocks = list(cut_into_blocks(1.6, "newton", 8))
     assert len(blocks) > 8
     pool = Backwards()
@@ -99,7 +99,7 @@ def test_results_come_in_order_and_few_are_under_way():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/io").exists(), reason="needs Linux")
-def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_path):
+def test_a_worker_killed_while_answering_costs_only_its_block(tmp_path):
     """The storing process is stopped, so that the answer fills the pipe and gets stuck."""
     folder = Path(filled_by.__code__.co_filename).parent
     script = "import sys; from workforce import fill_when_let; fill_when_let(*sys.argv[1:])"
@@ -133,7 +133,7 @@ def sent(process: int) -> int:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_worker_that_dies_as_it_is_started_costs_only_time():
+def test_a_worker_that_dies_at_its_start_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
     with Processes(2) as workers:
         os.kill(next_worker(), signal.SIGKILL)
@@ -143,7 +143,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
-def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
+def test_an_idle_worker_survives_the_death_of_the_other_and_ends(which):
     blocks = list(cut_into_blocks(1.6, "newton", 4))
     with Processes(2) as workers:
         assert len(list(workers.solved(iter(blocks * 4)))) == 4 * len(blocks)
@@ -160,14 +160,14 @@ def next_worker() -> int:
     return there[0]
 
 
-def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
+def test_only_processors_this_process_may_use_are_counted(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", {0: {5, 7, 11}}.get, raising=False)
     assert cores() == 3
     monkeypatch.delattr(os, "sched_getaffinity")
     assert cores() == os.cpu_count()
 
 
-def test_what_fails_before_there_is_a_block_is_told_as_it_is():
+def test_an_error_before_the_first_block_is_raised_unchanged():
     before, workers = threading.enumerate(), Processes(2)
     with pytest.raises(KeyError), workers:
         raise KeyError
@@ -190,7 +190,7 @@ def test_a_worker_of_another_version_is_refused(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
+def test_an_error_in_a_block_is_raised_with_its_remote_traceback():
     with Processes(2) as workers:
         for _ in range(3):
             with pytest.raises(ZeroDivisionError, match="by nothing") as told:
@@ -203,7 +203,7 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
     assert not workers_of(os.getpid())  # blocks still running are not waited for
 
 
-def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
+def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
     counts = {jobs: len(list(cut_into_blocks(1.6, "newton", 12, -1, jobs))) for jobs in (1, 2, 3, 8, 99)}
     assert counts[1] < counts[2] < counts[3] < counts[8] == counts[99] < 5 * counts[1]
     assert count_admissible(12) / counts[1] < 1.5 * METHODS["newton"].words
@@ -221,12 +221,12 @@ def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
     ],
     ids=lambda block: block.func.__name__,
 )
-def test_what_is_solved_apart_says_what_has_computed_it(block):
+def test_results_of_tasks_name_their_arithmetic(block):
     assert block().arithmetic == arithmetic()
 
 
 @pytest.mark.parametrize("prove", [False, True])
-def test_a_task_encloses_the_entropy_as_a_search_does(prove):
+def test_a_task_encloses_the_entropy_like_a_search(prove):
     found = enclose(1.6, 4, proof=Proof() if prove else None)
     assert found.levels == tuple(search(Stadium(1.6), 4))
     if found.proof is not None:

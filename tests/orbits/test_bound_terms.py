@@ -82,7 +82,7 @@ LIMIT = "4^100 0 3^100 0"
     Row("energies beside the share", "direction", "1 3^100 (02)^5", 0.0014, (-0.157, 0.0647), 0.2),
     Row("root of D in the energy", "direction", "4^1000 (20)^25 3 (20)^12", 8.7, (-0.01, 0.0003), 0.9),
 ])  # fmt: skip
-def test_moved_directions(row):
+def test_bounds_hold_and_are_sharp_for_moved_directions(row):
     alpha, path = row.paths()
     found = share(errors_of(path, row.word, row.a, alpha)[row.number],
                   bounds_of(row.word, row.a, alpha)[row.number])  # fmt: skip
@@ -99,7 +99,7 @@ def test_moved_directions(row):
     Row("first bounce of a run", "place", "1^1000 3", 3900, (0, 1e-4), 0.9),
     Row("last bounce of a run", "place", "4^1000 3", 2400, (-4e-4, 0), 0.9),
 ])  # fmt: skip
-def test_numbers_of_directions_that_are_off_by_what_is_told(row):
+def test_bounds_from_known_direction_errors_hold_and_are_sharp(row):
     """Bounds on derived numbers, from bounds on directions that are as sharp as possible."""
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
@@ -122,7 +122,7 @@ BENT, PLAIN = "1^1000 3^1000", "1^3 2 3^3 1^3 3^3"
     Row("none where the share is all", "lambda", BENT, 0.05, (-1.5, 0), 0.0, (1.52, 0.1)),
     Row("curvature of D", "lambda", "1^1000 0 5^1000 2", 1, (-0.4, 0.4), 0.8, (-0.785, 0.785)),
 ])  # fmt: skip
-def test_numbers_of_any_two_directions(row):
+def test_bounds_between_any_two_paths_hold_and_are_sharp(row):
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
     moved = np.abs(np.array(row.shift))[:, None]
@@ -209,7 +209,7 @@ THREE = "1^100 3^100"
     Rounded("every run and leg", "lambda", "(1 3)^10", 350, (0,) * 20, (1, 1, 1), 0.2),
     Rounded("the last function", "lambda", THREE, 350, (0, 0), (1, 1, 1), 0.4),
 ])  # fmt: skip
-def test_rounding(row, monkeypatch):
+def test_bounds_hold_and_are_sharp_for_the_worst_rounding(row, monkeypatch):
     alpha = np.array(row.at)[:, None]
     for module in (legs, bounces, stability):
         monkeypatch.setattr(module, "np", Worse(*row.ways))
@@ -221,7 +221,7 @@ def test_rounding(row, monkeypatch):
     assert row.at_least <= found <= 1
 
 
-def test_balls_hold_a_maximum_far_away():
+def test_balls_enclose_a_distant_maximum():
     """D falls to a tenth on the way, so the bound with the initial D would not reach."""
     row = Row("", "", LIMIT, 0.001, (-0.485, 0), 0)
     alpha, found = row.paths()
@@ -238,7 +238,7 @@ def test_a_distance_from_a_ball_is_rounded_up():
         assert arb(distance(ball, 0.0)) >= ball
 
 
-def test_sums_of_long_words(monkeypatch):
+def test_sums_over_long_words_are_within_their_bounds(monkeypatch):
     """NumPy's sums satisfy their bound, and the length satisfies its own even with the worst such sums."""
     rng = np.random.default_rng(0)
     for m in (3, 7, 20, 128, 1000, 20_000):

@@ -37,7 +37,7 @@ def enclosed_errors(orbits: Orbits, a: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("a", slow_but([1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but((2, 3, 4, 5, 7), range(2, 12)))
-def test_bounds_and_errors_against_fifty_digits(p, a):
+def test_bounds_hold_and_errors_are_small_in_fifty_digits(p, a):
     """The reference is Newton's method in mpmath on all p coordinates, with lambda from p bounces."""
     orbits = sample(p, a, 8)
 
@@ -62,7 +62,7 @@ def test_bounds_hold_at_any_a(a):
 
 
 @pytest.mark.parametrize("tolerance", slow_but([1e-2, 1e-8], [1e-2, 1e-4, 1e-8]))
-def test_bounds_hold_far_from_the_orbit(tolerance):
+def test_bounds_hold_for_rough_solutions(tolerance):
     """They follow from concavity and need no solution nearby."""
     worst = 0.0
     for p in (3, 5, 6, 7):
@@ -75,7 +75,7 @@ def test_bounds_hold_far_from_the_orbit(tolerance):
 
 
 @pytest.mark.parametrize("a", VALUES)
-def test_bounds_are_not_much_larger_than_they_must_be(a):
+def test_bounds_are_not_much_larger_than_necessary(a):
     """Useful for deciding a status, and within four orders of the errors for all words to p = 8."""
     for p in range(2, 9):
         orbits = solved(p, a)
@@ -97,7 +97,7 @@ def test_bounds_are_not_much_larger_than_they_must_be(a):
     ],
 )
 @pytest.mark.parametrize("a", slow_but([0.3], [0.3, 1.6, 20.0]))
-def test_bounds_of_long_words(text, a):
+def test_bounds_hold_for_long_words(text, a):
     orbits = solve_in_doubles(from_strings([parse(text)] * 2), Stadium(a))
     exact = enclose(orbits.words[0], Stadium(a))
     assert {*orbits.status} <= {exact.status, Status.UNRESOLVED}
@@ -113,7 +113,7 @@ def test_bounds_of_long_words(text, a):
         ("12(02)^45000 32(02)^135002", 2.03207708426649e-34),
     ],
 )
-def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
+def test_steep_legs_are_not_clamped_at_their_limits(text, margin):
     """At a = 1e-6 they are within 1e-11 of pi/2. The second margin is from bounces in 70 digits."""
     orbits = solve(from_strings([parse(text)]), Stadium(1e-6))
     assert orbits.status[0] == Status.ORBIT
@@ -121,7 +121,7 @@ def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
-def test_no_orbit_of_more_bounces_is_below(a):
+def test_no_longer_word_is_below_the_least_lambda_and_length(a):
     least = []
     for p in range(3, 9):
         orbits = solve(words_of(p), Stadium(a))
@@ -132,14 +132,14 @@ def test_no_orbit_of_more_bounces_is_below(a):
         assert 0 < least_length(p, a) < length
 
 
-def test_they_are_of_use():
+def test_the_least_lambda_and_length_are_useful():
     """At a = 1.6 within a twelfth of the true minima, 6.075 at p = 12 and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
 
 
 @pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 20.0])
-def test_the_least_lambda_is_that_of_the_least_kicks_and_drifts(a):
+def test_the_least_lambda_comes_from_the_least_kicks_and_drifts(a):
     """Each run and leg is taken at its worst over the angles its docstring allows, in any number."""
     share = np.linspace(0, 1, 4001)[1:]
 

@@ -23,7 +23,7 @@ def known(changes) -> list[tuple[float, float, bool]]:
     return list(zip(low.tolist(), high.tolist(), changes.born.tolist(), strict=True))
 
 
-def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
+def test_a_dying_word_is_proved_only_with_all_its_changes():
     words = from_strings([DYING])
     right = known(find_changes(words))
     assert [born for *_, born in right] == [True, False, True]
@@ -36,7 +36,7 @@ def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
 
 
 @pytest.mark.slow
-def test_all_births_of_a_period_are_there():
+def test_all_births_of_a_period_are_proved():
     words = representatives(5)
     changes = find_changes(words)
     mine = [[each for each, word in zip(known(changes), changes.word.tolist(), strict=True) if word == row]
@@ -78,7 +78,7 @@ def holds(some, every) -> bool:
 
 @pytest.mark.parametrize("alive", [None, True, False])
 @pytest.mark.parametrize("length", [1, 2, 3])
-def test_no_verdict_is_against_what_segments_allow(length, alive):
+def test_verdicts_agree_with_the_lives_that_segments_allow(length, alive):
     """PROVED: only one allowed life contains the known changes. WRONG: none consists of just them."""
     verdicts = set()
     for kinds in product(WAYS, repeat=length):
@@ -101,7 +101,7 @@ SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7,
 
 
 @pytest.mark.parametrize("a", [0.37, 3.04, *SLOW])
-def test_what_is_said_of_a_cell_holds_at_its_points(a):
+def test_the_verdict_on_a_cell_holds_at_its_points(a):
     """For all words of p = 6, cells that are all orbits or none."""
     words = representatives(6)
     status = solve(words, a).status
@@ -114,7 +114,7 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
-def test_of_a_cell_without_width_all_is_said(a):
+def test_a_cell_without_width_is_always_decided(a):
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -125,7 +125,7 @@ def test_of_a_cell_without_width_all_is_said(a):
 
 
 @pytest.mark.parametrize(("a", "r"), [(0.1, 0.0), (0.4, 0.02), (1.2, 0.3)])
-def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
+def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
     """They leave parts in 1e9, more than rounding takes, and no more in a cell of one point.
 
     The sine of a turn may be largest inside the range rather than at an end.
@@ -155,7 +155,7 @@ def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
 
 
 @pytest.mark.parametrize("a", [0.4, 1.2])
-def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
+def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
     """Compared with differences of the gradient: the driving of alpha'', the effect of errors, and |A u|."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
     for _, words in cut(representatives(7)):
@@ -191,7 +191,7 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
 
 
 @pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])
-def test_of_words_upside_down_the_same_is_said(radius):
+def test_mirrored_words_get_the_same_verdicts(radius):
     """Walls and senses swapped: directions change sign, and their limits change sides."""
     told = set()
     for _, legs in cut(representatives(7)):

@@ -44,7 +44,7 @@ def holds(ball, exact: mp.mpf) -> bool:
 
 
 @pytest.mark.parametrize(("a", "word"), CASES)
-def test_orbits_through_a_joint(a, word):
+def test_orbits_through_a_joint_are_proved_to_be_boundary(a, word):
     found = enclosed(word, a)
     assert found.status == Status.BOUNDARY
     assert found.margin.contains(0)
@@ -52,7 +52,7 @@ def test_orbits_through_a_joint(a, word):
 
 
 @pytest.mark.parametrize(("a", "word"), CASES)
-def test_a_joint_orbit_needs_walls_no_shorter(a, word):
+def test_an_orbit_through_a_joint_needs_walls_of_that_length(a, word):
     """In a longer stadium it is an orbit; in a shorter one the bounce leaves its wall."""
     below, above = enclosed(word, a - 1e-9), enclosed(word, a + 1e-9)
     assert (below.status, above.status) == (Status.DYNAMICAL, Status.ORBIT)
@@ -71,7 +71,7 @@ def test_a_joint_orbit_needs_walls_no_shorter(a, word):
         (0.5, "(01032123)^9 01032155"),
     ],
 )
-def test_longer_orbits_through_a_joint(a, text):
+def test_longer_orbits_through_a_joint_are_proved_to_be_boundary(a, text):
     assert enclosed(parse(text), a).status == Status.BOUNDARY
 
 
@@ -90,7 +90,7 @@ def enclosed_path(word: str, a: float) -> BallPath:
 
 
 @pytest.mark.parametrize(("a", "word"), slow_but(CASES[::4], CASES))
-def test_only_slacks_that_are_zero_are_proved_to_be(a, word):
+def test_only_zero_slacks_are_proved_to_be_zero(a, word):
     """Each is only said to be within 1/2 of zero, for algebra knows slacks up to multiples of pi."""
     with ctx.workprec(128):
         path = enclosed_path(word, a)
@@ -119,7 +119,7 @@ def test_runs_that_turn_by_another_angle_prove_nothing():
             assert not joins(path, [])
 
 
-def test_what_is_no_cosine_and_sine_proves_nothing():
+def test_numbers_off_the_unit_circle_prove_nothing():
     """Doubling the ones and halving the others of 13 keeps all equations but that of the circle."""
     with ctx.workprec(128):
         path, rational = enclosed_path("13", 1.0), Field(fmpq_poly([0, 1]), arb(0, 1e-30))
@@ -129,7 +129,7 @@ def test_what_is_no_cosine_and_sine_proves_nothing():
             assert ExactPath(path, rational, [alpha] * 2, [half] * 2).is_maximum() == (size == 1)
 
 
-def test_a_slack_that_balls_do_not_tell_from_zero_is_not_taken_for_it():
+def test_a_slack_whose_ball_contains_zero_is_not_taken_for_zero():
     """At 53 bits the ball of a slack of 1e-16 is small and contains zero; algebra denies that it is zero."""
     word, stadium = from_strings(["011032"])[0], Stadium(1 + 2.0**-52)
     assert enclose(word, stadium, precision=53).status == enclose(word, stadium).status == Status.ORBIT
@@ -144,19 +144,19 @@ def test_an_orbit_that_shadows_a_joint_orbit_is_an_orbit():
     assert found.precision == 512
 
 
-def test_what_no_precision_decides_is_unresolved_and_not_boundary(monkeypatch):
+def test_a_word_that_no_precision_decides_is_unresolved(monkeypatch):
     monkeypatch.setattr(enclosure, "MAX_PRECISION", 256)
     assert enclosed(parse("(02021133)^80 13"), 2.5).status == Status.UNRESOLVED
 
 
-def test_a_distance_is_rounded_up_even_where_doubles_end():
+def test_a_distance_is_rounded_up_even_below_the_range_of_doubles():
     assert distance(arb(0, arb(2) ** -1500), 0.0) > 0
     third = arb(1) / 3
     assert arb(distance(third, 1.0)) > 1 - third
 
 
 @pytest.mark.parametrize("a", slow_but([1.0, 2.5], JOINT))
-def test_these_are_all_joint_orbits(a):
+def test_the_list_of_orbits_through_joints_is_complete(a):
     found = []
     for p in range(2, 10):
         words = representatives(p)
@@ -166,7 +166,7 @@ def test_these_are_all_joint_orbits(a):
 
 @pytest.mark.parametrize("a", slow_but([1.6], [0.5, 1.6, 5.0]))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 10)))
-def test_enclosures_hold_the_mpmath_solution(p, a):
+def test_enclosures_contain_the_mpmath_solution(p, a):
     words = words_of(p)
     orbits = solve(words, Stadium(a))
     rows = np.flatnonzero(orbits.status == Status.ORBIT)
@@ -195,7 +195,7 @@ def test_doubles_never_contradict_balls(a):
             assert enclose(word, Stadium(a)).status == orbits.status[row], to_strings(word[None])
 
 
-def test_an_enclosure_becomes_a_row_with_its_rounding():
+def test_a_row_from_an_enclosure_includes_rounding_in_its_bounds():
     word = from_strings(["011032"])
     found = enclosed("011032", 1.0)
     row = as_orbits(word[0], Stadium(1.0), found)

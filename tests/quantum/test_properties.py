@@ -58,7 +58,7 @@ def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
     assert max(lengths) < max(1.7 * min(size, 0.4), min(size, 1.0) + 1e-9)
 
 
-def test_functions_have_their_energy_and_their_mass():
+def test_functions_have_the_right_energy_and_mass():
     """Integrals of f^2 and |grad f|^2 over a quarter disc around (0.3, 0), with r from there."""
     seen = []
 
@@ -83,7 +83,7 @@ def test_functions_have_their_energy_and_their_mass():
 
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, number=st.floats(5, 20_000))
-def test_weyls_law_of_edges_and_corners(a, parity, number):
+def test_weyls_law_adds_up_edges_and_corners(a, parity, number):
     """Walls and odd axes are edges of one kind, even axes of the other. Corners join two edges."""
     smooth, stadium = weyl(Stadium(a), parity), Stadium(a)
     if parity is None:
@@ -126,7 +126,7 @@ ENDS = st.floats(0, 9)
 @example([1.0, 2.0, 3.0], 1.0, 2.0)
 @example([1.0, 2.0], 2.0, 3.0)
 @example([1.0, 2.0], 0.0, 1.0)
-def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
+def test_missing_levels_are_the_ranges_no_window_covers(cuts, low, high):
     """Every other interval between cuts, and the last, is a window."""
     none = np.zeros(0)
     windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
@@ -140,7 +140,7 @@ def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
 
 
 @pytest.mark.parametrize("parity", Parity)
-def test_levels_lie_between_those_of_two_rectangles(parity):
+def test_levels_are_between_those_of_two_rectangles(parity):
     """One inside the quarter, one around it. Functions that are 0 at the walls of a part extend by 0."""
     number, k = LevelTask(1.3, parity, 3.0, 6.0).on_grid(8, 1)
     quarters = np.array([0.5 if letter == "e" else 1.0 for letter in str(parity)])
@@ -155,7 +155,7 @@ def test_levels_lie_between_those_of_two_rectangles(parity):
 
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, k_max=st.floats(5, 100))
-def test_bouncing_balls_as_terms_are_as_strong_in_the_middle_of_the_window(a, parity, k_max):
+def test_bouncing_balls_as_terms_have_the_strength_at_the_middle_of_the_window(a, parity, k_max):
     k, longest = np.array([k_max / 2]), 22.0
     terms, waves = family_terms(Stadium(a), k_max, longest, parity), family(Stadium(a), k, longest, parity)
     once = 4 if parity is None else 2  # up and down, in the whole or a quarter
@@ -177,7 +177,7 @@ def terms():
                  rng.integers(1, 3, 40))  # fmt: skip
 
 
-def test_terms_count_levels_by_the_integral_of_their_density(terms):
+def test_the_level_count_of_terms_is_the_integral_of_their_density(terms):
     k = np.linspace(1, 5, 4001)
     density = (terms.amplitude * np.exp(1j * k[:, None] * terms.length)).real.sum(axis=1)
     added = ((density[1:] + density[:-1]) / 2 * np.diff(k)).sum()
@@ -185,7 +185,7 @@ def test_terms_count_levels_by_the_integral_of_their_density(terms):
 
 
 @pytest.mark.parametrize("levelled", [True, False])
-def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
+def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     x = np.linspace(2, 12, 500)
     orbits = of_terms(terms, x, 30.0)
     found = Spectrum(
@@ -237,7 +237,7 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
     ],
 )
 @pytest.mark.parametrize("parity", [None, Parity.OE])
-def test_levels_are_judged_by_weyls_law(parity, change, told):
+def test_bad_levels_are_refused_by_weyls_law(parity, change, told):
     smooth = weyl(Stadium(1.6), parity)
     k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
     with nullcontext() if told is None else pytest.raises(InputError, match=told) as refused:

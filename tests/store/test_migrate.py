@@ -132,7 +132,7 @@ def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     return found
 
 
-def test_nothing_is_lost(older):
+def test_a_migration_loses_nothing(older):
     before = held(older)
     assert migrate(older) == (6, SCHEMA_VERSION, older.with_name("old.db.schema-6"))
     after = held(older)
@@ -146,7 +146,7 @@ def test_nothing_is_lost(older):
     need_newest(older)
 
 
-def test_long_and_pruned_words_get_ids_of_their_own(older):
+def test_long_and_pruned_words_get_their_own_ids(older):
     migrate(older)
     long = asked(older, f"SELECT id, word FROM cycle WHERE id >= {LONG}")
     assert [row[0] for row in long] == [LONG, LONG + 1]
@@ -189,7 +189,7 @@ def test_files_before_schema_6_are_refused(older, version):
         "UPDATE sequence SET cycle = NULL WHERE p = 4",
     ],
 )
-def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
+def test_a_failed_migration_leaves_the_file_unchanged(older, statement):
     alter(older, statement)
     before = asked(older, "SELECT type, name, sql FROM sqlite_master")
     with pytest.raises(StoreError) as error:
@@ -199,7 +199,7 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
     assert asked(older, "PRAGMA user_version") == [(6,)]
 
 
-def test_what_users_add_stays(older):
+def test_tables_added_by_users_stay(older):
     alter(
         older,
         "CREATE TABLE mine (cycle REFERENCES cycle (id))",
@@ -224,7 +224,7 @@ def varied_older(varied: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(varied_older, cli):
+def test_bounds_migrate_an_older_catalogue_only_to_store(varied_older, cli):
     before = varied_older.read_bytes()
     shown = cli("bounds", "--window", "3", "--db", str(varied_older))
     assert shown.code == 0
@@ -236,7 +236,7 @@ def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(v
     assert stored.err.startswith(f"{varied_older}: schema 6 -> {SCHEMA_VERSION}")
 
 
-def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli):
+def test_a_fill_migrates_an_older_catalogue(varied_older, cli):
     outcome = cli("fill", "--p", "3", "--a", "2", "--db", str(varied_older))
     assert outcome.code == 0
     assert "old.db.schema-6" in outcome.err
@@ -245,7 +245,7 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_two_processes_migrate_at_once(older):
+def test_two_processes_can_migrate_at_once(older):
     before = held(older)
     processes = [start("migrate", "--db", older) for _ in range(2)]
     for process in processes:
@@ -285,7 +285,7 @@ for line in sys.stdin:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_a_migration_that_is_killed_leaves_old_or_new(older):
+def test_a_killed_migration_leaves_the_old_or_the_new_schema(older):
     """Killed after every few statements, from the copy to the commit and the very last."""
     whole, before = older.read_bytes(), held(older)
     versions, statements = [6], 0

@@ -37,7 +37,7 @@ def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:
 
 
 @pytest.mark.parametrize(("a", "p", "size"), [(0.3, 7, 1e-6), (6.0, 5, 1e-4)])
-def test_rows_that_need_their_bounds_pass_and_come_near_them(a, p, size):
+def test_rows_at_their_bounds_pass_and_nearly_exhaust_them(a, p, size):
     stadium = Stadium(a)
     orbits = solve(representatives(p), stadium)
     ends = np.where(STRAIGHT[orbits.words], a, HALF_PI) - np.abs(orbits.coordinates)
@@ -69,7 +69,7 @@ def row_of(orbits: Orbits, i: int, a: float) -> Row:
 
 
 @pytest.mark.parametrize(("a", "p"), [pytest.param(0.3, 6, marks=pytest.mark.slow), (1.0, 4), (1.6, 6)])
-def test_what_is_off_and_what_may_be_off_are_those_of_the_bounces_one_by_one(a, p):
+def test_deviations_and_tolerances_agree_with_a_check_bounce_by_bounce(a, p):
     """Some rows can be checked in full, some only in part. Some are slightly off with zero bounds."""
     stadium = Stadium(a)
     exact = solve(representatives(p), stadium)
@@ -100,7 +100,7 @@ def test_what_is_off_and_what_may_be_off_are_those_of_the_bounces_one_by_one(a, 
 
 
 @pytest.mark.parametrize("a", [0.5, 3.0])
-def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
+def test_bounds_derived_for_rows_without_them_hold_and_are_sharp(a):
     """Rows as the relaxation leaves them, moved where forces show it least. Other rows keep their bounds."""
     stadium = Stadium(a)
     exact = solve(representatives(6), stadium)

@@ -61,7 +61,7 @@ def lives(child):
     assert (session.code, "Traceback" in session.text) == (143, False), session.text
 
 
-def test_no_dialog_minds_two_keys_at_once(browse):
+def test_every_dialog_survives_two_keys_at_once(browse):
     """Enter twice, or enter and escape, before and after the dialog has opened."""
     child = browse()
     for number, dialog in enumerate(DIALOGS):
@@ -91,7 +91,7 @@ def test_forty_keys_at_once_do_no_harm(browse, seed):
     lives(child)
 
 
-def test_keys_sent_at_once_edit_a_line_in_their_order(browse):
+def test_keys_sent_at_once_edit_a_line_in_order(browse):
     """A code mistyped, corrected and entered in one piece, as from a paste or a slow line."""
     child = browse("--code", "13")
     child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
@@ -108,7 +108,7 @@ run()
 """
 
 
-def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_path):
+def test_a_failure_prints_one_line_and_writes_its_traceback_to_a_file(filled_once, tmp_path):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200, TMPDIR=str(tmp_path))
     child.expect("row 1 of [0-9,]+|is not stored")
@@ -130,7 +130,7 @@ def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_pat
 @pytest.mark.parametrize(
     ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
-def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
+def test_a_busy_screen_ends_at_once(browse, how, code):
     """Even if the terminal is gone, or no longer reads what is written."""
     child = browse("--code", "0102020203")
     child.send(">>>jjj>j>")
@@ -148,7 +148,7 @@ def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
     assert (process.exitstatus, process.signalstatus) == (code, None)
 
 
-def test_it_leaves_a_poor_terminal_as_it_was(browse):
+def test_a_dumb_terminal_is_restored(browse):
     child = browse(TERM="dumb", LC_ALL="C")
     for key in ("/", "\x1b", "f", "\x1b", "S", "\x1b", "?", "\x1b"):
         child.send(key)

@@ -45,7 +45,7 @@ DIALOGS = [
 """The key that opens it, what is written into its field, and a key that follows."""
 
 
-async def test_dialogs_are_wholly_visible(filled, monkeypatch):
+async def test_dialogs_are_fully_visible(filled, monkeypatch):
     filled.with_name("there.csv").touch()
     async with browsing(filled, TINY) as (app, pilot):
         for key, text, then in DIALOGS:
@@ -70,7 +70,7 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
 
 
 @pytest.mark.parametrize("key", ["question_mark", "S"])
-async def test_keys_are_wholly_readable(filled, key):
+async def test_the_list_of_keys_is_fully_readable(filled, key):
     async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
@@ -84,7 +84,7 @@ async def test_keys_are_wholly_readable(filled, key):
 
 
 @pytest.mark.parametrize("size", [SMALL, TINY])
-async def test_notifications_are_wholly_visible(filled, size):
+async def test_notifications_are_fully_visible(filled, size):
     async with browsing(filled, size, notifications=True) as (app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
         app.notify(message)

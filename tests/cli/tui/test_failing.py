@@ -34,7 +34,7 @@ def errors(app):
     return [note.message for note in app._notifications if note.severity == "error"]
 
 
-def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, monkeypatch):
+def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path, monkeypatch):
     catalogue, orbit = Reader(varied), solve_word("13", 1.6)
     for ending, module, told in (
         ("parquet", "pyarrow", r"pip install 'orbitdb\[parquet\]', or write a .csv"),
@@ -49,7 +49,7 @@ def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
+def test_choices_that_cannot_be_saved_last_for_the_session(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
     told: list[str] = []
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
@@ -60,7 +60,7 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
 
 
 @pytest.mark.slow
-async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
+async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     async with browsing(filled) as (app, pilot):
 
@@ -90,7 +90,7 @@ async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, mon
 
 
 @pytest.mark.slow
-async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
+async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once, tmp_path):
     state = tmp_path / "browse.json"
     state.write_text(json.dumps({"filters": {"odd": {"nothing": 1}, "wrong": {"where": "q < 3"}}}))
     async with browsing(filled_once, state=state) as (app, pilot):
@@ -126,7 +126,7 @@ async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_pa
 
 
 @pytest.mark.slow
-async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
+async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, monkeypatch):
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
@@ -142,7 +142,7 @@ async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
 
 
 @pytest.mark.slow
-async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(filled):
+async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(filled):
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
@@ -191,7 +191,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
 
 
 @pytest.mark.slow
-async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_told(filled_once, tmp_path):
+async def test_a_new_catalogue_is_read_and_unexpected_errors_are_raised(filled_once, tmp_path):
     path = tmp_path / "new.db"
 
     with pytest.raises(ZeroDivisionError):  # noqa: PT012  # raised when the session ends
@@ -206,7 +206,7 @@ async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("failure", [None, KeyboardInterrupt()])
-def test_the_end_waits_for_what_is_in_hand_but_not_for_long_after_a_signal(failure):
+def test_closing_waits_for_pending_work_but_only_briefly_after_a_signal(failure):
     app, begun, done = OrderlyApp(), threading.Event(), threading.Event()
 
     def put_away() -> None:

@@ -21,7 +21,7 @@ def cost(app):
 
 
 @pytest.mark.slow
-async def test_it_says_what_the_fields_take(filled_once):
+async def test_the_dialog_states_the_cost_of_its_fields(filled_once):
     async with browsing(filled_once, selection=Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
@@ -39,7 +39,7 @@ async def test_it_says_what_the_fields_take(filled_once):
         assert "symbol '9'" in cost(app)
 
 
-def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
+def test_a_running_fill_shows_its_rate(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
     for done, began in ((0, 50.0), (19, 100.5)):  # too little to estimate the time
         assert FillState(Wish(1.6, (7,)), done=done, total=2000, p=7, began=began).sentence() == "running …"
@@ -50,7 +50,7 @@ def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
 
 
 @pytest.mark.slow
-async def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
+async def test_the_first_key_already_goes_into_the_periods(tmp_path):
     """If another field had focus for a moment, a fast typist would fill a different stadium."""
     focused = []
 
@@ -67,7 +67,7 @@ async def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
 
 
 @pytest.mark.slow
-async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
+async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
     """An export into a missing folder, and a fill while another process holds the lock."""
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
@@ -98,7 +98,7 @@ async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monke
 
 
 @pytest.mark.slow
-async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
+async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path):
     async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
         for key, told in (("d", "key f fills"), ("S", "key f fills"), ("v", "press c and type a code")):

@@ -28,7 +28,7 @@ async def typed(pilot, line):
 
 
 @pytest.mark.slow
-async def test_rows_and_count_follow_what_is_typed(filled_once):
+async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
     async with browsing(filled_once) as (app, pilot):
         main = app.screen
         everything = Catalogue(filled_once).count(Selection())
@@ -64,7 +64,7 @@ async def test_rows_and_count_follow_what_is_typed(filled_once):
 
 
 @pytest.mark.slow
-async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
+async def test_escape_restores_filter_and_row_and_the_history_is_kept(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await ask(pilot, "slash", "p > 3")
         await press(pilot, "j", "j")
@@ -89,7 +89,7 @@ async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_on
 
 
 @pytest.mark.slow
-async def test_what_is_wrong_is_told_and_not_taken(filled_once):
+async def test_a_wrong_filter_is_reported_and_not_applied(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         await typed(pilot, "lenght < 3")
@@ -124,7 +124,7 @@ async def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
 
 
 @pytest.mark.slow
-async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
+async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
     """A filter that takes a minute neither blocks keys nor keeps running after the next one."""
     whole: Any = vars(Patience)["ended"]
     looks = []
@@ -177,7 +177,7 @@ WRONG = ["p = :lo and lenght", "lenght", "p = 3)", "p 3", "load_extension('x')",
 
 
 @pytest.mark.parametrize("where", [*BEGUN, *WRONG])
-def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where):
+def test_an_unfinished_line_is_distinguished_from_a_wrong_one(where):
     with pytest.raises(SelectionError) as refused:
         check(where, {})
     assert unfinished(where, str(refused.value)) is (where in BEGUN)

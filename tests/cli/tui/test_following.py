@@ -54,7 +54,7 @@ def test_a_step_stops_on_both_sides_of_a_change():
         assert told(LIVES, end, end * 1.001) is told(LIVES, end * 0.999, end) is None
 
 
-def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
+def test_a_step_stops_at_the_stadium_of_the_rows():
     down = next_a((), 1.6, False, 1.6)
     assert down < 1.59
     assert next_a((), down, True) != 1.6  # off by rounding
@@ -65,13 +65,13 @@ def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
     assert next_a(birth, next_a(birth, 1.59, True, 1.6), True, 1.6) == 1.6
 
 
-def test_the_bar_shows_lives_and_place():
+def test_the_bar_shows_lives_and_position():
     assert bar(LIVES, 1.0, 24) == "········━·━━┃━━━━━━━━━━━"
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
 @pytest.mark.slow
-async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
+async def test_the_table_follows_the_orbit_over_a_and_back(born):
     async with browsing(born) as (app, pilot):
         screen, table, catalogue = app.screen, table_of(app), app.catalogue
         stored = [table.source.row(place) for place in range(len(table.source))]
@@ -114,7 +114,7 @@ async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
 
 
 @pytest.mark.slow
-async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
+async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, monkeypatch):
     """Steps made meanwhile are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
@@ -167,7 +167,7 @@ def stadiums_of(app):
 
 
 @pytest.mark.slow
-async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp_path):
+async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
     path = tmp_path / "orbits.db"
     made(path, fill_periods(path, 1.0, range(2, 6)))
     async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
@@ -192,7 +192,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
 
 
 @pytest.mark.slow
-async def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
+async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
     async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")

@@ -51,7 +51,7 @@ async def click(pilot, x, y):
     await settle(pilot)
 
 
-def test_columns_are_told_with_their_headings():
+def test_columns_are_explained_with_their_headings():
     title, names = columns_told()
     assert title == "columns, as a filter names them"
     assert dict(names)["length_error"] == "bound on the error of length (radius)"
@@ -60,7 +60,7 @@ def test_columns_are_told_with_their_headings():
     assert len(names) == len(IN_CATALOGUE)
 
 
-def test_every_key_of_a_screen_is_told_in_its_group():
+def test_every_key_of_a_screen_is_listed_in_its_group():
     own: list[Any] = [PagedTable, MainScreen, BrowseApp]
     parts = [*own, CountsScreen, StatisticsScreen, WholeOrbitScreen, ScrollBox]
     every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
@@ -76,7 +76,7 @@ def test_every_key_of_a_screen_is_told_in_its_group():
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
-def test_long_codes_and_orbits_are_told_in_short():
+def test_long_codes_and_orbits_are_abbreviated():
     orbits = [solve_word("13" * n + rest, 1.6) for n, rest in ((14, "11"), (15, "1"), (29, "11"), (30, "1"))]
     assert [orbit.p for orbit in orbits] == [30, 31, 60, 61]
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
@@ -169,7 +169,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
 
 
 @pytest.mark.slow
-async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
+async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypatch):
     async with browsing(path) as (app, pilot):
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
@@ -211,7 +211,7 @@ async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, mon
         assert isinstance(app.screen, MainScreen)
 
 
-def test_words_and_periods_are_filled_with_their_counts(tmp_path):
+def test_filling_words_and_periods_reports_counts(tmp_path):
     path = tmp_path / "orbits.db"
     for wish, told in (
         (Wish(1.6, words=("13", "013")), [(1, 2, 2), (2, 2, 3)]),
@@ -226,7 +226,7 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
 
 
 @pytest.mark.slow
-async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
+async def test_the_first_rows_appear_before_the_total_is_known(filled_once):
     """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
     began = []
 
@@ -248,7 +248,7 @@ async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_o
         assert table.source.row(0)[0] == "13"
 
 
-async def test_the_list_says_that_the_word_on_show_is_not_stored(varied):
+async def test_the_list_says_that_the_shown_word_is_not_stored(varied):
     async with browsing(varied) as (app, pilot):
         await ask(pilot, "c", "1^20 3")
         assert "111111111111… is not stored" in shown(app)

@@ -36,7 +36,7 @@ async def ended(socket):
 
 
 @pytest.mark.slow
-def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(filled_once):
+def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_once):
     aiohttp = pytest.importorskip("aiohttp")  # here, because importing it takes as long as ten tests
     chosen = Selection(time_reversal="self", periods=((2, 4),))
     where = "time_reversal = 'self' and p < :top"
@@ -104,7 +104,7 @@ BAD = [
 ]  # fmt: skip
 
 
-def test_messages_that_no_page_sends_are_dropped():
+def test_messages_no_page_would_send_are_dropped():
     pytest.importorskip("aiohttp")
     from orbitdb.cli.tui.web import Session
 
@@ -160,7 +160,7 @@ def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
 
 
 @pytest.mark.slow
-def test_what_cannot_be_served_is_told_in_one_line(cli, filled_once, monkeypatch):
+def test_an_error_while_serving_is_reported_in_one_line(cli, filled_once, monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         refused = cli("browse", "--web", "--port", str(port), "--db", str(filled_once))
