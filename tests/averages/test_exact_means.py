@@ -50,7 +50,7 @@ def test_run_probabilities_add_up_to_one_and_average_half_pi_bounces():
 
 
 def test_means_equal_known_values():
-    """30 digits from mpmath with an Euler-Maclaurin tail; the figure for ln K is the one in DESIGN."""
+    """30 digits from mpmath, with an Euler-Maclaurin tail."""
     k, p = np.arange(1, 2001), run_probabilities(2000)
     tail = np.pi**3 / 8 * (np.log(2000.5) / 3 + 1 / 9) / 2000.5**3
     catalan = 0.915965594177219015
@@ -81,7 +81,7 @@ MEANS_OF_C2 = {
     1e-4: 8.333998299, 1e-3: 6.033147408, 0.00636: 4.192291004, 0.02: 3.066897346, 0.0362: 2.495462128,
     0.1: 1.559301490, 1.6: 0.152769820, 6.0: 0.043553803,
 }  # fmt: skip
-"""With three times the nodes in phi, and panels of t that begin as narrow as a tenth of a, within 4e-9."""
+"""Computed within 4e-9, with three times the nodes in phi and panels of t from a width of a/10 on."""
 
 
 @pytest.mark.parametrize(

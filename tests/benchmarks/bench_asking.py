@@ -18,7 +18,7 @@ from typing import Any
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 MEGABYTE = 1e6 if sys.platform == "darwin" else 1e6 / 1024
-"""Of memory, in what the system counts it."""
+"""In the unit in which the system reports memory."""
 
 FIRST = ["query", "--json", "--limit", "40"]
 ASKING = {
@@ -82,7 +82,7 @@ BROWSE: dict[str, tuple[dict[str, Any], str]] = {
 
 
 async def browse(path: Path) -> None:
-    """Ask the terminal UI one thing after another; print seconds as they pass, too."""
+    """Ask the terminal UI the questions in turn; print processor and elapsed seconds."""
     from textual import events
 
     from orbitdb.cli.tui.app import BrowseApp

@@ -41,7 +41,7 @@ SMALL: dict[str, tuple[tuple[Any, ...], str]] = {
     "trajectory": (((300,), 2), "closed segments of p = 300"), "sum": ((100_000,), "e^-40 .. e^0,"),
     "margin": (((6, 7), 0.05), "|margin| < 0.05 of p = 7,"),
 }  # fmt: skip
-"""What each case is called with here, and what it asks last."""
+"""The arguments of each case here, and the start of its last question."""
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -15,7 +15,7 @@ from orbitdb import Catalogue
 from orbitdb.quantum.levels import levels
 
 GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
-"""What k = 1 is in a resonator of radius 0.2 m."""
+"""Frequency of k = 1 in a resonator of radius 0.2 m."""
 
 
 @pytest.fixture(scope="module")

@@ -183,7 +183,7 @@ def test_a_displayed_bound_holds_for_the_displayed_digits(value, bound):
 
 
 def test_a_geometric_fill_keeps_the_pruned_words(cli):
-    """With the rules that each of them breaks; a plain fill keeps none."""
+    """Each with the rules it breaks. A plain fill stores none."""
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
     cli("fill", "--p", "4")
     assert json.loads(cli(*chosen).out) == []

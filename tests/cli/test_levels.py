@@ -23,7 +23,7 @@ KNOWN = {
     "oo": [3.4256302952, 4.1417352305, 5.0662018867, 6.0618744376, 6.4574420169, 6.9111301528, 7.1205344228,
            7.6440296075],
 }  # fmt: skip
-"""Of each parity, all below k = 8 at a = 1.6."""
+"""All levels below k = 8 at a = 1.6, by parity."""
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ from orbitdb.verification.verify import report, verify
 
 Columns = dict[str, list[Any]]
 OTHERS = ("csv", "tsv", "jsonl")
-"""Formats of which each command writes one, beside JSON: all come from the same rows."""
+"""Besides JSON, each command writes only one of these formats, because all come from the same rows."""
 TRAJECTORY = simulate(Stadium(1.6), 20_000, seed=89)
 
 

@@ -161,7 +161,7 @@ sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """
-"""A command, its exit code, and what its line says among other things."""
+"""A command, its exit code, and parts of its message."""
 
 
 LONG = f"'SELECT {'1 + ' * 5000}1'"

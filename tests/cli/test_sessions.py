@@ -16,7 +16,7 @@ from quick import slow_but
 
 SESSIONS = {path.stem: path for path in sorted((Path(__file__).parent / "sessions").glob("*.txt"))}
 FROM_NOTHING = {"storing", "bounds"}
-"""The others have the varied catalogue."""
+"""The other sessions use the varied catalogue."""
 
 CHANGES = [
     (r"\b\d+\.\d+ s\b", "0.1 s"),
@@ -24,7 +24,7 @@ CHANGES = [
     (r"(\n(?:length|lyapunov) .*\.\d{1,6})\d* \+- .*", r"\1 +- bound"),
     (r"(\n(?:residual|error)  +).*", r"\1small"),
 ]
-"""What is never the same twice, or has its last digits from the machine."""
+"""Texts that change with every run, or whose last digits depend on the machine."""
 
 
 @pytest.mark.parametrize("name", slow_but(["words", "storing"], SESSIONS))

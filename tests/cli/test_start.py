@@ -11,7 +11,7 @@ ROOMS = [
     "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots",
     "orbitdb.cli.commands.maintenance.bench",
 ]  # fmt: skip
-"""What takes a hundredth of a second to load, or ten times as long."""
+"""Modules that take 0.01 to 0.1 s to import."""
 
 LIGHTEST_FIRST = {
     "fill --help": "",
@@ -25,7 +25,7 @@ LIGHTEST_FIRST = {
     "fill --p 2 --db new.db": "",
     "--help": "orbitdb.cli.commands.maintenance.bench",
 }
-"""Commands, each with what it loads that those before it have not."""
+"""Commands with the slow modules each may import beyond those of the earlier ones."""
 
 SCRIPT = """
 import sys

@@ -10,16 +10,16 @@ import pictures
 import pytest
 
 SCREENSHOTS_OF = "8.2"
-"""The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
+"""The version of Textual that took the screenshots; others may draw borders differently."""
 
 
 QUICK = ("README", "orbit.svg")
-"""Pages and pictures that plain pytest compares."""
+"""Pages and pictures that a plain pytest run compares."""
 LONG = dict.fromkeys(
     ("assess.svg", "births.svg", "deviations.svg", "entropy-over-a.svg", "rigidity.svg", "spectrum.svg"),
     "fuzz",
 )
-"""Pictures that take so long that CI leaves them out."""
+"""Pictures that take too long for CI."""
 
 
 @pytest.fixture(scope="session")

@@ -99,7 +99,7 @@ def test_usage_lines_include_arguments():
 
 
 def test_all_pages_install_extras_in_the_same_way():
-    """Like error messages, they name the package; only where there is a checkout do they name that."""
+    """Pages name the package, as error messages do, or a checkout where there is one."""
     known = set(metadata("orbitdb").get_all("Provides-Extra", []))
     written = [page.read_text(encoding="utf-8") for page in pages.PAGES if page.stem != "CONTRIBUTING"]
     lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))

@@ -139,7 +139,7 @@ def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
 
 
 LONGEST = pytest.mark.parametrize("longest", [8, pytest.param(11, marks=pytest.mark.slow)])
-"""Highest period of the words, and edges of the windows."""
+"""Highest period of the words and number of edges in the windows."""
 
 
 @LONGEST

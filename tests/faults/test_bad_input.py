@@ -48,7 +48,7 @@ COMMANDS = {
 }  # fmt: skip
 SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
             "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip
-"""What a command needs beside the options that are tried."""
+"""Arguments a command needs besides the tested option."""
 
 
 def judge(outcome, arguments):

@@ -32,7 +32,7 @@ UNCHECKED = {
     "orbit": {"iterations", "run"},
     "stadium": set(),
 }
-"""What no computation can tell again: times, and who wrote a row."""
+"""Columns that cannot be recomputed: times, and provenance."""
 
 
 def judge(found: list[tuple[list[str], int, str]]) -> int:

@@ -86,7 +86,7 @@ VIEWED = {
     "no view of lives": ["DROP VIEW life"],
     "a table for the view": ["DROP VIEW catalogue", f"CREATE TABLE catalogue ({', '.join(NAMES)})"],
 }  # fmt: skip
-"""What is done to the views of a file, which are for other programs."""
+"""Changes to the views of a file, which are only for other programs."""
 
 
 def hostile(path: Path, statements: list[str]) -> None:

@@ -23,7 +23,7 @@ COMMANDS = {
     "levels": ("levels", "--k", "0:24", "--jobs", "1"),
     "verify": ("verify", "--rigorous", "--p", "2-11"),
 }
-"""Commands that write now and then for some seconds."""
+"""Commands that write repeatedly for some seconds."""
 
 
 def write(path, times=1, a=2.5):

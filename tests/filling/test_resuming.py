@@ -43,7 +43,7 @@ class Stored(dict[str, list[tuple[Any, ...]]]):
 
 
 ENDS = ("", "-wal")
-"""What a kill leaves of a file: it, and the journal of what is not in it yet."""
+"""A kill leaves a file and its journal."""
 
 
 class Killed(BaseException):

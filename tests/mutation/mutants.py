@@ -19,10 +19,10 @@ _OTHERS = {
 _COMMUTATIVE = {"min", "max", "minimum", "maximum", "hypot", "gcd", "fmin", "fmax"}
 _WORDS = {"help", "metavar", "epilog", "rich_help_panel", "description"}
 _LONG = 6
-"""Displays of more elements are tables, of which no two neighbours are exchanged."""
+"""Longer tuples and lists are tables, whose neighbours are not exchanged."""
 
 _Change = tuple[str, ast.expr | ast.stmt, ast.AST | str]
-"""The kind of a mistake, the node that is replaced, and what it is replaced by."""
+"""The kind of a mistake, the replaced node, and its replacement."""
 
 
 @dataclass(frozen=True)

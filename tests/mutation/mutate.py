@@ -33,7 +33,7 @@ ROOT = HERE.parents[1]
 TOPS = ("orbitdb", "cli", "migrations")
 START, AN_HOUR = 60.0, 3600.0
 _MARK = "ORBITDB_TESTS_IN"
-"""In the environment of every process of tests, says which copy they are in."""
+"""Environment variable of every test process, with the path of its copy."""
 
 
 class Copy:
@@ -208,18 +208,20 @@ def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
     """Parse the options."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     add = parser.add_argument
-    add("wings", nargs="*", metavar="WING", help="such as store or cli; else all")
-    add("--sample", type=int, metavar="N", help="mutants of each wing; else every mutant")
-    add("--seed", type=int, default=1, help="which ones: the same for the same code")
-    add("--at", action="append", default=[], metavar="FILE:LINE", help="only those of this line; repeatable")
+    add("wings", nargs="*", metavar="WING", help="such as store or cli; default: all")
+    add("--sample", type=int, metavar="N", help="mutants per wing; default: all")
+    add("--seed", type=int, default=1, help="seed of the sample, which is reproducible")
+    add(
+        "--at", action="append", default=[], metavar="FILE:LINE", help="only mutants of this line; repeatable"
+    )
     add(
         "--tests",
         default="",
         metavar="EXPR",
-        help="pytest's -m: 'not fuzz' for those of CI; else the default",
+        help="pytest's -m, such as 'not fuzz' for the tests of CI",
     )
-    add("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
-    add("--patience", type=float, default=6.0, metavar="X", help="times what tests take; more if it is busy")
+    add("--most", type=float, default=60.0, metavar="S", help="seconds of tests per mutant")
+    add("--patience", type=float, default=6.0, metavar="X", help="timeout as a multiple of the tests' time")
     return parser.parse_args(arguments)
 
 

@@ -205,7 +205,7 @@ def test_words_of_one_event_share_one_path(found):
 
 
 def test_the_grid_is_extended_below_its_usual_end(monkeypatch):
-    """A word whose status at the end of the usual grid differs from that at a = 0 is followed further."""
+    """A word whose status at the end of the usual grid is not that at a = 0 is followed to smaller a."""
     monkeypatch.setattr(births, "LOW", 1.0)
     changes = find_changes(from_strings(["010203113"]))
     assert changes.a == pytest.approx([0.386252501738, 0.473270308236, 0.605684335145])

@@ -1,4 +1,4 @@
-"""Some row needs every term of every error bound, and comes close to its bound.
+"""Every term of every error bound is needed by some row, and each row comes close to its bound.
 
 Well-solved orbits would satisfy bounds of half the size. So directions are deliberately moved here, or
 rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in balls. Each row names
@@ -67,7 +67,7 @@ def rows_of(rows: "Sequence[Row | Rounded]") -> pytest.MarkDecorator:
 
 
 LIMIT = "4^100 0 3^100 0"
-"""At a = 0.001 its second leg is pressed against a limit; the first one's D falls to a tenth on the way."""
+"""At a = 0.001 its second leg is clamped at a limit, and D of its first leg falls to a tenth on the way."""
 
 
 @rows_of([

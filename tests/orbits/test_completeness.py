@@ -57,7 +57,7 @@ WAYS: dict[Kind, list[tuple[bool, bool, tuple[bool, ...]]]] = {
         for count in range(4)
     ],
 }
-"""What may happen in a segment: whether the word is an orbit at its ends, and the births between them."""
+"""The possible courses of a segment: whether the word is an orbit at each end, and the births between."""
 
 
 def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
@@ -156,7 +156,7 @@ def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
 
 @pytest.mark.parametrize("a", [0.4, 1.2])
 def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
-    """Compared with differences of the gradient: the driving of alpha'', the effect of errors, and |A u|."""
+    """Compared with differences of the gradient: what drives alpha'', the effect of errors, and |A u|."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
     for _, words in cut(representatives(7)):
         alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)

@@ -25,7 +25,7 @@ JOINT = {
     2.0: ["01102302", "01102552", "01105502", "01105552", "01202302", "01205552", "04442333"],
     2.5: ["01320202", "01330202", "02021133"],
 }
-"""All classes to p = 9 that run exactly through a joint, by the value of a."""
+"""All classes to p = 9 that run exactly through a joint, by a."""
 
 CASES = [(a, word) for a, words in JOINT.items() for word in words]
 
@@ -67,7 +67,7 @@ def test_an_orbit_through_a_joint_needs_walls_of_that_length(a, word):
     [
         (2.0, "0102020203"),  # directions of slope 3, cosines in Q(sqrt 10)
         (3.0, "0211102333"),
-        (1.0, "011032 011033"),  # one path twice; each symbol of the joint once
+        (1.0, "011032 011033"),  # one path twice, its joint written in both ways
         (0.5, "(01032123)^9 01032155"),
     ],
 )

@@ -165,7 +165,7 @@ def test_words_can_have_different_stadiums():
 
 
 def test_every_status_has_a_sentence():
-    """Each sentence contains a few key words."""
+    """Each sentence contains a key phrase."""
     said = {"orbit": "unstable", "geometric": "at any a", "dynamical": "at this a", "boundary": "joint",
             "family": "bouncing-ball", "unresolved": "not decided"}  # fmt: skip
     assert {*said} == {*Status}

@@ -141,7 +141,7 @@ def test_missing_levels_are_the_ranges_no_window_covers(cuts, low, high):
 
 @pytest.mark.parametrize("parity", Parity)
 def test_levels_are_between_those_of_two_rectangles(parity):
-    """One inside the quarter, one around it. Functions that are 0 at the walls of a part extend by 0."""
+    """One inside the quarter, one around it. A function that is 0 at the walls of a part extends by 0."""
     number, k = LevelTask(1.3, parity, 3.0, 6.0).on_grid(8, 1)
     quarters = np.array([0.5 if letter == "e" else 1.0 for letter in str(parity)])
     m = np.stack(np.meshgrid(range(20), range(20)), axis=-1) + quarters

@@ -23,7 +23,7 @@ from orbitdb.symbols.words import key, keys, parse, word_of
 
 LONG_WORDS = [parse("1^30 5^29"), parse("1^12 3^11 02")]
 KEYED = parse("1^10 3^10")
-"""As long as words with a key of their own can be."""
+"""The longest kind of word that has a key."""
 
 PRUNED = {
     "012": "1",
@@ -273,7 +273,7 @@ def told(statement):
         os.kill(os.getpid(), signal.SIGKILL)
 for line in sys.stdin:
     left = int(line)
-    child = os.fork()  # else each would import all that it needs
+    child = os.fork()  # which saves imports
     if not child:
         sqlite3.connect = counted
         migrate.migrate(path)

@@ -30,7 +30,7 @@ LISTS = ("rules", "coordinates")
 
 
 AT_A_TIME = {"order.STEP": 100, "row_blocks.ROWS": 50, "question.BLOCK": 30, "fitting.BATCH": 20}
-"""Rows or classes, far fewer than else, so that whatever is read or sorted comes in several parts."""
+"""Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 
 @pytest.fixture(scope="module")

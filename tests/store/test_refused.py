@@ -141,7 +141,7 @@ def test_without_a_copy_nothing_is_migrated(varied, tmp_path):
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
     make_older(path)
-    ask(path, "PRAGMA journal_mode = WAL")  # the mode of every file the program closes
+    ask(path, "PRAGMA journal_mode = WAL")  # the mode in which the program leaves files
     before = path.read_bytes()
     (tmp_path / "old.db.schema-6").mkdir()
     with pytest.raises(StoreError, match=r"old\.db\.schema-6 cannot be written \(.+\); nothing was changed"):

@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 
 
 def named(ax: Axes, label: str) -> Floats:
-    """Return the points of the line whose label starts like this, shape (2, n)."""
+    """Return the points of the line whose label starts with `label`, shape (2, n)."""
     (found,) = (each for each in ax.lines if str(each.get_label()).startswith(label))
     return np.array(found.get_data(), dtype=float)
 

@@ -14,13 +14,13 @@ from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.store.asking.conditions import COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
-"""Where, by hand, every third class that is stored with its births dies and is born again, and the error."""
+"""Where every third class with stored births is made to die and be reborn, and the error."""
 
 EDGES = [at + times * ERROR for at in (DIED, REBORN) for times in (-3, -2, -1, 0, 1, 2, 3)]
-"""At a death and at a birth, and on either side; two errors away they are told."""
+"""At a death and a birth, and on either side; from two errors on, the sides differ."""
 LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1",
         "13" * 10 + "0", "1232131" * 3 + "131", "13" * 11 + "31", "0103" * 6 + "13")  # fmt: skip
-"""Words that have no key, of three periods, some in the wrong order: pruned ones, large and small classes."""
+"""Words too long for a key, of several periods, unsorted: pruned words, large and small classes."""
 
 
 def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:

@@ -19,7 +19,7 @@ _LEFT_STANDING = re.compile(r"\x1b\[J[^\r\x1b]+\r(?!\n|\r\x1b\[J)")
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
 _ON_AT_FIRST = {"25", "7"}
-"""Modes of every terminal: the cursor is shown, and long lines are wrapped."""
+"""Initial modes of every terminal: visible cursor, wrapped lines."""
 
 
 @dataclass(frozen=True)

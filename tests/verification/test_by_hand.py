@@ -212,7 +212,7 @@ ALTERATIONS = {
     "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),
     "alembic_version changed": ("UPDATE alembic_version SET version_num = '0001'", "schema"),
 }  # fmt: skip
-"""By name, what is done to the file, and the check that must fail."""
+"""By name, the statements that alter the file, and the check that must fail."""
 
 COMMANDS = [
     ["fill", "--p", "5"],
@@ -230,7 +230,7 @@ COMMANDS = [
 
 
 OF_LEVELS = [["levels", "--k", "0:4", "--parity", "oo"]]
-"""In a file of their own: they take a second to be found again."""
+"""In a separate file, because checking levels takes a second."""
 
 
 def made(path: Path, commands: list[list[str]]) -> Path:

@@ -13,7 +13,7 @@ from orbitdb.verification.recomputation import certify
 from orbitdb.verification.verify import report
 
 CLASSES = 498
-"""Of p = 2..8."""
+"""Number of classes with p = 2..8."""
 
 
 @pytest.mark.parametrize("step", slow_but([3], [1, 3]))

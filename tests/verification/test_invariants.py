@@ -17,7 +17,7 @@ from orbitdb.verification.invariants import check_consistency, with_bounds
 
 CHECKS = ("walls", "margins", "reflection", "residuals", "lengths", "lambda", "signature", "Hessian")
 USED = {"margins": 0.99, "reflection": 0.7, "lengths": 0.15, "lambda": 0.05, "Hessian": 0.002}
-"""Shares of what is allowed that some of the moved rows come to."""
+"""Shares of the tolerance that some moved rows reach."""
 
 
 def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:

@@ -29,7 +29,7 @@ from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import verify
 
 BEGUN = "state = 'filling', sums = NULL, blocks = 0"
-"""As a sweep is before it is done."""
+"""Turns a sweep into an unfinished one."""
 
 BOTH = [Selection(1.6), Selection(1.0)]
 

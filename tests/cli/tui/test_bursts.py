@@ -16,7 +16,7 @@ from terminal import ended, spawn
 pytestmark = pytest.mark.slow
 
 DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", *["\x10"] * 4]
-"""Keys that open a dialog or a screen; the last is ctrl+p, with each of the keys that follow."""
+"""Keys that open a dialog or a screen; ctrl+p is tried in all four ways."""
 
 KEYS = [
     *"sSaFe/cCOf?dvmMrRoTXYjkhlgGJKxwtn <>[]*'0123451",

@@ -42,7 +42,7 @@ DIALOGS = [
     ("f", "2-14", "enter"), ("slash", "lenght < 3", ""), ("c", "1232131" * 9 + "9", ""),
     ("e", "HERE/there.csv", ""), ("s", "", ""), ("C", "", ""), ("F", "", ""), ("f", "2-20", "tab"),
 ]  # fmt: skip
-"""The key that opens it, what is written into its field, and a key that follows."""
+"""The key that opens a dialog, the text for its field, and a key that follows."""
 
 
 async def test_dialogs_are_fully_visible(filled, monkeypatch):

@@ -1,4 +1,4 @@
-"""Keys and what they do, many of them in one session of the terminal UI."""
+"""Keys and their effects, many of them in one session of the terminal UI."""
 
 import os
 import shutil
