@@ -1,4 +1,4 @@
-"""What several test modules share: filled catalogues and the command line."""
+"""Fixtures of several test modules: filled catalogues and the command line."""
 
 import asyncio
 import gc
@@ -13,45 +13,45 @@ from typing import TYPE_CHECKING, NamedTuple
 import pytest
 from hypothesis import settings
 
-if TYPE_CHECKING:  # the process that only starts those that test need not import it
+if TYPE_CHECKING:  # pytest's controller process need not import it
     from orbitdb.filling.resuming import Progress
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for whatever is started, as `orbitdb.cli.main` does
-os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each of them would translate all that it imports again
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as `orbitdb.cli.main` does
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # children share compiled imports
 settings.register_profile("quick", deadline=None, max_examples=15)
 settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
 
 def pytest_configure() -> None:
-    """Let signals that a shell has told this process to ignore, as ``&`` does, end what tests start."""
+    """Let signals end child processes even if a shell made this process ignore them, as ``&`` does."""
     for name in ("SIGINT", "SIGHUP", "SIGTERM"):
         number = getattr(signal, name, None)
         if number and signal.getsignal(number) is signal.SIG_IGN:
-            signal.signal(number, lambda number, frame: None)  # a handler is not inherited
+            signal.signal(number, lambda number, frame: None)  # handlers are not inherited
 
 
 def pytest_collection() -> None:
-    """Look for no garbage among what is imported, here and later: that takes a fifteenth of the time."""
+    """Disable garbage collection during imports, which saves a fifteenth of the time."""
     gc.disable()
 
 
 def pytest_collection_finish() -> None:
     gc.freeze()
-    gc.set_threshold(50_000)  # looked for after every 700 objects it takes a thirtieth of the time
+    gc.set_threshold(50_000)  # the default of 700 objects costs a thirtieth of the time
     gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> None:
-    """Let a test be a coroutine."""
+    """Allow tests to be coroutines."""
     if inspect.iscoroutinefunction(test := pyfuncitem.obj):
         pyfuncitem.obj = lambda **given: asyncio.run(test(**given))
 
 
 @pytest.fixture(scope="session", autouse=True)
 def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Keep what somebody who runs the tests has chosen in `browse` out of them, and as it is."""
+    """Keep the tests and the developer's own choices in `browse` apart."""
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
@@ -66,7 +66,7 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def small_sweeps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cut periods into many blocks, for which other processes are begun."""
+    """Cut periods into many blocks and start workers even for small sweeps."""
     monkeypatch.setattr("orbitdb.filling.sweeps.CLASSES", 8)
     monkeypatch.setattr("orbitdb.filling.sweeps.SMALL", 1)
 
@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
     err: str
 
     def says(self, code: int, *pieces: str) -> bool:
-        """Tell whether it ended with a code, no data, and one line that has some pieces in it."""
+        """Tell whether it exited with a code, without data, and with one line that contains all pieces."""
         one = self.err.count("\n") == 1
         return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
 
@@ -94,13 +94,13 @@ def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def filled(filled_once: Path, tmp_path: Path) -> Path:
-    """A catalogue with p = 2..8 at a = 1.6, the test's own."""
+    """A copy of a catalogue with p = 2..8 at a = 1.6."""
     return Path(shutil.copy(filled_once, tmp_path / "orbits.db"))
 
 
 @pytest.fixture
 def begin_fill(small_blocks: None) -> Callable[..., Generator["Progress"]]:
-    """Begin to fill a period in small blocks, and give the rest of the fill, which close() stops."""
+    """Start to fill a period in small blocks; return the rest of the fill, which close() stops."""
     from orbitdb.filling.fill import fill_periods
 
     def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Progress"]:
@@ -118,7 +118,7 @@ def begin_fill(small_blocks: None) -> Callable[..., Generator["Progress"]]:
 def cli(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> Callable[..., Outcome]:
-    """Run the command line in this process; the default catalogue is in the test's own folder."""
+    """Run the command line in this process; the default catalogue is in the test's folder."""
     from orbitdb.cli.main import execute
 
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "orbits.db"))
@@ -147,5 +147,5 @@ def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def own(varied: Path, tmp_path: Path) -> Path:
-    """The varied catalogue, the test's own, and the default of the command line."""
+    """A copy of the varied catalogue, the default of the command line."""
     return Path(shutil.copy(varied, tmp_path / "orbits.db"))

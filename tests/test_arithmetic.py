@@ -1,4 +1,4 @@
-"""What error bounds assume of NumPy's elementary functions is tried before the first of them."""
+"""The assumptions of error bounds on NumPy's functions are checked before the first bound is computed."""
 
 import mpmath as mp
 import numpy as np
@@ -20,15 +20,15 @@ def unchecked():
     check_functions.cache_clear()
 
 
-def test_the_table_is_rounded_correctly():
+def test_the_table_of_hard_arguments_is_rounded_correctly():
     for name, (arguments, results) in arithmetic.HARD.items():
         with mp.workdps(60):
             assert [float(EXACT[name](mp.mpf(x))) for x in arguments] == list(results), name
 
 
 @pytest.mark.parametrize("name", arithmetic.UNITS)
-def test_a_careless_function_is_refused_in_one_line(name, monkeypatch):
-    """Two units more than is assumed, at one argument only; then the orbits are not solved at all."""
+def test_an_inaccurate_function_is_refused_in_one_line(name, monkeypatch):
+    """Off by two more units than assumed, at only one argument. Then no orbit is solved."""
     right = getattr(np, name)
 
     def careless(x, *args, **kwargs):
@@ -42,8 +42,8 @@ def test_a_careless_function_is_refused_in_one_line(name, monkeypatch):
     assert "\n" not in str(caught.value)
 
 
-def test_functions_here_are_as_good_as_is_assumed():
-    """At random arguments of the ranges that are used, those next to pi/2 included."""
+def test_the_functions_of_this_numpy_are_as_accurate_as_assumed():
+    """At random arguments in the ranges used, including those close to pi/2."""
     rng = np.random.default_rng(2)
     near = np.pi / 2 - 10.0 ** rng.uniform(-13, 0, 500)
     ranges = {

@@ -1,4 +1,4 @@
-"""Records that hold arrays are equal by value, and equal ones have equal hashes."""
+"""Records with arrays are compared by value, and equal records have equal hashes."""
 
 import dataclasses
 import importlib
@@ -19,7 +19,7 @@ from orbitdb.symbols.words import from_strings
 
 
 def _records():
-    """Return the public dataclasses of the package with a field that is an array."""
+    """Return the public dataclasses of the package that have an array field."""
     for found in pkgutil.walk_packages(orbitdb.__path__, "orbitdb."):
         if found.name.startswith(("orbitdb.migrations", "orbitdb.cli.tui", "orbitdb.plots")):
             continue
@@ -36,30 +36,30 @@ def _is_array(field):
     )
 
 
-def test_no_public_name_is_that_of_a_module():
-    """A module that is imported would take its place."""
+def test_no_public_name_is_also_a_module():
+    """Importing the module would replace the name."""
     assert not {found.name for found in pkgutil.iter_modules(orbitdb.__path__)} & set(orbitdb.__all__)
 
 
-def test_every_public_record_with_arrays_is_equal_by_value():
+def test_every_public_record_with_arrays_is_compared_by_value():
     kinds = list(_records())
     assert {"Orbits", "Subset", "ChosenClasses", "ClassRows"} <= {kind.__name__ for kind in kinds}
     records = [
         kind for kind in kinds if kind.__eq__ is not object.__eq__ and kind is not Orbit
-    ]  # others are what they are
+    ]  # others compare by identity
     assert [kind for kind in records if not issubclass(kind, ByValue)] == []
     assert all(kind.__eq__ is ByValue.__eq__ and kind.__hash__ is ByValue.__hash__ for kind in records)
 
 
 @pytest.mark.parametrize("word", ["13", "1232131", "1001", "1111111111111111111102020202023"])
-def test_the_same_orbit_is_equal_and_one_key(word):
+def test_equal_orbits_are_one_key(word):
     one, same = solve_word(word, 1.6), solve_word(word, 1.6)
     assert one == same == pickle.loads(pickle.dumps(one)) == replace(one, stored=True)
     assert len({one, same, solve_word(word[1:] + word[0], 1.6), solve_word(word, 1.7)}) == 2
     assert one != word
 
 
-def test_coordinates_of_an_orbit_cannot_be_written_to():
+def test_coordinates_of_an_orbit_are_read_only():
     one = solve_word("1232131", 1.6)
     for orbit in (one, pickle.loads(pickle.dumps(one)), replace(one, stored=True)):
         with pytest.raises(ValueError, match="read-only"):
@@ -85,7 +85,7 @@ def test_nan_equals_nan_in_the_same_place():
     assert len({replace(one, margin=nan) for nan in (odd, np.full(2, np.nan))}) == 1
 
 
-def test_subsets_and_classes_are_equal_if_they_hold_the_same(varied):
+def test_subsets_and_classes_with_the_same_contents_are_equal(varied):
     catalogue, again = Catalogue(varied), Catalogue(varied)
     for ask in (
         lambda each, **more: each.select(p="2-4", coordinates=True, **more),
@@ -98,7 +98,7 @@ def test_subsets_and_classes_are_equal_if_they_hold_the_same(varied):
     assert len({Selection(), Selection(), Selection(ranges={"length": (3.0, None)})}) == 2
 
 
-def test_what_holds_large_arrays_is_written_in_one_line(filled):
+def test_records_with_large_arrays_have_a_one_line_repr(filled):
     catalogue = Catalogue(filled, a=1.6)
     found = (
         catalogue.identify(start=(0, 0.001, 0)),
@@ -112,6 +112,6 @@ def test_what_holds_large_arrays_is_written_in_one_line(filled):
 
 
 @pytest.mark.parametrize("change", [{"a": 1.5}, {"low": 0.5}, {"high": 8.0}, {"below": 1}])
-def test_a_number_alone_makes_a_difference(change):
+def test_records_that_differ_in_one_number_are_unequal(change):
     one = LevelWindow(1.6, Parity("ee"), 0.0, 9.0, 0, np.ones(2), np.zeros(2))
     assert replace(one) == one != replace(one, **change)

@@ -1,4 +1,4 @@
-"""Files of columns: whole or not there, and the same by rows as by columns."""
+"""Files of columns are complete or absent, and the same by rows as by columns."""
 
 import errno
 import os
@@ -16,7 +16,7 @@ from orbitdb import export as files
 from orbitdb.errors import InputError, StoreError
 
 
-def test_what_cannot_be_written_is_refused_before_its_rows_are_asked_for(tmp_path):
+def test_an_unwritable_file_is_refused_before_rows_are_read(tmp_path):
     def rows():
         pytest.fail("the first row was asked for")
         yield []
@@ -27,7 +27,7 @@ def test_what_cannot_be_written_is_refused_before_its_rows_are_asked_for(tmp_pat
 
 
 @pytest.mark.slow
-def test_more_rows_than_a_block(tmp_path):
+def test_files_can_have_more_rows_than_a_block(tmp_path):
     from pyarrow import parquet
 
     rows = [[str(n), n / 7, [n / 3]] for n in range(45_000)]
@@ -41,7 +41,7 @@ def test_more_rows_than_a_block(tmp_path):
 
 @pytest.mark.parametrize("form", files.FORMATS)
 @pytest.mark.parametrize("trouble", slow_but([KeyboardInterrupt], [KeyboardInterrupt, ZeroDivisionError]))
-def test_an_interrupted_export_leaves_what_was_there(tmp_path, form, trouble):
+def test_an_interrupted_export_keeps_the_old_file(tmp_path, form, trouble):
     def rows():
         yield from (["13", float(n)] for n in range(10_000))
         raise trouble
@@ -68,7 +68,7 @@ except errors.StoreError as error:
 
 
 @pytest.mark.parametrize("form", slow_but(["csv"], files.FORMATS))
-def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
+def test_a_full_disk_is_reported_and_leaves_no_file(tmp_path, form):
     target = tmp_path / f"orbits.{form}"
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (100_000, 100_000))
     done = run(target, form, command=[sys.executable, "-P", "-c", WRITE], preexec_fn=full)
@@ -77,12 +77,12 @@ def test_a_full_disk_leaves_nothing_and_says_so(tmp_path, form):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_npz_refuses_texts_that_would_not_fit(tmp_path):
+def test_npz_refuses_texts_that_need_too_much_memory(tmp_path):
     with pytest.raises(InputError, match="parquet"), open(tmp_path / "orbits.npz", "wb") as file:
         column_files.write_npz(file, ("code",), [["1" * 10**6]] * 1000, {})
 
 
-def test_npz_without_rows_has_its_columns(tmp_path):
+def test_npz_without_rows_has_all_columns(tmp_path):
     with open(tmp_path / "orbits.npz", "wb") as file:
         column_files.write_npz(file, ("code", "p", "length", "coordinates"), [], {})
     sizes = {name: array.size for name, array in np.load(tmp_path / "orbits.npz").items()}

@@ -1,4 +1,4 @@
-"""The wheel: installed away from the sources, it does the main job."""
+"""The wheel works when installed away from the sources."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ from orbitdb import __version__
 ROOT = Path(__file__).parents[1]
 
 
-def test_the_citation_is_of_this_version():
+def test_the_citation_names_this_version():
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 

@@ -1,4 +1,4 @@
-"""Averages against every single symbol sequence, against orbits solved by hand, and the paper's table."""
+"""Averages checked against all symbol sequences, orbits solved by hand, and the paper's table."""
 
 import itertools
 import math
@@ -37,8 +37,7 @@ DIRECT = 6
 def every_sequence(a, p):
     """Return length, lambda and |det(1 - M)| of every sequence of p symbols that is a fixed point.
 
-    All rotations and repetitions are solved and measured on their own, from the bounces' coordinates
-    and the paper's matrices.
+    Every rotation is solved on its own. Lengths and matrices, of repetitions too, follow the paper's bounces.
     """
     sequences = np.array(list(itertools.product(range(6), repeat=p)), dtype=np.uint8)
     sequences = sequences[rules_broken(sequences) == 0]
@@ -64,7 +63,7 @@ def weights_of(weight, exponent, determinant):
 
 @pytest.mark.parametrize("a", slow_but([1.6], [1.6, 0.7]))
 @pytest.mark.parametrize("weight", Weight)
-def test_averages_are_those_over_every_sequence(a, weight):
+def test_averages_equal_those_over_every_sequence(a, weight):
     rows = class_rows(a, DIRECT)
     counts, averages = entropy(rows, DIRECT), lyapunov(rows, DIRECT, weight)
     for i, p in enumerate(range(2, DIRECT + 1)):
@@ -76,7 +75,7 @@ def test_averages_are_those_over_every_sequence(a, weight):
 
 
 @pytest.mark.parametrize("weight", Weight)
-def test_zeta_averages_are_derivatives_of_the_growth_rate_of_every_sequence(weight):
+def test_zeta_averages_are_derivatives_of_the_growth_rate_over_all_sequences(weight):
     """Tilt all weights by e^(beta A), find the zero of exp(-sum T_n z^n / n) again, and differentiate."""
 
     def growth(order, tilt):
@@ -123,7 +122,7 @@ def test_topological_zeta_is_the_product_over_every_cyclic_word():
 
 
 @pytest.mark.parametrize("weight", Weight)
-def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight):
+def test_a_stability_cut_that_keeps_everything_equals_truncation_by_period(weight):
     rows = class_rows(1.6, DIRECT)
     by_period, by_stability = lyapunov(rows, DIRECT, weight), lyapunov_by_stability(rows, 40, DIRECT, weight)
     assert by_stability.z0 == pytest.approx(by_period.z0[-1], rel=1e-11)
@@ -134,8 +133,8 @@ def test_stability_cut_so_high_that_it_keeps_all_is_the_period_truncation(weight
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))
 @settings(max_examples=settings().max_examples // 4)
-def test_only_the_classes_and_their_sizes_count(seed, weight):
-    """Rows in any order, and classes split into words of their own, give the same numbers."""
+def test_only_classes_and_their_sizes_matter(seed, weight):
+    """Shuffling rows or splitting classes into single words does not change the numbers."""
     rows = class_rows(1.6, 6)
     split = np.repeat(np.arange(len(rows)), rows.size)
     np.random.default_rng(seed).shuffle(split)
@@ -149,7 +148,7 @@ def test_only_the_classes_and_their_sizes_count(seed, weight):
 
 
 @pytest.mark.parametrize("weight", Weight)
-def test_no_orbit_gives_no_number(weight):
+def test_without_orbits_every_average_is_nan(weight):
     rows = class_rows(1.6, 4).rows(np.zeros(0, int))
     assert np.isnan(lyapunov(rows, 5, weight).lambda_d).all()
     assert np.isnan(lyapunov(rows, 5, weight).lambda_d_zeta).all()
@@ -158,8 +157,8 @@ def test_no_orbit_gives_no_number(weight):
     assert math.isnan(lyapunov_by_stability(rows, 9, weight=weight).lambda_c)
 
 
-def test_repeated_orbits_count_by_their_own_matrices():
-    """Up to six times, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
+def test_repetitions_are_weighted_by_their_own_matrices():
+    """Up to six repetitions, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
     lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
     rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
     sums = PeriodSums.of(rows, 3).sums
@@ -172,7 +171,7 @@ def test_repeated_orbits_count_by_their_own_matrices():
             assert found == pytest.approx([each.sum() for each in values], rel=1e-13)
 
 
-def test_rows_that_are_no_orbits_are_refused():
+def test_rows_that_are_not_orbits_are_refused():
     good = class_rows(1.6, 3)
     columns: list[Any] = [good.period, good.size, good.length, good.lyapunov, good.inverse]
     for place, bad in ((0, 0), (1, 0), (2, -1.0), (2, np.inf), (3, np.nan), (3, 0.0)):
@@ -194,7 +193,7 @@ def test_missing_periods_are_named():
 
 
 @given(st.integers(1, 200))
-def test_divisors_divide(p):
+def test_divisors_of_a_period_are_found(p):
     assert divisors(p) == [d for d in range(1, p + 1) if p / d == p // d]
 
 
@@ -206,7 +205,7 @@ def parts_of(a: float, p: int, count: int) -> list[PeriodSums]:
 
 @pytest.mark.parametrize("weight", Weight)
 @pytest.mark.parametrize("a", [0.5, 1.6])
-def test_averages_of_sums_are_those_of_the_orbits(a, weight):
+def test_averages_from_sums_equal_averages_from_orbits(a, weight):
     rows = class_rows(a, 7)
     sums = {p: PeriodSums.joined(parts_of(a, p, 3), p) for p in range(2, 8)}
     expected, found = lyapunov(rows, 7, weight), lyapunov_of_periods(sums, 7, weight)
@@ -217,8 +216,8 @@ def test_averages_of_sums_are_those_of_the_orbits(a, weight):
             np.testing.assert_allclose(*values, rtol=1e-12, err_msg=field.name)
 
 
-def test_what_no_orbits_up_to_a_period_can_have_is_told_whatever_longer_ones_have():
-    """At a tiny a, where zeros are spurious, with longer orbits that are by far more unstable."""
+def test_impossible_averages_are_reported_whatever_longer_orbits_allow():
+    """At a tiny a, where zeros are spurious, next to longer and far more unstable orbits."""
     rows = class_rows(1e-6, 7)
     rows = replace(rows, lyapunov=np.where(rows.period == 7, 5, 1) * rows.lyapunov)
     sums = {p: PeriodSums.of(rows.rows(rows.period == p), p) for p in range(2, 8)}
@@ -227,7 +226,7 @@ def test_what_no_orbits_up_to_a_period_can_have_is_told_whatever_longer_ones_hav
     assert "of orbits 2e-06 to 0.8814" in faults[4]
 
 
-def test_sums_are_the_same_in_any_order_and_come_back_from_bytes():
+def test_sums_do_not_depend_on_order_and_survive_serialisation():
     parts = parts_of(1.6, 7, 9)
     whole = PeriodSums.joined(parts, 7)
     assert PeriodSums.joined(parts[::-1], 7) == whole

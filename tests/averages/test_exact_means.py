@@ -1,4 +1,4 @@
-"""Exact means: their sums, known figures, and random trajectories leg by leg."""
+"""Exact means checked against explicit sums, known figures, and random trajectories leg by leg."""
 
 import numpy as np
 import pytest
@@ -13,10 +13,10 @@ HALF_LENGTHS = (0.05, 0.7, 1.6, 8.0)
 
 
 def leg_probabilities(a, most):
-    """Return the probabilities of 0, 1, .. most straight bounces in a leg, shape (most + 1,).
+    """Return the probabilities of 0, 1, ..., `most` straight bounces in a leg, shape (most + 1,).
 
-    Second differences of G(h) = sqrt(4 a^2 + h^2): P_n = [G(2n + 2) - 2 G(2n) + G(2n - 2)] / 4, and
-    twice that for n > 0, where the first wall may be either.
+    Second differences of G(h) = sqrt(4 a^2 + h^2): P_n = [G(2n + 2) - 2 G(2n) + G(2n - 2)] / 4,
+    twice that for n > 0, where either wall may come first.
     """
     h = 2.0 * np.arange(-1, most + 2)
     g = np.sqrt(4 * a * a + h * h)
@@ -27,30 +27,30 @@ def leg_probabilities(a, most):
 
 
 def run_probabilities(most):
-    """Return the probabilities of 1, 2, .. most bounces in a run, shape (most,), whatever a is."""
+    """Return the probabilities of 1, 2, ..., `most` bounces in a run, shape (most,), at any a."""
     k = np.arange(1, most + 2)
     s = np.concatenate([[0.0], 2 * k * np.sin(np.pi / (2 * k))])
     return -np.diff(s, 2) / 2
 
 
 @pytest.mark.parametrize("a", HALF_LENGTHS)
-def test_leg_probabilities_are_those_of_one_leg_with_a_walls(a):
+def test_leg_probabilities_add_up_to_one_and_average_a_walls(a):
     p, n = leg_probabilities(a, 100_000), np.arange(100_001)
-    tail = a**2 / 100_000**2  # an integral of P_n = 2 a^2 / n^3, to leading order
+    tail = a**2 / 100_000**2  # integral of P_n = 2 a^2 / n^3, to leading order
     assert p.min() > -1e-15
     assert p.sum() + tail / 2 == pytest.approx(1, abs=1e-3 * tail + 1e-12)
     assert p @ n == pytest.approx(a, rel=3 * a / 100_000)
 
 
-def test_run_probabilities_are_those_of_one_run_with_half_pi_bounces():
+def test_run_probabilities_add_up_to_one_and_average_half_pi_bounces():
     p, k = run_probabilities(3000), np.arange(1, 3001)
     assert p.sum() == pytest.approx(1, abs=1e-9)
     assert p @ k == pytest.approx(np.pi / 2, abs=1e-6)
     assert p[0] == pytest.approx(2 - np.sqrt(2))
 
 
-def test_means_are_the_known_ones():
-    """30 digits of mpmath, the tail by Euler and Maclaurin; DESIGN's figure for ln K."""
+def test_means_equal_known_values():
+    """30 digits from mpmath, with an Euler-Maclaurin tail."""
     k, p = np.arange(1, 2001), run_probabilities(2000)
     tail = np.pi**3 / 8 * (np.log(2000.5) / 3 + 1 / 9) / 2000.5**3
     catalan = 0.915965594177219015
@@ -64,13 +64,13 @@ def test_means_are_the_known_ones():
 
 
 @pytest.mark.parametrize("a", [300.0, 3000.0])
-def test_the_legs_that_are_not_summed_are_those_of_a_longer_sum(a):
-    """All copies of the circle up to 400 000, each over its rise u, where a/n is still small at the end."""
+def test_the_tail_of_the_leg_sum_equals_a_longer_sum(a):
+    """Sum all copies of the circle up to 400 000, each over its rise u; a/n is still small at the end."""
     x, weight = np.polynomial.legendre.leggauss(20)
     total = 1 + np.log(a)
     for n in np.array_split(np.arange(400_001.0), 50):
         for u, w in zip(np.concatenate([x - 1, x + 1]), np.tile(weight, 2) / 2, strict=True):
-            h, both = 2 * n + u, np.where(n, 1.0, 0.5)  # copy 0 has the rises of either sign once
+            h, both = 2 * n + u, np.where(n, 1.0, 0.5)  # copy 0 has rises of both signs once
             square = 4 * a * a + h * h
             total += w * both @ ((2 - abs(u)) * 4 * a * a / square**1.5 * np.log1p(-h * u / square))
     found = log_drift(a)
@@ -81,7 +81,7 @@ MEANS_OF_C2 = {
     1e-4: 8.333998299, 1e-3: 6.033147408, 0.00636: 4.192291004, 0.02: 3.066897346, 0.0362: 2.495462128,
     0.1: 1.559301490, 1.6: 0.152769820, 6.0: 0.043553803,
 }  # fmt: skip
-"""With three times the nodes in phi, and panels of t that begin as narrow as a tenth of a, within 4e-9."""
+"""Computed within 4e-9, with three times the nodes in phi and panels of t from a width of a/10 on."""
 
 
 @pytest.mark.parametrize(
@@ -91,15 +91,15 @@ MEANS_OF_C2 = {
         for a in MEANS_OF_C2
     ],
 )
-def test_mean_of_c2_is_as_exact_as_it_says(a):
-    """Also where wide panels would overlook what happens next to t = pi/2k, and where D is short."""
+def test_the_mean_of_c2_is_within_its_stated_error(a):
+    """Includes cases where wide panels would miss the peak at t = pi/2k, and where D is short."""
     rough, fine = mean_coupling(a, 1e-4), mean_coupling(a, 1e-7)
     for found in (rough, fine):
         assert abs(found.value - MEANS_OF_C2[a]) <= found.error + 4e-9
     assert fine.error < 1e-6
 
 
-def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
+def test_bounds_on_lambda_include_the_errors_of_their_means():
     means = exact_means(0.5)
     low, high = means.bounds
     known = means.log_drift.value + means.log_kick.value
@@ -111,7 +111,7 @@ def test_bounds_on_lambda_have_the_errors_of_their_means_on_the_safe_side():
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], HALF_LENGTHS))
-def test_means_are_those_of_random_trajectories(a):
+def test_means_agree_with_random_trajectories(a):
     first = next_leg(random_runs(SAMPLE, np.random.default_rng(5)), a)
     second = next_leg(first.runs, a)
     means = exact_means(a)
@@ -129,7 +129,7 @@ def test_means_are_those_of_random_trajectories(a):
         assert (np.abs(share - p) < 4 * np.sqrt(p / SAMPLE)).all()
 
 
-def test_bounds_hold_lambda_between_them():
+def test_lambda_is_within_its_bounds():
     low, high = exact_means(1.6).bounds
     assert low == pytest.approx(2.664126573, abs=1e-8)
     assert high == pytest.approx(2.816896395, abs=1e-6)

@@ -1,4 +1,4 @@
-"""Averages by sum rules: tilted weights, sums along orbits and from power series, known values."""
+"""Averages by sum rules: tilted weights, sums over orbits and from power series, known values."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.379081
 
 
 def terms_of(a, highest):
-    """Return legs, rest, and the sums of ln D, ln K and c2 along all orbits up to a period."""
+    """Return legs, rest, and the sums of ln D, ln K and c2 along each orbit up to a period."""
     orbits = beginning(a, highest).orbits
     means = np.array([[mean.value] for mean in exact_means(a).terms])
     return orbits.legs, orbits.rest, *(orbits.x + means * orbits.legs)
@@ -46,12 +46,12 @@ def test_a_tilt_makes_the_means_vanish_with_positive_weights():
     [[[1.0, 2.0, 0.5]], [[1.0, -1.0, 2.0, -2.0], [1.0, 3.0, 0.0, 2.0]], [[1.0, -1.0], [1.0, -1.0]]],
     ids=["on one side", "on one side of a line", "on a line"],
 )
-def test_no_tilt_where_none_exists(x):
+def test_there_is_no_tilt_for_points_on_one_side_or_on_a_line(x):
     assert tilt(np.zeros(len(x[0])), np.array(x)) is None
 
 
-def test_sums_of_the_shortest_orbit():
-    """13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
+def test_the_sums_of_the_shortest_orbit_are_known():
+    """The word 13 runs along the axis: K = 2, D = 2 a, lambda = 2 ln of the larger root of its factor."""
     a = 0.8
     legs, rest, drift, kick, coupling = (term[0] for term in terms_of(a, 2))
     assert legs == 2
@@ -63,14 +63,14 @@ def test_sums_of_the_shortest_orbit():
 
 
 @pytest.mark.parametrize("a", [0.5, 6.0])
-def test_every_orbit_is_between_the_bounds(a):
+def test_every_orbit_is_within_the_bounds(a):
     _, rest, _, _, coupling = terms_of(a, HIGHEST)
     assert (-coupling < rest).all()
     assert (rest < 0).all()
 
 
 @pytest.mark.parametrize("a", slow_but([0.5, 1.6, 6.0], TRAJECTORIES))
-def test_values_are_those_of_trajectories_within_their_errors(a):
+def test_values_agree_with_trajectories_within_their_errors(a):
     found = swept_sum_rules(a, [], HIGHEST)
     assert found.p.tolist() == list(range(2, HIGHEST + 1))
     assert (np.abs(found.lambda_l - TRAJECTORIES[a]) < found.lambda_l_error).all()
@@ -86,12 +86,12 @@ def test_values_are_those_of_trajectories_within_their_errors(a):
 
 
 @pytest.mark.slow
-def test_the_estimate_is_of_use_where_the_orbits_say_more():
+def test_the_error_estimate_is_useful_at_small_a():
     found = swept_sum_rules(0.1, [], HIGHEST)
     assert abs(found.lambda_l[-1] - 0.89199) < found.lambda_l_error[-1] < 0.03  # trajectories +- 0.00015
 
 
-def test_the_catalogue_gives_what_its_orbits_give(filled):
+def test_the_catalogue_gives_the_values_of_its_orbits(filled):
     found = there(sum_rules_of(answer(filled, read_whole, choose(status="orbit"))))
     alone = swept_sum_rules(1.6, [], HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
@@ -100,13 +100,13 @@ def test_the_catalogue_gives_what_its_orbits_give(filled):
 @pytest.mark.parametrize(
     "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": "2-6", "status": "boundary"}]
 )
-def test_parts_of_the_orbits_have_none(filled, criteria):
+def test_a_subset_of_the_orbits_has_no_sum_rules(filled, criteria):
     chosen = choose(**{"status": "orbit"} | criteria)
     assert sum_rules_of(answer(filled, read_whole, chosen)) is None
 
 
 @pytest.mark.parametrize("k", range(4))
-def test_series_give_the_sums_near_their_centre(k):
+def test_power_series_give_the_sums_near_their_centre(k):
     rng = np.random.default_rng(k)
     orbits = TiltedOrbits(*(rng.normal(size=size) for size in (3000, (k, 3000), 3000, 3000)))
     centre, step = rng.normal(size=k) / 3, rng.normal(size=k) / 50
@@ -124,7 +124,7 @@ def test_series_give_the_sums_near_their_centre(k):
     assert abs(found.total - expected.total) <= found.missing + 1e-12 * expected.total
 
 
-def test_bytes_of_something_else_are_refused():
+def test_foreign_bytes_are_refused():
     good = to_bytes({2: TiltMoments.none(np.zeros(2))})
     for wrong in (good[:-8], np.full(9, 7.0).tobytes(), np.full(9, np.nan).tobytes()):
         with pytest.raises(ValueError, match="moments"):
@@ -132,7 +132,7 @@ def test_bytes_of_something_else_are_refused():
 
 
 @pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
-def test_averages_are_those_of_all_orbits(monkeypatch, a):
+def test_averages_from_moments_equal_averages_over_all_orbits(monkeypatch, a):
     first, last = (7, 9) if a == 0.5 else (9, 12)
     monkeypatch.setattr(module, "EXACT", last)
     beginning.cache_clear()

@@ -1,4 +1,4 @@
-"""Zeta functions against known and listed ones, and averages that do not stand: they are blank."""
+"""Zeta functions checked against known and listed ones; averages that do not converge are blank."""
 
 import itertools
 import math
@@ -24,14 +24,14 @@ NOTHING = np.zeros((0, 8))
 
 
 @pytest.mark.parametrize("symbols", [1, 2, 6])
-def test_full_shift_has_one_minus_bz(symbols):
+def test_the_zeta_function_of_a_full_shift_is_one_minus_bz(symbols):
     traces = float(symbols) ** np.arange(1.0, 9.0)
     found = expand(traces, NOTHING).coefficients
     np.testing.assert_allclose(found, [1, -symbols, *[0] * 7], atol=1e-9 * symbols**8)
     assert leading_zero(found[:2]) == pytest.approx(1 / symbols, rel=1e-15)
 
 
-def test_no_positive_zero_is_nan():
+def test_the_leading_zero_is_nan_if_no_zero_is_positive():
     assert math.isnan(leading_zero(np.array([1.0])))
     assert math.isnan(leading_zero(np.array([1.0, 0.0, 1.0])))
     assert math.isnan(leading_zero(np.array([1.0, 2.0, 0.0, 0.0])))
@@ -39,7 +39,7 @@ def test_no_positive_zero_is_nan():
 
 
 @given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
-def test_leading_zero_is_the_least_of_known_zeros(zeros):
+def test_the_leading_zero_is_the_least_of_the_known_zeros(zeros):
     zeros = sorted(set(np.round(zeros, 1)))
     polynomial = np.polynomial.Polynomial([1.0])
     for zero in zeros:
@@ -47,7 +47,7 @@ def test_leading_zero_is_the_least_of_known_zeros(zeros):
     assert leading_zero(np.array(polynomial.coef, float)) == pytest.approx(zeros[0], rel=1e-7)
 
 
-def test_a_leading_zero_among_others_has_more_digits_than_an_eigenvalue():
+def test_a_leading_zero_close_to_others_is_more_exact_than_an_eigenvalue():
     """The eigenvalue alone is off by 1e-11 here."""
     zeros = [0.5, 0.55, 0.6, 0.65, 3, 3.1, 3.2]
     exact, none = [Fraction(1)], Fraction(0)
@@ -76,8 +76,8 @@ kinds = st.tuples(
 
 
 @given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
-def test_stability_expansion_is_that_of_listed_pseudocycles(rows, cut, degree):
-    """Costs are odd multiples of 1/8 in the cut's unit, so that sums are exact and none is the cut."""
+def test_the_stability_expansion_equals_a_list_of_pseudocycles(rows, cut, degree):
+    """Costs are odd multiples of 1/8 of the cut's unit: sums are exact, and none equals the cut."""
     period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T
     factors = Factors(
         period.astype(int),
@@ -122,7 +122,7 @@ GRID = [1e-6, 1e-3, 0.1, 0.3, 0.5, 1.6, 10.0, 1e3]
 
 @pytest.mark.parametrize("weight", Weight)
 @pytest.mark.parametrize("a", slow_but([0.3, 1.6], GRID))
-def test_an_average_is_between_the_least_and_the_greatest_of_its_orbits_or_blank(a, weight):
+def test_an_average_is_blank_or_between_the_extremes_of_its_orbits(a, weight):
     rows = class_rows(a, HIGHEST)
     found = lyapunov(rows, HIGHEST, weight)
     for i, p in enumerate(found.p.tolist()):
@@ -149,7 +149,7 @@ def test_a_topological_zeta_function_that_does_not_converge_gives_no_entropy(a):
     assert not blank[:5].any()
 
 
-def test_every_kind_of_fault_is_told():
+def test_every_kind_of_fault_is_reported():
     small = class_rows(1e-6, HIGHEST)
     said = faults_of(lyapunov(small, HIGHEST, Weight.DETERMINANT), range(2, HIGHEST + 1))
     assert "at p = 6 (its zero 0.002432 is spurious: lambda_d = -0.0002322, of orbits 2e-06 to" in said
@@ -159,7 +159,7 @@ def test_every_kind_of_fault_is_told():
     assert faults_of(lyapunov(small, HIGHEST), [2, 3, 9]) == ""
 
 
-def test_a_cut_by_stability_that_gives_no_average_says_why():
+def test_a_stability_cut_without_an_average_says_why():
     rows = class_rows(1e-6, 8)
     for found, reason in (
         (lyapunov_by_stability(rows, 2.0, 8), "(its zero"),
@@ -192,7 +192,7 @@ def test_each_average_needs_its_own_periods(tmp_path):
     assert shown["lambda_c"] == [2, 3, 4, 6]
 
 
-def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_unborn():
+def test_the_reason_why_a_period_is_missing_is_named():
     chosen = Selection(periods=((5, 9),))
     said = why_missing([2, 3, 6, 7], chosen, [7])
     assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not found, left out)"
@@ -200,7 +200,7 @@ def test_a_period_is_missing_as_it_is_not_chosen_or_not_filled_or_unborn():
 
 
 @pytest.mark.slow
-def test_a_chosen_period_says_nothing_of_the_file(varied):
+def test_choosing_one_period_does_not_hide_what_the_file_proves(varied):
     found = statistics(Reader(varied), Selection(periods=((6, 6),)))
     assert "the zeta function lacks p = 2, 3, 4, 5 (not chosen)" in found.notes
     assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")

@@ -1,9 +1,9 @@
-"""What is asked of a large catalogue: processor time and memory, of whole commands and of the terminal UI.
+"""Time and memory of questions to a large catalogue, by whole commands and in the terminal UI.
 
 Run it as ``python tests/benchmarks/bench_asking.py DATABASE [asking | exports | verify | browse] [OPTIONS]``
-with orbitdb installed, on Linux or macOS; options such as ``--p 13`` go to every command. Processor time
-counts all processes of a command, memory is that of the largest one. The UI is driven without a terminal, and
-keys are pressed until a question is answered: the last columns are the time that passes and the slowest key.
+with orbitdb installed, on Linux or macOS. Options such as ``--p 13`` go to every command. Processor time is
+the sum over all processes of a command, memory the peak of the largest. The UI is driven without a terminal:
+keys are pressed until a question is answered; the last columns are the elapsed time and the slowest key.
 """
 
 import asyncio
@@ -18,7 +18,7 @@ from typing import Any
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 MEGABYTE = 1e6 if sys.platform == "darwin" else 1e6 / 1024
-"""Of memory, in what the system counts it."""
+"""In the unit in which the system reports memory."""
 
 FIRST = ["query", "--json", "--limit", "40"]
 ASKING = {
@@ -55,7 +55,7 @@ PARTS = {"asking": ASKING, "exports": EXPORTS, "verify": VERIFY}
 
 
 def measure(command: list[str], folder: str) -> tuple[float, float]:
-    """Return the processor time in seconds and the memory in MB of a command."""
+    """Return the processor time in seconds and the peak memory in MB of a command."""
     process = subprocess.Popen(
         [*MAIN, *command], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
@@ -82,7 +82,7 @@ BROWSE: dict[str, tuple[dict[str, Any], str]] = {
 
 
 async def browse(path: Path) -> None:
-    """Ask the terminal UI one thing after another; print seconds as they pass, too."""
+    """Ask the terminal UI the questions in turn; print processor and elapsed seconds."""
     from textual import events
 
     from orbitdb.cli.tui.app import BrowseApp
@@ -97,7 +97,7 @@ async def browse(path: Path) -> None:
         table = main.query_one(PagedTable)
         while not len(table.source):
             await asyncio.sleep(0.005)
-        await pilot.pause()  # the first picture of the screen keeps keys waiting, too
+        await pilot.pause()  # drawing the first screen delays keys, too
         for name, (criteria, order) in BROWSE.items():
             begun, worked, before, slowest = time.perf_counter(), time.process_time(), table.source, 0.0
             main.selection, main.ordering = choose(**criteria), Ordering(order.strip("-"), "-" in order)

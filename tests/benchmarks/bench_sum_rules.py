@@ -1,7 +1,7 @@
-"""Sum rules against trajectories: deviations, their estimates, and how often these hold.
+"""Sum rules against trajectories: deviations, error estimates, and how often the estimates hold.
 
-Run it as ``python tests/benchmarks/bench_sum_rules.py [PERIOD [A ...]]`` with orbitdb installed; p = 13 and
-eight half lengths unless said otherwise, about a minute. No catalogue is needed.
+Run it as ``python tests/benchmarks/bench_sum_rules.py [PERIOD [A ...]]`` with orbitdb installed. The default
+is p = 13 and eight half lengths, about a minute. No catalogue is needed.
 """
 
 import sys
@@ -27,7 +27,7 @@ BOUNCES = 20_000_000
 
 
 def report(a: float, highest: int) -> tuple[SumRules, Reference]:
-    """Print a line for one half length."""
+    """Print the line of one half length."""
     means = exact_means(a)
     clock = time.process_time()
     found = swept_sum_rules(a, [], highest)
@@ -51,7 +51,7 @@ def report(a: float, highest: int) -> tuple[SumRules, Reference]:
 
 
 def main() -> None:
-    """Print the table of deviations, and that of how often the estimates hold."""
+    """Print the deviations, and how often the estimates hold."""
     highest = int(sys.argv[1]) if len(sys.argv) > 1 else PERIOD
     half_lengths = [float(text) for text in sys.argv[2:]] or list(HALF_LENGTHS)
     print(f"lambda_d from all orbits to p = {highest}; CPU seconds of orbits and sum rules, of trajectories")

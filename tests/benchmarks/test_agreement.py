@@ -1,4 +1,4 @@
-"""Methods against each other: where statuses differ and why, and run time against true errors."""
+"""Methods compared: where statuses differ and why, and run time against true error."""
 
 import re
 from collections import Counter
@@ -29,7 +29,7 @@ THROUGH_A_JOINT = ["011032", "011033", "011332", "011333", "012032", "012333", "
 
 
 @pytest.mark.slow
-def test_the_error_that_the_force_leaves_is_the_true_one():
+def test_the_error_estimated_from_the_force_is_the_true_error():
     stadium = Stadium(1.6)
     words, _ = representatives(6)
     relaxed = relax(words, stadium)
@@ -41,7 +41,7 @@ def test_the_error_that_the_force_leaves_is_the_true_one():
 
 
 @pytest.mark.slow
-def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
+def test_methods_differ_at_a_1_only_on_orbits_through_a_joint():
     found, differing = agreement(6, Stadium(1.0))
     said = [re.sub("orbit by|dynamical by", "... by", each) for each in differing]
     assert said == [
@@ -57,7 +57,7 @@ def test_orbits_through_a_joint_are_the_ones_that_differ_at_a_1():
 
 
 @pytest.mark.slow
-def test_what_has_no_reason_is_not_explained():
+def test_a_disagreement_without_a_reason_is_not_explained():
     stadium = Stadium(1.6)
     words, _ = representatives(4)
     relaxed = relax(words, stadium)
@@ -85,7 +85,7 @@ def test_a_sample_is_spread_over_all_classes():
 
 
 @pytest.mark.parametrize(("measure", "setting"), [(newton_rows, 1e-16), (ball_rows, 128)])
-def test_newton_and_balls_are_charged_once_for_a_class(cases, measure, setting):
+def test_newton_and_balls_are_charged_once_per_class(cases, measure, setting):
     begin = perf_counter()
     (row,) = measure(cases, (setting,))
     assert 0 < row.seconds * row.words < perf_counter() - begin
@@ -94,8 +94,8 @@ def test_newton_and_balls_are_charged_once_for_a_class(cases, measure, setting):
     assert row.seconds * row.words == pytest.approx(row.seconds_per_sequence * count_admissible(5), abs=0)
 
 
-def test_only_orbits_are_measured_and_what_runs_through_a_joint_is_no_failure():
-    """At a = 1, where seven words of p = 6 do."""
+def test_only_orbits_are_measured_and_boundary_words_are_not_failures():
+    """At a = 1 seven words of p = 6 run through a joint."""
     every = sample(6, Stadium(1.0))
     (row,) = newton_rows(every, (1e-16,))
     assert Counter(each.status for each in every.truth)[Status.BOUNDARY] == len(THROUGH_A_JOINT)
@@ -126,17 +126,17 @@ def test_balls_report_radii_that_shrink_with_the_bits(cases):
     assert rows[0].failures == rows[1].failures == 0
 
 
-def test_root_is_judged_by_the_orbit_it_finds(cases):
+def test_a_root_finder_is_judged_by_the_orbit_it_finds(cases):
     begin = perf_counter()
     loose, tight = root_rows(cases.part(8), (1e-4, 1e-10))
     assert 0 < (loose.seconds + tight.seconds) * 8 < perf_counter() - begin
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
-    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # it finds places of pruned words, too
+    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # also finds the places of pruned words
     assert some.failures == 0 < some.coordinates_max < 1e-7
 
 
-def test_relaxation_goes_on_to_smaller_forces_and_is_charged_for_the_whole_way(cases):
+def test_relaxation_continues_to_smaller_forces_and_is_charged_from_the_start(cases):
     few = cases.part(6)
     begin = perf_counter()
     rows = list(relaxation_rows(few, (1e-8, 1e-3, 1e-6)))
@@ -149,10 +149,10 @@ def test_relaxation_goes_on_to_smaller_forces_and_is_charged_for_the_whole_way(c
     assert rows[-1].seconds == rows[-1].seconds_per_sequence > rows[0].seconds > 0
 
 
-def test_stages_count_what_they_time():
+def test_stage_times_count_the_words_and_classes_they_time():
     times = stage_times(8, Stadium(1.0))
     assert times.sequences == count_admissible(8)
     assert times.classes == len(representatives(8)[0])
     assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))
-    assert times.balls < times.assessment  # no word is left for them, and that takes no time
-    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven are
+    assert times.balls < times.assessment  # balls have no word to decide, which takes no time
+    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven words need balls

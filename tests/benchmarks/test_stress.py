@@ -1,4 +1,4 @@
-"""Stress cases, smaller than in a full run: every error below its stored bound."""
+"""Small versions of the stress cases: every error is below its stored bound."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -23,7 +23,7 @@ from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.slow
-def test_stadia_from_a_circle_to_a_channel():
+def test_stadiums_from_a_circle_to_a_channel_pass():
     outcomes = list(extreme_stadia(p=6))
     assert len(outcomes) == 13
     assert all(outcome.passed for outcome in outcomes)
@@ -41,39 +41,39 @@ SMALL: dict[str, tuple[tuple[Any, ...], str]] = {
     "trajectory": (((300,), 2), "closed segments of p = 300"), "sum": ((100_000,), "e^-40 .. e^0,"),
     "margin": (((6, 7), 0.05), "|margin| < 0.05 of p = 7,"),
 }  # fmt: skip
-"""What each case is called with here, and what it asks last."""
+"""The arguments of each case here, and the start of its last question."""
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_every_case_passes_and_takes_no_longer_than_it_says(name):
+def test_every_case_passes_and_reports_its_time(name):
     begin = perf_counter()
     case: Callable[..., Iterator[Outcome]] = CASES[name]
     outcomes = list(case(*SMALL[name][0]))
     assert outcomes[-1].asked.startswith(SMALL[name][1])
     assert 0 < sum(each.seconds for each in outcomes) < perf_counter() - begin
     assert all(each.passed and each.case == name and each.words for each in outcomes)
-    assert max(each.share for each in outcomes) > 1e-3  # bounds that are of use
-    assert any(each.orbits for each in outcomes) == (name != "sum")  # which adds up no words
+    assert max(each.share for each in outcomes) > 1e-3  # the bounds are useful
+    assert any(each.orbits for each in outcomes) == (name != "sum")  # this case adds up numbers without words
 
 
-def test_margins_are_the_smallest_of_their_order():
+def test_the_smallest_margins_of_each_period_are_found():
     for p, outcome in zip((6, 7), small_margins((6, 7), 0.05), strict=True):
         margin = np.abs(solve(representatives(p)[0], Stadium()).margin)
         assert outcome.words == (margin < 0.05).sum() > 0
         assert outcome.asked.endswith(f"of p = {p}, least {margin.min():.1e}")
 
 
-@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # where some trajectories hold no such word
+@pytest.mark.parametrize(("a", "p"), [(1.6, 5), (10, 40)])  # some trajectories have no such word here
 def test_closed_words_begin_with_a_run_on_the_left(a, p):
     words = closed_words(Stadium(a), p, 12)
     assert words.shape[1] == p
-    assert len(words) == 12  # of eight times as many
+    assert len(words) == 12  # out of eight times as many
     on_left = np.isin(words, (1, 4))
     assert on_left[:, 0].all()
     assert not on_left[:, -1].any()
 
 
-def test_a_wrong_row_does_not_pass():
+def test_a_wrong_row_fails():
     words, _ = representatives(5)
     orbits = solve(words, Stadium())
     honest = compare("x", "honest", orbits, Stadium(), 0.0)
@@ -90,4 +90,4 @@ def test_a_wrong_row_does_not_pass():
     swapped = np.where(orbits.status == Status.ORBIT, Status.DYNAMICAL.value, orbits.status)
     found = compare("x", "status", dataclasses.replace(orbits, status=swapped), Stadium(), 0.0)
     assert found.wrong == found.orbits > 0
-    assert np.isnan(found.coordinates)  # of what is no orbit there is nothing to compare
+    assert np.isnan(found.coordinates)  # words without an orbit have nothing to compare

@@ -1,4 +1,4 @@
-"""Runs and legs: how words are cut, the length as a function of directions, and its derivatives."""
+"""Runs and legs: cutting words, the length as a function of directions, and its derivatives."""
 
 import mpmath as mp
 import numpy as np
@@ -25,7 +25,7 @@ STEP = 1e-30
 
 
 def pieces(max_p: int = 7):
-    """All admissible words with their structure."""
+    """Cut all admissible words into legs."""
     return [(words[rows], legs) for p, words in ALL.items() if p <= max_p for rows, legs in cut(words)]
 
 
@@ -36,7 +36,7 @@ def directions(legs: Legs, a: float, seed: int) -> np.ndarray:
 
 
 def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
-    """The Hessian of L from what `derivatives` says of legs and runs, shape (N, m, m)."""
+    """The Hessian of L built from `derivatives`, shape (N, m, m)."""
     slopes = derivatives(legs, a, alpha)
     m, count = alpha.shape
     matrix = np.zeros((count, m, m))
@@ -60,7 +60,7 @@ def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
         ("1550", [1, 2], [1, -1], [0, 1], [0, -1]),
     ],
 )
-def test_runs_and_legs_by_hand(word, k, d, n, s):
+def test_runs_and_legs_of_some_words_are_known(word, k, d, n, s):
     ((_, legs),) = cut(from_strings([word]))
     assert legs.k[:, 0].tolist() == k
     assert legs.d[:, 0].tolist() == d
@@ -79,7 +79,7 @@ def test_every_word_is_cut_once():
 
 @pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])
 def test_gradient_is_the_derivative_of_the_length(a):
-    """The complex step has no cancellation: it is exact to rounding."""
+    """Complex steps have no cancellation, so they are exact to rounding."""
     for _, legs in pieces():
         alpha = directions(legs, a, 1)
         found = derivatives(legs, a, alpha).gradient
@@ -104,7 +104,7 @@ def test_curvatures_are_the_derivatives_of_the_gradient(a):
 
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 0.5, 1.6, 50.0, 1e6])
 def test_length_is_strictly_concave_between_the_limits(a):
-    """This proves that no word has two orbits; the corners of the box are the worst places."""
+    """So no word has two orbits. The corners of the box are the worst places."""
     for _, legs in pieces():
         corners = np.where(directions(legs, a, 3) > directions(legs, a, 4), *direction_limits(legs, a))
         for alpha in (directions(legs, a, 5), corners):
@@ -116,8 +116,8 @@ def test_length_is_strictly_concave_between_the_limits(a):
 
 
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 1.6, 1e3, 1e6])
-def test_limits_are_outside_of_every_orbit_by_more_than_rounding(a):
-    """Against exact numbers: (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
+def test_limits_enclose_every_orbit_by_more_than_rounding(a):
+    """Exact limits: (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
     n = np.array([0, 1, 2, 3, 1000, 45_000, 135_002, 999_997.0])
     one = np.ones_like(n)[:, None]
     for s in (-1.0, 1.0):
@@ -132,7 +132,7 @@ def test_limits_are_outside_of_every_orbit_by_more_than_rounding(a):
                 assert most + 5e-14 < mp.mpf(float(steep)) < mp.pi / 2 - 1e-13
 
 
-def test_slack_errors_bound_what_a_change_of_direction_does():
+def test_slack_errors_bound_the_effect_of_a_change_of_direction():
     rng = np.random.default_rng(7)
     for _, legs in pieces():
         alpha = directions(legs, 1.6, 8)
@@ -144,8 +144,8 @@ def test_slack_errors_bound_what_a_change_of_direction_does():
         assert (change <= bound[walled]).all()
 
 
-def test_the_rounding_of_a_gradient_is_the_same_seen_backwards():
-    """Every leg has the two runs that it is between; backwards the first leg is the last but one."""
+def test_the_rounding_of_a_gradient_is_the_same_read_backwards():
+    """Each leg has a run at either end. Read backwards, the first leg is the last but one."""
     rng = np.random.default_rng(2)
     k, n, alpha = (rng.uniform(*ends, (6, 1)) for ends in ((1, 50), (0, 4), (-1, 1)))
     one = np.ones_like(k)

@@ -1,4 +1,4 @@
-"""Lambda in independent ways: bounce by bounce, from the Hessian, and in closed form."""
+"""Lambda computed independently: bounce by bounce, from the Hessian, and in closed form."""
 
 import mpmath as mp
 import numpy as np
@@ -17,7 +17,7 @@ VALUES = [0.1, 0.5, 1.6, 5.0]
 
 
 def orbits_of(p: int, a: float):
-    """The orbits among the representatives: words, coordinates, lambda and its bound."""
+    """Return the orbits among the representatives: words, coordinates, lambda and its bound."""
     orbits = solve(representatives(p), Stadium(a))
     found = real(orbits)
     return (
@@ -29,7 +29,7 @@ def orbits_of(p: int, a: float):
 
 
 def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """The trace of the product of the paper's mended matrices, last bounce on the left."""
+    """The trace of the product of the paper's corrected matrices, last bounce on the left."""
     product = np.eye(2)[None]
     for n in range(words.shape[1]):
         product = bounce_matrices(stadium, words, coordinates)[:, n] @ product
@@ -38,18 +38,18 @@ def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.n
 
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_lambda_is_that_of_the_product_of_bounces(p, a):
+def test_lambda_is_that_of_the_product_of_bounce_matrices(p, a):
     words, x, exponents, _ = orbits_of(p, a)
     trace = traces(Stadium(a), words, x)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
-    assert (np.sign(trace) == (-1.0) ** straight).all()  # every straight bounce changes it
+    assert (np.sign(trace) == (-1.0) ** straight).all()  # each straight bounce flips its sign
     assert (np.abs(trace) > 2).all()
     assert np.arccosh(np.abs(trace) / 2) == pytest.approx(exponents, rel=1e-10)
 
 
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_hessian_identity(p, a):
+def test_the_determinant_of_the_hessian_follows_from_lambda(p, a):
     """det H = prod(-b_i) (tr M - 2), signs included, with tr M from lambda alone."""
     stadium = Stadium(a)
     words, x, exponents, _ = orbits_of(p, a)
@@ -61,8 +61,8 @@ def test_hessian_identity(p, a):
 
 
 @pytest.mark.parametrize("p", [2, 3, 5, 7])
-def test_hessian_and_forces_are_those_of_the_reference(p):
-    """At the orbit, where the library's Hessian holds."""
+def test_hessian_and_forces_equal_the_reference(p):
+    """At the orbit, where the library's Hessian is valid."""
     words, x, _, _ = orbits_of(p, 1.6)
     matrices = hessian(Stadium(1.6), words, x)
     for i in range(0, len(words), 3):
@@ -73,7 +73,7 @@ def test_hessian_and_forces_are_those_of_the_reference(p):
         assert max(abs(g) for g in gradient) < 1e-13
 
 
-def test_forces_are_the_derivative_of_the_length_anywhere():
+def test_forces_are_derivatives_of_the_length_everywhere():
     rng = np.random.default_rng(3)
     words = from_strings(["1232131", "0113022", "3144552"])
     x = rng.uniform(-1.2, 1.2, words.shape)
@@ -83,8 +83,8 @@ def test_forces_are_the_derivative_of_the_length_anywhere():
         assert np.abs(force - np.array([float(g) for g in gradient])).max() < 1e-13
 
 
-def test_one_batch_holds_words_in_and_out_of_range():
-    """Drifts and kicks of any size against the product in 50 digits; rescaling must not spill over."""
+def test_a_batch_can_mix_words_in_and_out_of_range():
+    """Drifts and kicks of any size against 50 digits. Rescaling one word must not affect the others."""
     rng = np.random.default_rng(5)
     drift, kick = 10.0 ** rng.uniform(-3, 3, (2, 60, 4)) * [1e-6, 1.0, 1e3, 1e5]
     found = exponent(Derivatives(np.zeros_like(drift), np.zeros_like(drift), drift, 1 / kick))

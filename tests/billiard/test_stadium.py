@@ -14,7 +14,7 @@ SYMBOLS = np.arange(6, dtype=np.uint8)
 
 
 @given(half_lengths, st.floats(-1, 1))
-def test_points_lie_on_the_boundary(a, u):
+def test_points_are_on_the_boundary(a, u):
     points = Stadium(a).points(SYMBOLS, np.where(STRAIGHT, a * u, math.pi / 2 * u))
     for symbol, (x, y) in enumerate(points):
         if symbol in (0, 2):
@@ -26,7 +26,7 @@ def test_points_lie_on_the_boundary(a, u):
             assert (x - centre) * centre >= -1e-15 * (a + 1) * a
 
 
-def test_coordinates_are_counted_as_the_paper_does():
+def test_coordinates_follow_the_paper():
     stadium = Stadium(1.5)
     points = stadium.points(np.array([0, 1, 2, 3, 4, 5], np.uint8), np.array([0.5, 0, -0.5, 0, 1, -1]))
     c, s = math.cos(1), math.sin(1)
@@ -64,7 +64,7 @@ def test_arclength_is_the_distance_along_the_boundary():
 
 
 @pytest.mark.parametrize("a", [0.01, 1.0, 1.6, 50.0])
-def test_area_and_perimeter_are_those_of_the_outline(a):
+def test_area_and_perimeter_match_the_outline(a):
     stadium = Stadium(a)
     x, y = stadium.outline(4000).T
     assert (x[0], y[0]) == (x[-1], y[-1])

@@ -1,4 +1,4 @@
-"""Counts by period: what sums over divisors need, wherever they come from."""
+"""Counts by period, which need their divisors from whatever source."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def known(tmp_path_factory):
 
 @pytest.mark.parametrize("a", [0.5, 1, 2], ids=["births", "sweep", "fill"])
 @pytest.mark.parametrize("p", [4, 6])
-def test_a_period_alone_has_the_row_that_it_has_among_all(known, a, p):
+def test_the_row_of_a_period_is_the_same_alone_and_among_others(known, a, p):
     """N sums over divisors, which need not be chosen."""
     catalogue = Catalogue(known, a)
     every, one = catalogue.table(p="2-6"), catalogue.table(p=p)
@@ -28,7 +28,7 @@ def test_a_period_alone_has_the_row_that_it_has_among_all(known, a, p):
     assert None not in (row["N"], row["K_0"])
 
 
-def test_all_sources_count_the_same(known, tmp_path):
+def test_all_sources_give_the_same_counts(known, tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1)
     own.fill("2-6")
     columns = dict(own.table().columns)
@@ -36,7 +36,7 @@ def test_all_sources_count_the_same(known, tmp_path):
     assert dict(Catalogue(known).table(p="2-6", a=0.5).columns)["N_t"] == columns["N_t"]
 
 
-def test_a_divisor_that_is_not_there_leaves_sums_empty(tmp_path):
+def test_sums_are_empty_if_a_divisor_is_missing(tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1)
     own.fill("4,6")
     found = own.table()

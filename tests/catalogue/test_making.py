@@ -1,4 +1,4 @@
-"""What is made from Python is what the commands make, to the last bit."""
+"""What Python makes is bit for bit what the commands make."""
 
 import pandas
 import pytest
@@ -10,7 +10,7 @@ A = 0.7
 
 
 def made_both_ways(cli, tmp_path, commands, make):
-    """Return two catalogues: one that commands have made, and one that Python has."""
+    """Return two catalogues, one made by commands and one by Python."""
     by_commands, by_python = tmp_path / "orbits.db", tmp_path / "python.db"
     for command in commands:
         assert cli(*command.split()).code == 0
@@ -19,7 +19,7 @@ def made_both_ways(cli, tmp_path, commands, make):
     return by_commands, by_python
 
 
-def test_a_fill_from_python_has_the_rows_of_a_fill(cli, tmp_path):
+def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
     def make(catalogue):
         found = catalogue.fill("2-6", words=["1^8 3"], geometric=True)
         assert [(each.p, each.whole) for each in found] == [(p, True) for p in range(2, 7)]
@@ -48,14 +48,14 @@ def test_a_fill_from_python_has_the_rows_of_a_fill(cli, tmp_path):
     ],
     ids=["births", "sweep", "chosen", "bounds", "simulate", "levels"],
 )  # fmt: skip
-def test_what_python_makes_is_what_the_command_makes(cli, tmp_path, command, make, query):
+def test_python_makes_what_the_command_makes(cli, tmp_path, command, make, query):
     one, other = made_both_ways(cli, tmp_path, [command], make)
     rows = ask(one, query)
     assert rows
     assert ask(other, query) == rows
 
 
-def test_making_tells_how_far_it_is_and_goes_on_where_it_was_stopped(tmp_path):
+def test_a_fill_reports_progress_and_resumes(tmp_path):
     catalogue, told = Catalogue.create(tmp_path / "orbits.db", A), []
 
     def stop(done, total, text):
@@ -75,7 +75,7 @@ def test_making_tells_how_far_it_is_and_goes_on_where_it_was_stopped(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["orbits.db"]
 
 
-def test_a_verification_is_an_object(filled_once, tmp_path):
+def test_verify_returns_an_object(filled_once, tmp_path):
     found = Catalogue(filled_once).verify(p="2-4", sample=5, seed=1)
     assert isinstance(found, Verification)
     assert found.sound
@@ -87,7 +87,7 @@ def test_a_verification_is_an_object(filled_once, tmp_path):
 
 
 @pytest.mark.slow
-def test_stored_levels_are_one_object(tmp_path):
+def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
     with pytest.raises(InputError, match=r"no levels are stored at a = 0\.7: 'orbitdb levels"):
         catalogue.levels()
@@ -128,7 +128,7 @@ def test_bad_input_is_refused_and_nothing_is_stored(tmp_path, make, told):
     assert path.read_bytes() == before
 
 
-def test_a_generator_draws_the_seed(tmp_path):
+def test_the_seed_is_drawn_from_a_given_generator(tmp_path):
     import numpy as np
 
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)

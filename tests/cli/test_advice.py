@@ -1,4 +1,4 @@
-"""What messages advise: the same file, the same half length, the option that was meant, what finds more."""
+"""Advice in messages names the same file and half length, the intended option, and where to find more."""
 
 import math
 import shutil
@@ -26,7 +26,7 @@ FILL = "run 'orbitdb fill --p 9'"
         ("query --a all,1", FILL),
     ],
 )
-def test_advice_names_the_catalogue_and_the_half_length_that_were_given(arguments, expected):
+def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
     remember(arguments.split())
     assert completed(FILL) == expected
     remember([])
@@ -39,27 +39,27 @@ def test_advice_names_the_catalogue_and_the_half_length_that_were_given(argument
      ("'orbitdb migrate', 'orbitdb info'", "'orbitdb migrate --db my.db', 'orbitdb info --db my.db'"),
      ("no orbitdb file at 'x'", "no orbitdb file at 'x'")],
 )  # fmt: skip
-def test_advice_gets_only_what_it_lacks_and_its_command_takes(advised, expected):
+def test_advice_gains_only_missing_options_that_its_command_accepts(advised, expected):
     remember(["query", "--db", "my.db", "--a", "2"])
     assert completed(advised) == expected
     remember([])
 
 
-def test_an_error_repeats_what_was_given(cli, tmp_path):
+def test_an_error_repeats_the_given_value(cli, tmp_path):
     path = str(tmp_path / "nowhere.db")
     assert cli("table", "--db", path, "--a", "2").says(3, f"'orbitdb fill --p 11 --db {path} --a 2'")
 
 
-def test_help_is_a_command_too(cli):
+def test_help_is_also_a_command(cli):
     assert cli("help") == cli("--help")
     assert cli("help", "table") == cli("table", "--help")
 
 
-def test_an_option_written_out_is_guessed(cli):
+def test_the_long_name_of_an_option_suggests_the_short_one(cli):
     assert cli("query", "--period", "3").says(2, "--period", "did you mean --p?")
 
 
-def test_the_nearest_length_is_named_with_the_tolerance_that_finds_it(cli, filled):
+def test_the_nearest_length_comes_with_the_tolerance_that_finds_it(cli, filled):
     found = cli("identify", "--length", "11.14", "--db", str(filled))
     assert (found.code, found.out) == (1, "")
     nearest, *_ = found.err.splitlines()
@@ -79,7 +79,7 @@ def test_the_nearest_length_is_named_with_the_tolerance_that_finds_it(cli, fille
         (("--limit", "3"), None),
     ],
 )
-def test_a_list_of_the_shortest_orbits_says_up_to_where_none_is_missing(cli, filled, options, expected):
+def test_a_list_of_the_shortest_orbits_says_up_to_which_length_it_is_complete(cli, filled, options, expected):
     told = [
         line for line in cli("query", *options, "--db", str(filled)).err.splitlines() if "complete" in line
     ]
@@ -94,7 +94,7 @@ def test_a_list_of_the_shortest_orbits_says_up_to_where_none_is_missing(cli, fil
 @pytest.mark.parametrize(
     "change", ["DELETE FROM fill WHERE p = 2", "UPDATE fill SET unresolved = 1 WHERE p = 2"]
 )
-def test_a_list_with_a_gap_claims_nothing(cli, filled, change):
+def test_a_list_with_a_gap_does_not_claim_to_be_complete(cli, filled, change):
     alter(filled, change)
     told = cli("query", "--order", "length", "--limit", "3", "--db", str(filled)).err
     assert "orbits of any length may be missing" in told
@@ -126,7 +126,7 @@ def test_latex_can_be_pasted(cli, filled):
     assert all(line.count("&") == 5 for line in table if "&" in line)
 
 
-def test_the_bar_begins_with_the_time_that_was_announced():
+def test_the_bar_starts_from_the_announced_time():
     from orbitdb.cli.progress import Pace
 
     pace = Pace("words", expected=40.0)

@@ -15,7 +15,7 @@ from orbitdb import Catalogue
 from orbitdb.quantum.levels import levels
 
 GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
-"""What k = 1 is in a resonator of radius 0.2 m."""
+"""Frequency of k = 1 in a resonator of radius 0.2 m."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def numbers(text):
     return [list(map(float, row)) for row in list(csv.reader(io.StringIO(text)))[1:]]
 
 
-def test_a_whole_list_is_whole_and_what_was_taken_out_is_found(cli, own, exact, tmp_path):
+def test_a_complete_list_passes_and_removed_levels_are_found(cli, own, exact, tmp_path):
     whole = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "oo", "--db", own)
     assert whole.code == 0
     assert whole.err == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}\n"
@@ -55,7 +55,7 @@ def test_a_whole_list_is_whole_and_what_was_taken_out_is_found(cli, own, exact, 
     assert "1 level is missing" in found.err
 
 
-def test_energies_and_frequencies_are_levels(cli, own, exact, tmp_path):
+def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_path):
     few = np.delete(exact, 9)
     energies = written(tmp_path / "energy.csv", (few**2).tolist(), "energy\n")
     frequencies = written(tmp_path / "f.csv", (few * GHZ).tolist(), "frequency\n")
@@ -83,7 +83,7 @@ def test_energies_and_frequencies_are_levels(cli, own, exact, tmp_path):
         (("--statistics", "--fit-radius"), "--fit-radius"),
     ],
 )
-def test_options_that_do_not_go_together_are_refused(cli, own, exact, tmp_path, options, told):
+def test_conflicting_options_are_refused(cli, own, exact, tmp_path, options, told):
     path = written(tmp_path / "k.txt", exact.tolist())
     assert cli("assess", path, *options, "--db", own).says(2, told)
 
@@ -94,13 +94,13 @@ def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
     assert "the parity oo fits these levels better than eo" in found.err
 
 
-def test_levels_out_of_order_are_sorted_and_said(cli, own, exact, tmp_path):
+def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact[::-1].tolist())
     found = cli("assess", path, "--parity", "oo", "--db", own)
     assert (found.code, "not in order: sorted" in found.err) == (0, True)
 
 
-def test_statistics_stand_beside_those_of_random_matrices(cli, own, exact, tmp_path):
+def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
     rows = json.loads(cli("assess", path, "--parity", "oo", "--statistics", "--db", own, "--json").out)
     assert [(row["parity"], row["balls"]) for row in rows] == [
@@ -112,7 +112,7 @@ def test_statistics_stand_beside_those_of_random_matrices(cli, own, exact, tmp_p
     assert cli("assess", "--statistics", "--db", own).says(2, "no levels are stored", "orbitdb levels")
 
 
-def test_levels_from_orbits_say_what_they_rest_on(cli, own, exact):
+def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
     found = cli("levels", "--method", "orbits", "--k", "6:12", "--parity", "oo", "--db", own, "--json")
     rows = json.loads(found.out)
     assert [list(row) for row in rows] == [["k", "error", "parity", "exact"]] * len(rows)
@@ -136,7 +136,7 @@ def test_the_spectrum_of_a_list_says_which_levels_are_missing(cli, own, exact, t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["spectrum", "assess", "spacings", "rigidity"])
-def test_figures_take_levels_of_ones_own(cli, own, exact, tmp_path, figure):
+def test_figures_accept_levels_from_a_file(cli, own, exact, tmp_path, figure):
     path = written(tmp_path / "k.txt", exact.tolist())
     target = tmp_path / f"{figure}.png"
     asked = ("plot", figure, "--levels", path, "-o", str(target), "--db", own)
@@ -148,7 +148,7 @@ def test_figures_take_levels_of_ones_own(cli, own, exact, tmp_path, figure):
 
 
 @pytest.mark.slow
-def test_scars_of_a_word_and_of_levels(cli, own):
+def test_scars_are_listed_for_a_word_and_for_levels(cli, own):
     found = json.loads(cli("scars", "0123", "--k", "8:10", "--parity", "oo", "--db", own, "--json").out)
     assert list(found[0]) == ["k", "parity", "code", "strength", "above"]
     assert [row["strength"] for row in found] == sorted((row["strength"] for row in found), reverse=True)

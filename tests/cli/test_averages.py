@@ -1,4 +1,4 @@
-"""`lyapunov` with sum rules, and `simulate`, from its options to what it stores and who shows it."""
+"""`lyapunov` with sum rules, and `simulate`: options, stored rows, and where they are shown."""
 
 import contextlib
 import io
@@ -23,7 +23,7 @@ from orbitdb.trajectories.ensemble import simulate
 @pytest.mark.parametrize(
     "change", ["lyapunov = NULL", "lyapunov = 1e308", "lyapunov = 0", "length = 1e308", "length = 0"]
 )
-def test_a_number_that_no_orbit_has_is_told(filled, cli, change):
+def test_impossible_numbers_are_reported(filled, cli, change):
     alter(filled, f"UPDATE orbit SET {change} WHERE length = (SELECT max(length) FROM orbit)")
     assert cli("lyapunov", "--db", str(filled)).says(3, "impossible numbers")
 
@@ -38,7 +38,7 @@ def test_a_number_that_no_orbit_has_is_told(filled, cli, change):
         (math.inf, "0.886786 +- inf"),
     ],
 )
-def test_errors_are_rounded_up_beside_the_digits_that_they_are_of(error, text):
+def test_errors_are_rounded_up_and_set_the_digits_of_their_values(error, text):
     assert with_error(0.886785768, error) == text
     told = io.StringIO()
     with contextlib.redirect_stdout(told):
@@ -51,12 +51,12 @@ def test_errors_are_rounded_up_beside_the_digits_that_they_are_of(error, text):
     [(0.886767, 2.11e-4, "0.88677(22)"), (0.88382, 0.04818, "0.884(49)"), (0.5, 12.3, "0(13)"),
      (-0.1, 0.995, "-0.1(10)"), (0.25, 0.0, "0.250000"), (0.25, math.inf, "0.250000"), (None, None, None)],
 )  # fmt: skip
-def test_errors_stand_behind_the_digits_that_they_are_of(value, error, text):
+def test_concise_errors_follow_the_digits_they_belong_to(value, error, text):
     assert concise(value, error) == text
 
 
-def test_the_largest_cuts(filled, cli, monkeypatch):
-    """Up to 1000 as they are; with determinants, up to so many factors, and what is advised is taken."""
+def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
+    """A cut of 1000 works. With determinants the number of terms is limited, and the advised cut works."""
     monkeypatch.setattr("orbitdb.answers.averaged.MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
@@ -78,8 +78,8 @@ def stored(path) -> list[dict[str, Any]]:
         return [dict(row) for row in connection.execute("SELECT * FROM trajectory ORDER BY lambda_d_error")]
 
 
-def test_what_is_simulated_is_stored_and_shown_beside_averages(filled, cli):
-    """The smallest error is shown, whichever came last, with each number under its own name."""
+def test_simulated_exponents_are_stored_and_shown_beside_averages(filled, cli):
+    """The trajectory with the smallest error is shown, whichever came last."""
     best = simulate(Stadium(1.6), 20_000, 7)
     for arguments in (["2e4", "--seed", "7"], ["2000"], ["2000", "--no-store"]):
         done = cli("simulate", "--bounces", *arguments, "--json", "--db", str(filled))

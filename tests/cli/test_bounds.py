@@ -35,7 +35,7 @@ def test_bounds_are_rounded_outward_in_print(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
-def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli, tmp_path):
+def test_prove_gives_the_same_bounds_and_counts_the_proved_windows(cli, tmp_path):
     plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")
     assert proved.out == plain.out
@@ -44,16 +44,16 @@ def test_prove_tells_what_is_proved_and_bounds_are_those_of_it(cli, tmp_path):
     )
     assert plain.err.startswith("not kept: there is no catalogue at ")
     cli("migrate")
-    alter(tmp_path / "orbits.db", "DROP TABLE change")  # before anything is computed, it is told
+    alter(tmp_path / "orbits.db", "DROP TABLE change")  # reported before anything is computed
     assert cli("bounds", "--window", "4").says(3, "is not as orbitdb made it (table change)")
 
 
-def test_what_balls_leave_open_at_every_a_is_counted():
+def test_windows_left_open_by_balls_are_added_up_over_a():
     proofs: list[Any] = [SimpleNamespace(proved=n, left_open=m, seconds=0.75) for n, m in ((2, 1), (4, 3))]
     assert balls_of(proofs) == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
 
 
-def test_a_grid_is_logarithmic_and_can_be_typed_again():
+def test_a_grid_is_logarithmic_and_its_values_can_be_typed_again():
     assert lengths("1.6") == (1.6,)
     assert len(lengths("1:2:1000")) == 1000
     for wrong in ("x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1001"):
@@ -68,7 +68,7 @@ def test_a_grid_is_logarithmic_and_can_be_typed_again():
 
 @pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"))])
 @pytest.mark.slow
-def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_path):
+def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_path):
     asked = ("bounds", "--a", "1:4:3", "--window", "5")
     found = cli(*asked, *jobs, "--store", "--json")
     rows = json.loads(found.out)
@@ -88,7 +88,7 @@ def test_a_grid_shows_the_last_bounds_of_every_a_and_keeps_all(cli, jobs, tmp_pa
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_the_rows_so_far():
+def test_ctrl_c_leaves_the_rows_computed_so_far():
     child = spawn("bounds", "--time", "600")
     child.expect("1[0-9] letters")
     begun = child.before + child.after

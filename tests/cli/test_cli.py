@@ -20,7 +20,7 @@ from orbitdb.symbols.pruning import count_admissible, count_primitive
 ROOT = Path(__file__).parents[2]
 
 
-def test_columns_are_told_once_and_everywhere(cli):
+def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.answers.scarring import Scar
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
@@ -44,20 +44,20 @@ def test_columns_are_told_once_and_everywhere(cli):
         assert max(map(len, shown.splitlines())) <= 80
 
 
-def test_words_are_asked_for_as_they_are(cli, monkeypatch):
+def test_words_can_be_given_as_arguments_options_or_on_stdin(cli, monkeypatch):
     once = cli("query", "--code", "1232131", "--code", "13", "--json")
     assert once == cli("query", "1232131", "13", "--json")
     monkeypatch.setattr("sys.stdin", io.StringIO("1232131\n13\n"))
     assert once == cli("query", "-", "--json")
     assert cli("query", "-h").out == cli("query", "--help").out != ""
-    for p, as_it_is in ((40, True), (41, False)):  # so many symbols, and bounces, can be read
+    for p, as_it_is in ((40, True), (41, False)):  # up to 40 symbols are written out, with their bounces
         told = cli("query", code := (p - 1) * "1" + "3", "--a", "12").out
         assert told.count(code if as_it_is else f"1^{p - 1} 3") == 2
         assert (code in told) == ("wall" in told) == as_it_is
 
 
-def test_codes_from_stdin(cli, monkeypatch):
-    """Of Windows, too."""
+def test_codes_are_read_from_stdin(cli, monkeypatch):
+    """Windows line ends included."""
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
@@ -67,7 +67,7 @@ def test_codes_from_stdin(cli, monkeypatch):
     assert found["p"] == 31
 
 
-def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
+def test_an_empty_result_has_a_header_in_csv_but_not_in_a_table(cli, monkeypatch):
     cli("fill", "--p", "3")
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     for command in (["query", "--code", "-"], ["query", "--p", "12"], ["table", "--p", "12"]):
@@ -76,7 +76,7 @@ def test_nothing_found_is_no_header_in_a_table_and_one_in_csv(cli, monkeypatch):
 
 
 @pytest.mark.slow
-def test_eighty_columns_hold_what_is_filled_swept_and_enclosed(cli):
+def test_info_and_simulate_fit_eighty_columns(cli):
     half = ("--a", "0.3660254037844386")
     assert cli("fill", "--p", "6", *half).code == 0
     assert cli("sweep", "--p", "12", *half).code == 0
@@ -92,8 +92,8 @@ def test_eighty_columns_hold_what_is_filled_swept_and_enclosed(cli):
     assert tables[1].startswith("selection  reversal=self lambda_c=:0.5\n")
 
 
-def test_info_tells_the_entropy_of_few_a_one_by_one_and_of_filled_ones_always(cli):
-    """Four are few."""
+def test_info_lists_the_entropy_at_a_few_a_and_at_every_filled_a(cli):
+    """Up to four a are listed one by one."""
 
     def told() -> list[str]:
         lines = cli("info").out.partition("\n\n")[0].splitlines()
@@ -110,16 +110,16 @@ def test_info_tells_the_entropy_of_few_a_one_by_one_and_of_filled_ones_always(cl
 
 
 @pytest.mark.parametrize("command", commands())
-def test_every_command_has_help_with_an_example_and_stands_in_the_readme(cli, command):
+def test_every_command_has_help_with_an_example_and_is_in_the_readme(cli, command):
     outcome = cli(command, "--help")
     assert outcome.code == 0
     assert f"orbitdb {command}" in outcome.out
     assert "Example" in outcome.out
-    assert not re.search(r"<\w+>|TEXT", outcome.out)  # what an option takes has a name
+    assert not re.search(r"<\w+>|TEXT", outcome.out)  # every option value has a name
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 
-def test_the_commands_are_listed_in_panels_but_for_another_name_of_browse(cli):
+def test_panels_list_every_command_except_the_alias_of_browse(cli):
     _, about, _, *panels = cli("--help").out.split("\n\n")
     assert " ".join(about.split()) == f"{metadata('orbitdb')['Summary']}."
     titles = [panel.partition("\n")[0] for panel in panels]
@@ -157,7 +157,7 @@ def test_head_ends_quietly(filled):
         ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
     ],
 )
-def test_ctrl_c_promises_what_the_command_keeps(cli, monkeypatch, command, more):
+def test_ctrl_c_says_what_the_command_keeps(cli, monkeypatch, command, more):
     def press(arguments):
         raise KeyboardInterrupt
 
@@ -166,7 +166,7 @@ def test_ctrl_c_promises_what_the_command_keeps(cli, monkeypatch, command, more)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, EOFError])
-def test_ctrl_c_and_ctrl_d_end_a_command_at_its_work(cli, monkeypatch, end):
+def test_ctrl_c_and_ctrl_d_end_a_working_command(cli, monkeypatch, end):
     def press(*_):
         raise end
 
@@ -176,14 +176,14 @@ def test_ctrl_c_and_ctrl_d_end_a_command_at_its_work(cli, monkeypatch, end):
 
 
 @given(value=st.floats(1e-300, 1e300), bound=st.floats(0, 1e300))
-def test_a_bound_that_is_shown_holds_for_the_digits_that_are_shown(value, bound):
+def test_a_displayed_bound_holds_for_the_displayed_digits(value, bound):
     number, _, shown = with_bound(value, bound).partition(" +- ")
     assert abs(Fraction(number) - Fraction(value)) + Fraction(bound) <= Fraction(shown)
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
 
 
 def test_a_geometric_fill_keeps_the_pruned_words(cli):
-    """With the rules that each of them breaks; a plain fill keeps none."""
+    """Each with the rules it breaks. A plain fill stores none."""
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
     cli("fill", "--p", "4")
     assert json.loads(cli(*chosen).out) == []
@@ -193,6 +193,6 @@ def test_a_geometric_fill_keeps_the_pruned_words(cli):
     rows = json.loads(cli(*chosen).out)
     assert f"41 orbits, {len(rows)} geometrically pruned words, " in done.err
     for p in (2, 3, 4):
-        family = p == 2  # 02 breaks no rule and has no orbit of its own
+        family = p == 2  # 02 breaks no rule and has no isolated orbit
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family
     assert {row["code"]: row["rules"] for row in rows}["0011"] == [1, 3, 6]

@@ -1,4 +1,4 @@
-"""A dataset is read by other tools, is the same every time, and is checked."""
+"""A dataset is readable by other tools, reproducible and checked."""
 
 import csv
 import json
@@ -14,7 +14,7 @@ from orbitdb import Catalogue
 
 @pytest.fixture(scope="module")
 def known(tmp_path_factory):
-    """A catalogue with something of everything."""
+    """A catalogue with rows in every table."""
     path = tmp_path_factory.mktemp("dataset") / "orbits.db"
     with closing(Catalogue.create(path, 1.6)) as catalogue:
         catalogue.fill("2-5")
@@ -25,7 +25,7 @@ def known(tmp_path_factory):
     return str(path)
 
 
-def test_other_tools_read_what_the_catalogue_holds(known, cli, tmp_path):
+def test_other_tools_read_the_same_data_as_the_catalogue(known, cli, tmp_path):
     folder = tmp_path / "data"
     outcome = cli("export", str(folder), "--dataset", "--db", known)
     assert (outcome.code, outcome.out) == (0, "")
@@ -72,7 +72,7 @@ def test_a_dataset_is_checked(known, cli, tmp_path):
     assert cli("verify", str(folder), "--rigorous").says(2, "--rigorous")
 
 
-def test_what_cannot_be_written_leaves_nothing(known, cli, tmp_path, monkeypatch):
+def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     (tmp_path / "there").mkdir()
     assert cli("export", str(tmp_path / "there"), "--dataset", "--db", known).says(2, "already exists")
     assert cli("export", str(tmp_path / "no" / "x"), "--dataset", "--db", known).says(3, "there is no folder")

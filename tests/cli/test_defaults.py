@@ -1,4 +1,4 @@
-"""What help tells of defaults, what comes of them, and what shells are offered behind an option."""
+"""Defaults in help texts, their effect, and the values that shell completion offers."""
 
 import re
 import time
@@ -46,7 +46,7 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
 
 
 def told(option: Any) -> str | None:
-    """Return the default of an option as its help tells it, None for one that has none."""
+    """Return the default of an option according to its help, or None."""
     if option.default is not None and option.default is not False and not callable(option.default):
         return str(option.default)
     said = re.search(r"\[default(?:: ([^]]*))?\]", option.help or "")
@@ -62,14 +62,14 @@ def command():
     return typer.main.get_command(program())
 
 
-def test_the_help_tells_the_defaults_that_there_are(command):
+def test_help_states_the_actual_defaults(command):
     for name, expected in DEFAULTS.items():
         found = {each.opts[0]: told(each) for each in command.commands[name].params}
         assert {each: found[each] for each in expected} == expected, name
 
 
-def test_the_line_of_a_command_is_about_it(command):
-    """It has more words of what the command's own help begins with than of any other's."""
+def test_the_one_line_summary_of_a_command_matches_its_help(command):
+    """It shares more words with the start of its own command's help than with any other's."""
     begins = {name: {*each.help.partition(".")[0].lower().split()} for name, each in command.commands.items()}
     for name, line in chain.from_iterable(each.items() for each in PANELS.values()):
         shared = {other: len(words & {*line.lower().split()}) for other, words in begins.items()}
@@ -89,8 +89,8 @@ def test_the_line_of_a_command_is_about_it(command):
     ],
 )
 @pytest.mark.parametrize("named", [True, False])
-def test_shells_are_offered_values(varied, tmp_path, monkeypatch, command, typed, offered, named):
-    """Those of a are of the catalogue that --db names, or of the user's."""
+def test_completion_offers_values(varied, tmp_path, monkeypatch, command, typed, offered, named):
+    """Values of a come from the catalogue of --db, or from the user's."""
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "none.db" if named else varied))
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]
@@ -100,7 +100,7 @@ def test_shells_are_offered_values(varied, tmp_path, monkeypatch, command, typed
     assert [item.value for item in option.shell_complete(context, typed[2])] == offered
 
 
-def test_shells_are_offered_nothing_from_what_is_no_catalogue(tmp_path):
+def test_completion_offers_nothing_from_a_file_that_is_not_a_catalogue(tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(b"no catalogue" * 99)
     context: Any = SimpleNamespace(params={"db": path})
@@ -121,8 +121,8 @@ WORK = [(line.split(), much) for much in (False, True) for line in (LITTLE, MUCH
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("command", "much"), WORK, ids=str)
-def test_much_work_is_done_by_all_cores_and_little_by_one_process(filled, command, much):
-    count = 3 if command[-1] == "3" else min(cores(), 2)  # the work may end before many have started
+def test_only_large_jobs_start_workers(filled, command, much):
+    count = 3 if command[-1] == "3" else min(cores(), 2)  # little work may end before many have started
     seen, expected = 0, count if much and count > 1 else 0
     with start(*command, "--db", filled) as process:
         while process.poll() is None and (seen < expected or not expected):

@@ -1,4 +1,4 @@
-"""Exported files give back every number bit by bit, with where they come from, or are not there."""
+"""Exported files keep every bit and their provenance, or are not written at all."""
 
 import io
 import json
@@ -15,7 +15,7 @@ from orbitdb import export as files
 
 
 @pytest.mark.slow
-def test_every_format_says_where_it_comes_from(varied, tmp_path, cli):
+def test_every_format_records_its_provenance(varied, tmp_path, cli):
     from pyarrow import parquet
 
     paths = {form: tmp_path / f"orbits.{form}" for form in ("csv", "jsonl", "parquet", "npz")}
@@ -37,7 +37,7 @@ def test_every_format_says_where_it_comes_from(varied, tmp_path, cli):
         assert metadata["date"].endswith("+00:00")
 
 
-def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli):
+def test_exported_bounces_are_where_the_orbit_hits_the_boundary(varied, tmp_path, cli):
     target = tmp_path / "bounces.npz"
     chosen = ("--p", "5", "--status", "orbit,dynamical", "--bounces", "-c", "code,error", "--db", str(varied))
     assert cli("export", str(target), *chosen).code == 0
@@ -64,7 +64,7 @@ def test_bounces_lie_where_the_orbit_hits_its_walls(varied, tmp_path, cli):
     np.testing.assert_allclose(found["arclength"], arclength.ravel(), rtol=0, atol=1e-14)
 
 
-def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
+def test_bounces_of_one_word_equal_those_of_the_export(varied, cli):
     asked = ("--bounces", "--format", "jsonl", "--db", str(varied))
     one = cli("query", "--code", "3123", *asked)
     other = cli("export", "--p", "4", "--where", "code = '1233'", *asked)
@@ -72,7 +72,7 @@ def test_bounces_of_one_word_are_those_of_the_export(varied, cli):
     assert here == [there[-1], *there[:-1]]
 
 
-def test_marked_words_are_no_numbers_to_anybody(varied, cli):
+def test_marked_words_are_never_read_as_numbers(varied, cli):
     import pandas as pd
 
     chosen = ("--p", "3", "--status", "orbit,geometric", "--mark-words", "-c", "code,representative,length",
@@ -80,7 +80,7 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     exported = cli("export", "--format", "csv", *chosen)
     table = pd.read_csv(io.StringIO(exported.out))
     assert table["code"][1] == "w002"
-    assert table["representative"].isna()[1]  # it is pruned geometrically
+    assert table["representative"].isna()[1]  # pruned geometrically
     assert exported.out == cli("query", "--format", "csv", *chosen).out
     (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
     assert f"w{row['code']}" == table["code"].iloc[-1]
@@ -90,7 +90,7 @@ def test_marked_words_are_no_numbers_to_anybody(varied, cli):
     ("command", "name", "begins"),
     [("export --p 3 -o", "x.csv", "code,"), ("plot orbit --code 13 -o", "x.svg", "<?xml")],
 )
-def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli, command, name, begins):
+def test_an_existing_file_is_kept_without_force(varied, tmp_path, cli, command, name, begins):
     target = tmp_path / name
     target.write_text("mine")
     asked = (*command.split(), str(target), "--db", str(varied))
@@ -102,7 +102,7 @@ def test_a_file_that_is_there_is_kept_without_force(varied, tmp_path, cli, comma
 
 
 @pytest.mark.slow
-def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
+def test_a_figure_on_stdout_equals_the_file(varied, tmp_path, cli):
     drawn = ("plot", "orbit", "--code", "13", "--db", str(varied))
     target = tmp_path / "x.svg"
     target.write_text("old")
@@ -118,7 +118,7 @@ def test_a_figure_on_stdout_is_what_the_file_holds(varied, tmp_path, cli):
         ("export x.parquet", "pyarrow", "a parquet file needs pyarrow: pip install 'orbitdb[parquet]'"),
     ],
 )
-def test_what_is_not_installed_is_named_with_the_command_that_installs_it(
+def test_a_missing_extra_is_named_with_its_install_command(
     varied, tmp_path, cli, monkeypatch, arguments, package, said
 ):
     monkeypatch.chdir(tmp_path)

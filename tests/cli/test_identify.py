@@ -1,4 +1,4 @@
-"""`identify`, as a user calls it; what it finds is tested in tests/store/test_identify.py."""
+"""`identify` on the command line; its answers are tested in tests/store/test_identify.py."""
 
 import io
 import json
@@ -31,7 +31,7 @@ FILES = {
 
 
 @pytest.mark.parametrize("form", slow_but(["pairs", "names", "objects"], FILES))
-def test_points_are_read_as_they_are_written(cli, tmp_path, stdin, form):
+def test_points_are_read_in_any_notation(cli, tmp_path, stdin, form):
     """No catalogue is needed."""
     stdin(FILES[form])
     (tmp_path / "points").write_text(FILES[form], encoding="utf-8-sig")
@@ -44,7 +44,7 @@ def test_points_are_read_as_they_are_written(cli, tmp_path, stdin, form):
 
 
 @pytest.mark.slow
-def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
+def test_identify_reads_the_output_of_query_and_identify(cli, filled, stdin):
     for form in ("csv", "tsv", "json", "jsonl"):
         stdin(cli("query", "1232131", "--bounces", "--format", form, "--db", str(filled)).out)
         done = cli("identify", "--points", "-", "--limit", "1", "--format", form, "--db", str(filled))
@@ -65,12 +65,12 @@ def test_what_query_and_identify_write_goes_into_identify(cli, filled, stdin):
         ('[["x", "y"]]', "pairs x,y"),
     ],
 )
-def test_points_that_are_none_are_told_in_one_line(cli, stdin, given, told):
+def test_bad_points_are_reported_in_one_line(cli, stdin, given, told):
     stdin(given)
     assert cli("identify", "--points", "-").says(2, "orbitdb: ", told)
 
 
-def test_points_and_codes_that_are_no_text(cli, filled, tmp_path, monkeypatch):
+def test_points_and_codes_that_are_not_text_are_refused(cli, filled, tmp_path, monkeypatch):
     points = tmp_path / "points"
     points.write_bytes(b"\xff\xfe")
     assert cli("identify", "--points", str(points)).says(2, str(points), "not text", "x,y")

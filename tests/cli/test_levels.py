@@ -23,11 +23,11 @@ KNOWN = {
     "oo": [3.4256302952, 4.1417352305, 5.0662018867, 6.0618744376, 6.4574420169, 6.9111301528, 7.1205344228,
            7.6440296075],
 }  # fmt: skip
-"""Of each parity, all below k = 8 at a = 1.6."""
+"""All levels below k = 8 at a = 1.6, by parity."""
 
 
 @pytest.mark.slow
-def test_levels_are_kept_and_the_missing_ones_are_added(cli, tmp_path):
+def test_levels_are_stored_and_only_missing_ones_are_computed(cli, tmp_path):
     path = str(tmp_path / "levels.db")
     one = ("levels", "--parity", "oo", "--json", "--db", path)
     first = json.loads(cli(*one, "--k", "2:4").out)
@@ -78,7 +78,7 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
      "level SET number = 99 WHERE number = (SELECT max(number) FROM level)",
      "level_fill SET high = 5.5 WHERE low = 0"],
 )  # fmt: skip
-def test_levels_in_another_order_with_other_numbers_or_in_two_windows_are_refused(cli, filled, change):
+def test_altered_levels_are_refused(cli, filled, change):
     keep_made_levels(filled)
     alter(filled, f"UPDATE {change}")
     assert cli("levels", "--k", "0:5", "--db", str(filled)).says(3, "altered: levels", "in a window from k =")
@@ -91,7 +91,7 @@ def levels_file(tmp_path):
     return path
 
 
-def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_file):
+def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, levels_file):
     asked = ("--range", "3:5", "--points", "9", "--json", "--db", str(filled))
     found = cli("spectrum", "--levels", str(levels_file), *asked)
     rows = json.loads(found.out)
@@ -123,14 +123,14 @@ def test_spectrum_reads_levels_and_says_what_is_complete(cli, filled, levels_fil
         (lambda k: [], "too few"),
     ],
 )
-def test_files_that_hold_no_levels_get_one_line(cli, filled, levels_file, tmp_path, change, told):
+def test_files_without_levels_are_refused_in_one_line(cli, filled, levels_file, tmp_path, change, told):
     path = tmp_path / "changed.txt"
     path.write_text("\n".join(change(levels_file.read_text().split())))
     assert cli("spectrum", "--levels", str(path), "--db", str(filled)).says(2, told)
 
 
 @pytest.mark.slow
-def test_levels_are_the_known_ones_and_drawn(cli, filled, tmp_path):
+def test_levels_are_the_known_ones_and_can_be_plotted(cli, filled, tmp_path):
     found = json.loads(cli("levels", "--k", "0:8", "--db", str(filled), "--json").out)
     for parity, known in KNOWN.items():
         assert [row["k"] for row in found if row["parity"] == parity] == pytest.approx(known, abs=1e-9)
@@ -143,7 +143,7 @@ def test_levels_are_the_known_ones_and_drawn(cli, filled, tmp_path):
 
 
 @pytest.mark.parametrize("parity", [None, *Parity])
-def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parity):
+def test_only_levels_of_the_named_parity_are_read_from_a_table(tmp_path, parity):
     k = [1.0, 2.5, 2.25, 4.0, 5.0, 6.5]
     of = ["ee", "oo", "oe", "ee", "eo", "oo"]
     path = tmp_path / "levels.csv"
@@ -152,8 +152,8 @@ def test_of_a_table_of_levels_those_of_the_named_parity_are_read(tmp_path, parit
     assert read_file(path, False, parity) == wanted
 
 
-def test_levels_of_all_parities_end_where_those_of_one_end(filled):
-    """Those of `ee` end at 5, those of the others at 9: beyond 5 nobody knows how many are missing."""
+def test_levels_of_all_parities_end_with_the_shortest_list(filled):
+    """The levels of `ee` end at 5, the others at 9. Above 5 nobody knows how many are missing."""
     stored = keep_made_levels(filled)
     for table in ("level", "level_fill"):
         start = "k" if table == "level" else "low"

@@ -1,4 +1,4 @@
-"""Options of the command line: those that do nothing, numbers as people write them, - and closed streams."""
+"""Options without effect, numbers as people write them, `-` for a stream, and closed streams."""
 
 import errno
 import os
@@ -25,13 +25,13 @@ def test_numbers_are_read_as_people_write_them():
             whole(text)
 
 
-def test_a_value_that_looks_like_a_number_is_one_only_if_people_write_it_so(cli, filled):
-    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p is no column, for which SQLite reads texts
+def test_a_value_is_a_number_only_in_the_usual_notation(cli, filled):
+    for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p has no affinity: texts stay texts
         assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code
 
 
 @pytest.mark.parametrize("column", ["iterations", "element", "cycle"])
-def test_columns_of_rows_are_told_how_they_are_asked_for(cli, filled, column):
+def test_asking_a_word_for_a_column_of_rows_names_the_query_to_use(cli, filled, column):
     refused = cli("query", "(1232131)^2", "31", "--a", "1.6", "-c", f"exists,{column},code")
     told = f"orbitdb: column '{column}' comes with stored rows only: "
     assert (refused.code, refused.out, refused.err.startswith(told)) == (2, "", True)
@@ -41,7 +41,7 @@ def test_columns_of_rows_are_told_how_they_are_asked_for(cli, filled, column):
     assert (head.split(), row.split()[1]) == ([column, "code"], "1123213")
 
 
-def test_a_minus_is_stdout(cli, filled, tmp_path, monkeypatch):
+def test_a_minus_means_stdout(cli, filled, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     named, silent = (cli("export", *target, "--format", "csv", "--p", "3") for target in (["-"], []))
     assert named == silent
@@ -73,14 +73,14 @@ STREAMS = [
 
 
 @pytest.mark.parametrize(("command", "streams", "code", "err"), slow_but(1, STREAMS))
-def test_closed_streams(filled, tmp_path, command, streams, code, err):
+def test_closed_streams_give_the_documented_exit_code(filled, tmp_path, command, streams, code, err):
     line = f"{shlex.join(COMMAND)} {command} {streams}"
     done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path, env={"ORBITDB_DB": str(filled)})
     assert (done.returncode, done.stderr) == (code, err)
 
 
 @pytest.mark.slow
-def test_a_path_that_stdout_has_no_code_for_is_written_in_escapes(filled, tmp_path):
+def test_a_path_that_stdout_cannot_encode_is_escaped(filled, tmp_path):
     path = filled.rename(tmp_path / "øb.db")
     done = run("info", "--db", path, env={"PYTHONIOENCODING": "ascii"})
     assert (done.returncode, done.stderr) == (0, "")
@@ -88,7 +88,7 @@ def test_a_path_that_stdout_has_no_code_for_is_written_in_escapes(filled, tmp_pa
 
 
 @pytest.mark.slow
-def test_a_folder_that_is_gone_is_told(tmp_path):
+def test_a_deleted_current_folder_is_reported(tmp_path):
     line = f"rmdir ../gone; exec {shlex.join([*COMMAND, 'fill', '--p', '3', '--db', 'x.db'])}"
     (tmp_path / "gone").mkdir()
     done = run(line, command=["/bin/sh", "-c"], cwd=tmp_path / "gone")
@@ -96,14 +96,14 @@ def test_a_folder_that_is_gone_is_told(tmp_path):
     assert (done.returncode, done.stderr) == (3, told)
 
 
-def test_browse_needs_the_stream_that_it_draws_on(cli, monkeypatch):
+def test_browse_needs_a_terminal_to_draw_on(cli, monkeypatch):
     for name in ("stdin", "stdout"):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
     outcome = cli("browse")
     assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")
 
 
-def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monkeypatch):
+def test_system_errors_are_reported_and_program_errors_raised(cli, tmp_path, monkeypatch):
     def fail(error):
         def call(arguments):
             raise error
@@ -118,5 +118,5 @@ def test_a_folder_that_is_gone_and_files_that_cannot_be_read(cli, tmp_path, monk
     assert outcome.code == 3
     for odd in (errno.ELOOP, errno.ENOENT):
         assert fail(OSError(odd, os.strerror(odd), "x.csv")).says(1, "x.csv", os.strerror(odd))
-    with pytest.raises(ZeroDivisionError):  # what nobody has foreseen is not hidden
+    with pytest.raises(ZeroDivisionError):  # unforeseen errors are not hidden
         fail(ZeroDivisionError())

@@ -1,7 +1,7 @@
-"""What every command writes, in each format, is what the library says, column by column.
+"""Every command writes what the library says, column by column, in each format.
 
-One table: a command line, and a call of the library that gives the same columns. Each is run as JSON and in
-one of the other formats by turns; numbers are equal to the last bit. `test_sessions` has tables, and
+One table pairs a command line with a library call that gives the same columns. Each pair runs as JSON and in
+one of the other formats in turn; numbers are equal to the last bit. `test_sessions` covers tables, and
 `tests/store/test_questions.py` the rows of `query` and `export`.
 """
 
@@ -38,7 +38,7 @@ from orbitdb.verification.verify import report, verify
 
 Columns = dict[str, list[Any]]
 OTHERS = ("csv", "tsv", "jsonl")
-"""Formats of which each command writes one, beside JSON: all come from the same rows."""
+"""Besides JSON, each command writes only one of these formats, because all come from the same rows."""
 TRAJECTORY = simulate(Stadium(1.6), 20_000, seed=89)
 
 
@@ -56,7 +56,7 @@ def stored(varied, tmp_path_factory) -> Path:
 
 
 def plain(values: Any) -> list[Any]:
-    """Values as plain Python, None for numbers that are none and for texts that are empty."""
+    """Values as plain Python, None for NaN and empty texts."""
     listed = values.tolist() if isinstance(values, np.ndarray) else list(values)
     return [None if value != value or value == "" else value for value in listed]
 
@@ -67,7 +67,7 @@ KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapun
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
-    """The columns of ``query --code``."""
+    """Return a call that computes the columns of ``query --code``."""
 
     def call(catalogue: Catalogue) -> Columns:
         orbits = [solve_word(word, 1.6) for word in words]
@@ -87,7 +87,7 @@ EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
 def averages(name: str, **options: Any) -> Callable[[Catalogue], Columns]:
-    """A table of the library by period."""
+    """Return a call that gives a table of the library by period."""
 
     def call(catalogue: Catalogue) -> Columns:
         found = getattr(catalogue, name)(**options)
@@ -97,7 +97,7 @@ def averages(name: str, **options: Any) -> Callable[[Catalogue], Columns]:
 
 
 def born(catalogue: Catalogue) -> Columns:
-    """From the changes themselves, found anew."""
+    """Columns of ``births``, computed from changes found afresh."""
     columns: Columns = {
         name: [] for name in ("p", "classes", "births", "deaths", "always", "least", "largest")
     }
@@ -124,7 +124,7 @@ def filled(catalogue: Catalogue) -> Columns:
 
 
 def records(found: Any, names: dict[str, str] | None = None) -> Columns:
-    """Columns of dataclasses, by other names if they are given."""
+    """Return columns from dataclasses, renamed if names are given."""
     listed = list(found)
     shown = names or {field.name: field.name for field in fields(listed[0])}
     return {name: plain([getattr(each, field) for each in listed]) for name, field in shown.items()}
@@ -152,13 +152,13 @@ def measured(found: Callable[[], Any]) -> Callable[[Catalogue], Columns]:
 
 
 def enclosed(_: Catalogue) -> Columns:
-    """What ``bounds`` shows, all of it found in doubles."""
+    """The columns of ``bounds``, all computed in doubles."""
     columns = records(search(Stadium(3), 6))
     return {name: values for name, values in columns.items() if name != "proof"}
 
 
 def shadowed(catalogue: Catalogue) -> Columns:
-    """What ``identify`` shows of a trajectory, in the order of its keys."""
+    """The columns of ``identify`` for a trajectory, in the order of its keys."""
     found = catalogue.identify(start=(0.0, 0.001, 0.0), bounces=9, limit=4)
     names = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
              "lyapunov", "representative", "class_size", "a", "stored")  # fmt: skip
@@ -179,7 +179,7 @@ def with_length(catalogue: Catalogue) -> Columns:
 
 @dataclass(frozen=True)
 class Case:
-    """A command line and the call of the library that gives the same."""
+    """A command line and the library call that gives the same."""
 
     line: str
     call: Callable[[Catalogue], Columns]
@@ -230,7 +230,7 @@ READERS: dict[str, Callable[[str], list[dict[str, Any]]]] = {
 
 
 def same(shown: Any, value: Any, form: str, name: str) -> bool:
-    """Tell whether what is shown is the value, all of it."""
+    """Tell whether the output shows the value in full."""
     if form in ("json", "jsonl"):
         return shown == value and isinstance(shown, bool) == isinstance(value, bool)
     if value is None:
@@ -249,7 +249,7 @@ def nested(value: Any) -> bool:
 
 @pytest.fixture
 def same_clock(monkeypatch) -> Callable[[], None]:
-    """Give benchmarks a clock that goes anew whenever this is called, each step longer than the last."""
+    """Give benchmarks a clock whose steps grow; calling the fixture restarts it."""
     ticks = [0]
 
     def tick() -> float:
@@ -263,7 +263,7 @@ def same_clock(monkeypatch) -> Callable[[], None]:
 
 
 def pairs() -> list[Any]:
-    """Every case with the formats it is written in."""
+    """Pair every case with the formats it is written in."""
     return [
         pytest.param(case, ("json", other), id=f"{case.line} ({other})",
                      marks=[pytest.mark.slow] if case.slow else [])
@@ -289,8 +289,8 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
 
 
-def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
-    """A relaxation that takes every word for a pruned one, and says that it has come to rest."""
+def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
+    """The relaxation claims here that every word is pruned, and that it has come to rest."""
 
     def wrong(*given, **options):
         found = relax(*given, **options)
@@ -306,7 +306,7 @@ def test_methods_that_differ_for_no_reason_end_with_1(cli, monkeypatch):
 
 
 @pytest.mark.slow
-def test_the_figure_of_methods(cli, tmp_path, monkeypatch):
+def test_the_figure_of_methods_is_written(cli, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "REPEATS", 1)
     figure = tmp_path / "methods.svg"
     drawn = cli("bench", "--p", "3", "--plot", str(figure))

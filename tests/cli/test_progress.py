@@ -1,4 +1,4 @@
-"""The line that says how far a command is: its text, its rate, its time left."""
+"""The progress line of a command: its text, rate and remaining time."""
 
 import io
 import sys
@@ -14,23 +14,23 @@ from orbitdb.filling.resuming import Progress
 
 
 def paced(*steps: tuple[float, float], total: float = 1000.0, text: str = "words, p =  9 of 11") -> Pace:
-    """Return work of which so much was done at those times."""
+    """Return a pace after steps of (time, amount done)."""
     pace = Pace(text)
     for now, done in steps:
         pace.tell(now, text, done, total)
     return pace
 
 
-def test_a_line_of_80_columns():
+def test_the_line_fits_80_columns():
     pace = paced((0.0, 0.0), (10.0, 250.0))
     assert frame(pace, 10.0, 10.0, 79) == (
         "words, p =  9 of 11  ━━━━━━╾───────────────────   25%   0:30 left  25/s"
     )
-    assert frame(pace, 20.0, 20.0, 79).split("  ")[-2].strip() == "0:20 left"  # a long step goes on
+    assert frame(pace, 20.0, 20.0, 79).split("  ")[-2].strip() == "0:20 left"  # during a long step
     assert frame(pace, 99.0, 99.0, 79).split("  ")[-2].strip() == "0:01 left"
 
 
-def test_nothing_is_said_of_what_nobody_knows():
+def test_unknown_totals_and_times_are_left_out():
     assert frame(paced((0.0, 0.0)), 1.0, 1.0, 79).endswith("──    0%  0 of 1,000")
     assert frame(Pace("reading"), 3.0, 3.0, 79) == "reading  0:03"
     done = frame(paced((0.0, 0.0), (10.0, 1000.0)), 12.0, 12.0, 79)
@@ -38,26 +38,26 @@ def test_nothing_is_said_of_what_nobody_knows():
     assert "━" * 26 + "  100%" in done
 
 
-def test_a_bar_is_eight_columns_wide_or_is_not_there():
+def test_a_bar_has_at_least_eight_columns_or_is_left_out():
     pace = paced((0.0, 0.0), (10.0, 250.0))
     widths = {sum(sign in "━╾╸─" for sign in frame(pace, 10.0, 10.0, room)) for room in range(120)}
     assert min(widths - {0}) == 8
 
 
-def test_little_work_does_not_tell_how_long_all_takes():
+def test_too_little_work_gives_no_remaining_time():
     assert paced((0.0, 0.0), (1.0, 9.0)).left(1.0) is None
     assert paced((0.0, 0.0), (1.0, 10.0)).left(1.0) == pytest.approx(99.0)
     assert paced((0.0, 0.0), (10.0, 1.0)).left(10.0) == pytest.approx(9990.0)
 
 
-def test_a_fill_that_goes_on_has_the_rate_of_now():
-    """What was stored before took none of the time; nor did what lies long behind tell much."""
+def test_a_resumed_fill_shows_its_current_rate():
+    """Rows stored before took no time, and the distant past says little about the present rate."""
     assert paced((0.0, 900.0), (10.0, 950.0)).left(10.0) == pytest.approx(10.0)
     slower = paced((0.0, 0.0), (1.0, 500.0), *((2.0 + k, 501.0 + k) for k in range(40)))
     assert slower.rate() == pytest.approx(1.0)
 
 
-def test_few_long_steps_have_a_rate_and_a_new_stage_begins_anew():
+def test_long_steps_have_a_rate_and_a_new_stage_starts_from_zero():
     assert paced((0.0, 0.0), (100.0, 100.0), (200.0, 200.0)).rate() == pytest.approx(1.0)
     for total in (500.0, 1000.0):
         pace = paced((0.0, 0.0), (10.0, 1000.0))
@@ -65,7 +65,7 @@ def test_few_long_steps_have_a_rate_and_a_new_stage_begins_anew():
         assert pace.rate() == 0.0
 
 
-def test_the_line_fits_and_no_number_is_cut():
+def test_the_line_fits_any_width_without_cutting_numbers():
     whole = "words, p =  9 of 11"
     for room in range(-1, 200):
         shown = frame(paced((0.0, 0.0), (10.0, 250.0)), 10.0, 10.0, room)
@@ -73,13 +73,13 @@ def test_the_line_fits_and_no_number_is_cut():
         assert shown == whole[: max(room, 0)] or "25%" in shown or room < len(whole) + 6
 
 
-def test_times_are_read_at_a_glance():
+def test_times_are_easy_to_read():
     told = [clock(seconds) for seconds in (0.4, 61, 3600, 360_000)]
     assert told == ["0:00", "1:01", "1:00:00", "100:00:00"]
 
 
-def test_a_fill_of_several_periods_is_one_way():
-    """What is stored of a period adds to all of those before it, whether they were filled now or not."""
+def test_a_fill_of_several_periods_has_one_bar():
+    """Rows stored earlier count for their period, whether they were filled now or not."""
     told = []
     steps = (Progress(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96)))
     watched(
@@ -94,7 +94,7 @@ def test_a_fill_of_several_periods_is_one_way():
 
 
 class Screen(io.TextIOWrapper):
-    """A terminal that tells when a bar has been drawn on it."""
+    """A terminal that signals when a bar has been drawn on it."""
 
     def __init__(self, encoding: str) -> None:
         self.bytes = io.BytesIO()
@@ -117,7 +117,7 @@ class Screen(io.TextIOWrapper):
 
 @pytest.fixture
 def screen(monkeypatch):
-    """Let stderr be a terminal, on which no frame is waited for."""
+    """Make stderr a terminal and draw frames without delay."""
 
     def begin(encoding: str = "utf-8") -> Screen:
         screen = Screen(encoding)
@@ -131,7 +131,7 @@ def screen(monkeypatch):
 
 
 @pytest.mark.parametrize(("encoding", "bar"), [("utf-8", "━━━━━━╾──"), ("ascii", "#######--")])
-def test_the_line_is_drawn_gives_way_and_is_taken_away(screen, encoding, bar):
+def test_the_line_makes_room_for_notes_and_is_erased_at_the_end(screen, encoding, bar):
     terminal = screen(encoding)
     with line.progress("windows") as shown:
         shown.tell("windows", 1, 4)
@@ -146,7 +146,7 @@ def test_the_line_is_drawn_gives_way_and_is_taken_away(screen, encoding, bar):
     assert terminal.shown() == f"{text}alone\n"
 
 
-def test_the_line_is_for_somebody_who_watches_and_not_among_rows(screen, monkeypatch):
+def test_the_line_is_only_drawn_on_a_terminal_and_never_among_rows(screen, monkeypatch):
     def shows(**asked: bool) -> bool:
         with line.progress("rows", **asked) as shown:
             return type(shown) is not line.Progress

@@ -1,4 +1,4 @@
-"""What commands refuse: one line that says what is wrong and what to do, no data, and nothing is changed."""
+"""Commands refuse bad input in one line that says what is wrong and what to do. Nothing changes."""
 
 import io
 import shlex
@@ -161,7 +161,7 @@ sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """
-"""A command, its exit code, and what its line says among other things."""
+"""A command, its exit code, and parts of its message."""
 
 
 LONG = f"'SELECT {'1 + ' * 5000}1'"
@@ -171,7 +171,7 @@ BLOCKS = [block.splitlines() for block in REFUSED.strip().split("\n\n")]
 
 
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block[0].partition(" | ")[0])
-def test_what_is_refused_is_told_in_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
+def test_a_refusal_is_one_line_and_changes_nothing(own, tmp_path, cli, monkeypatch, block):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = own.read_bytes()

@@ -1,7 +1,7 @@
-"""What a user reads, word for word: commands, one after another, and all that each of them writes.
+"""Commands run one after another, and every word they write.
 
-The texts stand in ``sessions``: behind ``$`` a command, then its stdout, its stderr behind ``!``, and its
-exit code in brackets if it is not 0. They are written anew, to be read before they are kept, by
+Each file in ``sessions`` has a command after ``$``, then its stdout, its stderr after ``!``, and its exit
+code in brackets unless it is 0. To rewrite them, and then review the changes, run
 ``ORBITDB_WRITE_SNAPSHOTS=1 pytest -n 0 -m '' tests/cli/test_sessions.py``.
 """
 
@@ -16,7 +16,7 @@ from quick import slow_but
 
 SESSIONS = {path.stem: path for path in sorted((Path(__file__).parent / "sessions").glob("*.txt"))}
 FROM_NOTHING = {"storing", "bounds"}
-"""The others have the varied catalogue."""
+"""The other sessions use the varied catalogue."""
 
 CHANGES = [
     (r"\b\d+\.\d+ s\b", "0.1 s"),
@@ -24,11 +24,11 @@ CHANGES = [
     (r"(\n(?:length|lyapunov) .*\.\d{1,6})\d* \+- .*", r"\1 +- bound"),
     (r"(\n(?:residual|error)  +).*", r"\1small"),
 ]
-"""What is never the same twice, or has its last digits from the machine."""
+"""Texts that change with every run, or whose last digits depend on the machine."""
 
 
 @pytest.mark.parametrize("name", slow_but(["words", "storing"], SESSIONS))
-def test_a_session_reads_as_it_did(name, cli, tmp_path, monkeypatch, request):
+def test_a_session_has_not_changed(name, cli, tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
     session = SESSIONS[name]
     if name not in FROM_NOTHING:

@@ -1,4 +1,4 @@
-"""Answers at several a are those at each of them, with a column that tells which."""
+"""Answers at several a equal those at each a, with a column for a."""
 
 import csv
 import io
@@ -19,7 +19,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize(("command", "asked"), COMMANDS)
-def test_several_a_are_each_of_them_with_its_a(cli, varied, command, asked):
+def test_several_a_give_the_rows_of_each_with_its_a(cli, varied, command, asked):
     words = [*command.split(), "--format", "jsonl", "--db", str(varied)]
     done = cli(*words, *(part for a in asked.split() for part in ("--a", a)))
     each_a = ("1.6", "1") if asked == "1.6 1" and "--order" not in command else ("1", "1.6")
@@ -30,8 +30,8 @@ def test_several_a_are_each_of_them_with_its_a(cli, varied, command, asked):
     assert next(iter(found[0])) == "a" or "--coordinates" in command
 
 
-def test_an_order_goes_through_all_a(cli, varied):
-    """As if they were one table: the other columns, what falls, what is empty, and a part of it."""
+def test_an_order_sorts_the_rows_of_all_a_together(cli, varied):
+    """One table: stored columns, descending order, empty values, and a slice of it."""
     line = ("query", "--a", "all", "--p", "2-5", "--json", "--db", str(varied))
     names = "-c", "a,code,p,representative,element,status,length"
     rows = json.loads(cli(*line, *names, "--order", "status desc,length desc").out)
@@ -45,8 +45,8 @@ def test_an_order_goes_through_all_a(cli, varied):
     assert json.loads(part.out) == rows[30:37]
 
 
-def test_an_orbit_is_followed_in_a(cli, varied):
-    """Stored or not, one row an a, and its births once for all of them."""
+def test_a_word_can_be_followed_over_a(cli, varied):
+    """One row per a, stored or not, with the same births at each."""
     done = cli("query", "--code", "013", "--code", "55110", "--a", "0.25:4:5", "--format", "csv",
                "-c", "code,stored,length,born,dies", "--db", str(varied))  # fmt: skip
     rows = list(csv.DictReader(io.StringIO(done.out)))
@@ -60,7 +60,7 @@ def test_an_orbit_is_followed_in_a(cli, varied):
     assert [line.split()[:2] for line in shown] == [["code", "a"], ["13", "1"], ["13", "1.6"]]
 
 
-def test_what_is_missing_at_one_a_is_told_and_the_others_are_shown(cli, varied):
+def test_a_missing_a_is_reported_and_the_others_are_shown(cli, varied):
     done = cli("lyapunov", "--a", "1", "--a", "3", "--p", "2-5", "--db", str(varied))
     assert done.code == 0
     assert [line.split()[0] for line in done.out.split("\n\n")[0].splitlines()[1:]] == ["1"] * 4

@@ -1,4 +1,4 @@
-"""`columns` tells what every column is; `sql` takes one SELECT over the views, and nothing else."""
+"""`columns` explains every column; `sql` accepts one SELECT over the views and nothing else."""
 
 import json
 from typing import cast
@@ -13,7 +13,7 @@ EVERY = [each for _, group in GROUPS for each in group]
 
 
 @pytest.mark.parametrize("width", ["40", "80", "200"])
-def test_a_table_tells_of_every_column_what_json_does(cli, monkeypatch, width):
+def test_the_table_of_columns_says_what_json_says(cli, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", width)
     catalogue, others = cli("columns").out.split("\n\n")
     head, *lines = cast(list[str], [*catalogue.splitlines(), *others.splitlines()])
@@ -30,8 +30,8 @@ def test_a_table_tells_of_every_column_what_json_does(cli, monkeypatch, width):
     assert max(map(len, lines)) <= max(int(width), means + 24)
 
 
-def test_what_a_column_refers_to_can_be_asked_for(cli, filled):
-    """The table that holds changes cannot."""
+def test_the_view_that_a_column_refers_to_can_be_queried(cli, filled):
+    """Births are in a view; the table of changes cannot be read."""
     told = {each["column"]: each for each in json.loads(cli("columns", "--json").out)}
     assert "the view 'life'" in told["born"]["means"]
     for name in ("born", "dies"):
@@ -42,7 +42,7 @@ def test_what_a_column_refers_to_can_be_asked_for(cli, filled):
 TYPES = {"text": str, "integer": int, "number": float, "integers": list}
 
 
-def test_values_are_of_the_types_that_are_told_and_missing_where_that_is_told(varied):
+def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
     names = [each.name for each in IN_CATALOGUE]
     with Catalogue(varied) as catalogue:
         rows = list(catalogue.rows(choose(p="2-4", status="all"), names))
@@ -51,7 +51,7 @@ def test_values_are_of_the_types_that_are_told_and_missing_where_that_is_told(va
         assert any(each in (None, []) for each in values) == (column.empty != "never"), column
 
 
-def test_bounds_and_units_are_told_in_their_own_words():
+def test_bounds_and_units_use_a_fixed_vocabulary():
     for column in EVERY:
         assert column.unit in ("", "1", "radius", "1/radius", "radius, rad")
         bounded = column.bound.removesuffix(" in life").endswith(("error", "errors"))
@@ -59,7 +59,7 @@ def test_bounds_and_units_are_told_in_their_own_words():
         assert "error" not in column.empty
 
 
-def test_json_tells_all_of_it(cli):
+def test_json_has_every_fact_about_every_column(cli):
     rows = json.loads(cli("columns", "--json").out)
     assert [list(row.values()) for row in rows] == [
         [each.name, of, each.kind, each.unit, each.bound, each.empty, each.means]
@@ -69,7 +69,7 @@ def test_json_tells_all_of_it(cli):
     assert list(rows[0]) == ["column", "of", "type", "unit", "bound", "empty", "means"]
 
 
-def test_a_select_joins_and_reads_other_views(varied, cli):
+def test_a_select_can_join_and_read_other_views(varied, cli):
     across = "catalogue x, catalogue y WHERE x.code = y.code AND x.a < y.a AND y.p = 2"
     for rows, count in ((across, 1), ("life ORDER BY random()", 0)):
         asked = ("sql", f"SELECT count(*) AS n FROM {rows}", "--format", "csv", "--db", str(varied))
@@ -89,7 +89,7 @@ def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
     assert "it took more than 0.1 s" in done.err
 
 
-def test_a_word_is_found_in_any_rotation_or_told_to_be_none(varied, cli):
+def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     counted = "SELECT count(*) AS n FROM catalogue WHERE a = 1.6 AND"
     found = cli("sql", f"{counted} code(:w)", "-P", "w=310", "--format", "csv", "--db", str(varied))
     assert found == (0, "n\n1\n", "")
@@ -99,6 +99,6 @@ def test_a_word_is_found_in_any_rotation_or_told_to_be_none(varied, cli):
     assert "symbol '9'" in cli("sql", f"{counted} code('19')", "--db", str(varied)).err
 
 
-def test_a_blob_is_its_hexadecimal_digits(varied, cli):
+def test_a_blob_is_shown_in_hexadecimal(varied, cli):
     found = cli("sql", "SELECT x'00ff' AS b", "--json", "--db", str(varied))
     assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])

@@ -1,4 +1,4 @@
-"""What a command loads before it does its work; nothing is left open or warns, with -W error -X dev."""
+"""What a command imports before it works; no files left open and no warnings, with -W error -X dev."""
 
 import sys
 
@@ -11,7 +11,7 @@ ROOMS = [
     "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots",
     "orbitdb.cli.commands.maintenance.bench",
 ]  # fmt: skip
-"""What takes a hundredth of a second to load, or ten times as long."""
+"""Modules that take 0.01 to 0.1 s to import."""
 
 LIGHTEST_FIRST = {
     "fill --help": "",
@@ -25,7 +25,7 @@ LIGHTEST_FIRST = {
     "fill --p 2 --db new.db": "",
     "--help": "orbitdb.cli.commands.maintenance.bench",
 }
-"""Commands, each with what it loads that those before it have not."""
+"""Commands with the slow modules each may import beyond those of the earlier ones."""
 
 SCRIPT = """
 import sys
@@ -47,7 +47,7 @@ def python(code: str, *arguments: str, **options) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_command_loads_what_it_needs(filled, monkeypatch):
+def test_a_command_imports_only_what_it_needs(filled, monkeypatch):
     monkeypatch.setenv("ORBITDB_DB", str(filled))
     told = python(SCRIPT, " ".join(ROOMS), *LIGHTEST_FIRST, cwd=filled.parent)
     loaded = [line.split()[1:] for line in told if line.split()[:1] == ["loads"]]
@@ -56,11 +56,11 @@ def test_a_command_loads_what_it_needs(filled, monkeypatch):
     }
 
 
-def test_nothing_is_collected_while_a_short_command_runs():
+def test_no_garbage_collection_runs_during_a_short_command():
     code = "import gc, sys\nfrom orbitdb.cli.main import run\ntold = []\n"
     code += "gc.callbacks.append(lambda phase, info: told.append(phase))\n"
     code += "try: run()\nfinally: gc.collect(); print(len(told), gc.get_freeze_count() > 1000)"
-    assert python(code, "columns")[-1] == "2 True"  # the start and the stop of the last line's
+    assert python(code, "columns")[-1] == "2 True"  # start and stop of the collection in the last line
 
 
 STRICT = [sys.executable, "-W", "error", "-X", "dev", "-P", "-c"]
@@ -126,7 +126,7 @@ def test_commands_neither_warn_nor_leave_files_open(filled, tmp_path, lines, mon
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("arguments", "code"), [(["table"], 0), (["query", "--where", "lenght > 3"], 2)])
-def test_the_process_of_a_command_ends_clean(filled, arguments, code):
+def test_the_process_of_a_command_ends_cleanly(filled, arguments, code):
     command = [*STRICT, "from orbitdb.cli.main import run; run()"]
     done = run(*arguments, "--db", filled, command=command)
     assert done.returncode == code
@@ -135,6 +135,6 @@ def test_the_process_of_a_command_ends_clean(filled, arguments, code):
 
 
 @pytest.mark.slow
-def test_the_library_may_drop_a_catalogue_without_close(filled):
+def test_a_catalogue_may_be_dropped_without_close(filled):
     done = run(filled, command=[*STRICT, LIBRARY])
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""``orbitdb births`` and ``orbitdb sweep``, and what other commands say where nothing was filled."""
+"""``orbitdb births`` and ``orbitdb sweep``, and other commands where nothing was filled."""
 
 import json
 import shutil
@@ -18,14 +18,14 @@ OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
 
 @pytest.fixture(scope="module")
 def born_once(tmp_path_factory):
-    """A catalogue of the births of p = 2..6 alone."""
+    """A catalogue with the births of p = 2..6 and nothing else."""
     path = tmp_path_factory.mktemp("born") / "orbits.db"
     return made(path, fill_births(path, range(2, 7)))
 
 
 @pytest.fixture
 def born(born_once, tmp_path):
-    """It, the test's own, and the default of the command line."""
+    """A copy of `born_once`, the default of the command line."""
     return shutil.copy(born_once, tmp_path / "orbits.db")
 
 
@@ -43,7 +43,7 @@ def test_births_are_found_once_and_shown(cli):
     assert rows[0]["least"] is None
 
 
-def test_the_table_of_an_a_that_is_not_filled(cli, born):
+def test_the_table_of_an_unfilled_a_comes_from_births(cli, born):
     unfilled = cli("table", "--a", "1", "--json")
     assert unfilled.code == 0
     assert unfilled.err == "periods 2-6 at a = 1: from births, with no fill\n"
@@ -54,7 +54,7 @@ def test_the_table_of_an_a_that_is_not_filled(cli, born):
     assert json.loads(unfilled.out)[4]["boundary"] == 32
 
 
-def test_rows_are_chosen_by_life(cli, born):
+def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     alter(born, "DELETE FROM change WHERE cycle IN (SELECT id FROM cycle WHERE p = 6)",
           "DELETE FROM birth_fill WHERE p = 6")  # fmt: skip
     cli("fill", "--p", "6")
@@ -75,7 +75,7 @@ def test_rows_are_chosen_by_life(cli, born):
 
 
 @pytest.mark.slow
-def test_query_names_who_is_born_with_a_word(cli, born):
+def test_query_names_the_words_born_with_a_word(cli, born):
     (line,) = (each for each in cli("query", "--code", "01552").out.splitlines() if "born at" in each)
     a, _, words = line.removeprefix("  born at ").partition("with ")
     assert words
@@ -83,8 +83,8 @@ def test_query_names_who_is_born_with_a_word(cli, born):
         assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
-def test_a_life_that_ends_is_a_line(cli, born):
-    """No class of few bounces ceases to be an orbit; here two do by hand, one of them to come back."""
+def test_every_life_that_ends_is_listed(cli, born):
+    """No class of few bounces ever dies. Two are made to by hand here, one of them reborn."""
     changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]
     for word, number, a, kind in [*changes, ("013", 2, 2.0, "died")]:
         row = f"id, {number}, {a}, {a / 1e15}, '{kind}', 1 FROM cycle WHERE word = '{word}'"
@@ -129,7 +129,7 @@ def test_other_commands_answer_from_sweeps(cli):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_sweeps")
-def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
+def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
     chosen = ("--a", "0.8", "--reversal", "self")
     going = sweep_periods(born, 0.8, [6], selection=choose(a=0.8, time_reversal="self"))
     next(going)
@@ -137,14 +137,14 @@ def test_a_sweep_of_a_subset_that_is_not_done_counts_nothing(cli, born):
     assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err
     assert cli("sweep", "--p", "6", *chosen).code == 0
     assert "births tell" not in cli("entropy", *chosen).err
-    none = ("--a", "0.8", "--range", "length=:7")  # 13 is 7.2 long
+    none = ("--a", "0.8", "--range", "length=:7")  # 13 has length 7.2
     assert cli("sweep", "--p", "6", *none).code == 0
     assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err
 
 
 @pytest.mark.slow
-def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
-    """What is told of a subset names it; its sums are solved anew, its counts compared with stored rows."""
+def test_swept_subsets_are_listed_and_verified(cli, tmp_path, monkeypatch):
+    """`info` names the subset; `verify` solves its sums again and compares its counts with stored rows."""
     first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)
     assert [row["selection"] for row in first] == ["contains=13"] * 3
     assert "selection" not in json.loads(cli("sweep", "--p", "5-5", "--json").out)[0]
@@ -177,7 +177,7 @@ def test_swept_subsets_are_told_and_verified(cli, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypatch):
+def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     cli("migrate")
     monkeypatch.setattr(births, "BLOCK", 50)
     going = fill_births(tmp_path / "orbits.db", [6])
@@ -194,7 +194,7 @@ def test_births_that_are_partial_are_named_and_left_out(cli, tmp_path, monkeypat
 
 
 @pytest.mark.slow
-def test_verify_says_what_it_has_not_compared(cli, tmp_path, monkeypatch):
+def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
     cli("sweep", "--p", "4")
     cli("births", "--p", "4")

@@ -1,4 +1,4 @@
-"""Commands in a real terminal, as people use them."""
+"""Commands in a real terminal."""
 
 import re
 import sys
@@ -18,8 +18,8 @@ INTERRUPTED = "orbitdb: interrupted; nothing that was stored is lost, the same c
 NEW = ("--db", "{folder}/new.db")
 FILLING = [
     ("fill", "--p", "6", *NEW),
-    ("fill", "--p", "7", *NEW),  # goes on
-    ("fill", "--p", "5", "--a", "1", *NEW),  # solves the classes that are known
+    ("fill", "--p", "7", *NEW),  # continues from p = 6
+    ("fill", "--p", "5", "--a", "1", *NEW),  # the classes are known already
     ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
     ("fill", "--p", "4", "--geometric", *NEW),
     ("simulate", "--bounces", "300000", *NEW),
@@ -68,12 +68,12 @@ HELP = [("--help",), ("--version",), *((name, "--help") for name in commands())]
 
 
 def same(text: str) -> str:
-    """Return a text without what differs between runs, numbers, and without what wrapping changes."""
+    """Mask the numbers of a text, which vary between runs, and drop blanks, which wrapping changes."""
     return re.sub(r"[\d.e+-]*\d[\d.e+-]*", "#", re.sub(r"\s", "", text))
 
 
 def runs_of(commands, folder: Path, columns: int = 80, to: str = "") -> list[Run]:
-    """Return the runs of commands in a folder; stdout (o), stderr (e) or both go to a file for each."""
+    """Return the runs of commands in a folder. `to` sends stdout (o), stderr (e) or both to files."""
     folder.mkdir()
     runs = []
     for number, arguments in enumerate(commands):
@@ -90,7 +90,7 @@ def well_behaved(session: Session) -> None:
 
 
 def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **variables: str) -> None:
-    """Check that screens show at the end what files get and nothing else, with a bar meanwhile or not."""
+    """Check that screens end up with exactly what files get. `commands` show a bar, `quiet` ones do not."""
     both = [*commands, *quiet]
     screens = {f"s{columns:03}": runs_of(both, tmp_path / f"s{columns:03}", columns) for columns in widths}
     runs = {"both": runs_of(both, tmp_path / "both", 80, "oe"), **screens}
@@ -112,22 +112,22 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             assert session.erased, run
 
 
-def test_what_fills_and_what_asks(varied, tmp_path):
+def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(A_FEW, A_FEW_QUIET, tmp_path, ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
-def test_what_fills(tmp_path):
+def test_commands_that_fill_show_on_screen_what_files_get(tmp_path):
     on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
 
 
 @pytest.mark.slow
-def test_what_reads(varied, tmp_path):
+def test_commands_that_read_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(READING, QUIET, tmp_path, (80,), ORBITDB_DB=str(varied))
 
 
 @pytest.mark.slow
-def test_what_measures(tmp_path):
+def test_benchmarks_and_help_show_on_screen_what_files_get(tmp_path):
     on_screens_as_in_files(MEASURING, HELP, tmp_path, (80,))
 
 
@@ -138,7 +138,7 @@ def ends_in_order(session: Session, code: int, lines: list[str]) -> None:
 
 
 def filling(path: Path, *options: str) -> pexpect.spawn:
-    """Start a fill in a window of 80 columns, and wait until its bar is up."""
+    """Start a fill in a window of 80 columns, and wait for its bar."""
     child = spawn("fill", "--p", "12", *options, "--db", path, command=small_blocks(64))
     child.expect("ready\r\n")
     child.expect(r"words, p = [^\r]*\r")
@@ -147,14 +147,14 @@ def filling(path: Path, *options: str) -> pexpect.spawn:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
+def test_ctrl_c_ends_a_fill_whose_window_was_resized(tmp_path, jobs):
     child = filling(tmp_path / "orbits.db", "--jobs", jobs)
     child.setwinsize(24, 200)
     child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{40}  [^\r]*/s  [\d,]+ of 276,797 *\r")
     wide = child.before + child.after
     child.setwinsize(24, 40)
     child.expect(r"\r\x1b\[Jwords, p = [ \d]+ of 12  [━╾─]{12}  +\d+%[^\r]{,5}\r")
-    wide += child.before  # drawn for the window as it was
+    wide += child.before  # drawn for the old width
     narrow = child.after
     child.sendintr()
     child.expect(pexpect.EOF)
@@ -163,16 +163,16 @@ def test_ctrl_c_while_the_bar_is_up_and_the_window_changes(tmp_path, jobs):
 
 
 @pytest.mark.slow
-def test_ctrl_z_and_back(tmp_path):
+def test_a_command_can_be_suspended_and_resumed(tmp_path):
     shell = spawn("--norc", "--noprofile", "-i", command=["bash"], PS1="$ ")
     command = [*COMMAND[:-1], f"'{COMMAND[-1]}'", "simulate", "--db", str(tmp_path / "orbits.db")]
-    shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # not done before it is back
+    shell.sendline(" ".join([*command, "--bounces", "1000000000"]))  # still running when it returns
     shell.expect(r"[━╾─]{26}[^\r]*\r")
     shell.send("\x1a")
     shell.expect(r"\[1\]\+ +Stopped")
     shell.sendline("bg")
     shell.expect(r"\$ ")
-    with pytest.raises(pexpect.TIMEOUT):  # nothing is drawn over what is typed
+    with pytest.raises(pexpect.TIMEOUT):  # nothing is drawn over the prompt
         shell.expect("[━╾─]{26}", timeout=1)
     shell.sendline("fg")
     shell.expect(r"[━╾─]{26}[^\r]*\r")
@@ -204,7 +204,7 @@ run()
         ["typer", "numpy", "orbitdb.cli.commands.make.fill", "numpy._core.multiarray", "sqlalchemy"],
     ),
 )
-def test_ctrl_c_while_the_commands_are_imported(tmp_path, name):
+def test_ctrl_c_during_imports_ends_the_command(tmp_path, name):
     command = [sys.executable, "-P", "-c", _INTERRUPTED_IMPORT.format(name=name)]
     session = run_in_terminal(
         "fill", "--p", "3", "--db", tmp_path / "orbits.db", command=command, columns=200
@@ -228,7 +228,7 @@ ODD = [
     ],
 )
 @pytest.mark.slow
-def test_odd_terminals(varied, tmp_path, commands, columns, variables):
+def test_odd_terminals_get_plain_output(varied, tmp_path, commands, columns, variables):
     runs = runs_of(commands, tmp_path / "odd", columns)
     sessions = run_several_in_terminal(runs, ORBITDB_DB=str(varied), **variables)
     for run, session in zip(runs, sessions, strict=True):

@@ -1,4 +1,4 @@
-"""README and pages: what they show is what comes out."""
+"""README and pages show what their examples really print."""
 
 import re
 from importlib.metadata import version
@@ -10,16 +10,16 @@ import pictures
 import pytest
 
 SCREENSHOTS_OF = "8.2"
-"""The Textual that took the pictures of the terminal UI; another may draw borders in other ways."""
+"""The version of Textual that took the screenshots; others may draw borders differently."""
 
 
 QUICK = ("README", "orbit.svg")
-"""Pages and pictures that plain pytest compares."""
+"""Pages and pictures that a plain pytest run compares."""
 LONG = dict.fromkeys(
     ("assess.svg", "births.svg", "deviations.svg", "entropy-over-a.svg", "rigidity.svg", "spectrum.svg"),
     "fuzz",
 )
-"""Pictures that take so long that CI leaves them out."""
+"""Pictures that take too long for CI."""
 
 
 @pytest.fixture(scope="session")
@@ -36,16 +36,16 @@ def studio(tmp_path_factory, catalogue) -> Path:
 
 
 def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[pages.Example, str]]:
-    """Return the examples of a page, each with what comes out."""
+    """Run the examples of a page; return each with its output."""
     wanted = [example for example in pages.examples(page) if slow or example.mark != "slow"]
     session = console.begin(wanted, folder, catalogue)
     return [(example, session.run(example)) for example in wanted]
 
 
 def wrong(outputs: list[tuple[pages.Example, str]]) -> str:
-    """Return the examples that do not show what comes out, each with that.
+    """Return the examples whose page differs from their output, with that output.
 
-    ``python docs/console.py --write`` mends them.
+    To correct the pages, run ``python docs/console.py --write``.
     """
     differing = [(each, output) for each, output in outputs if not each.holds(output)]
     return "\n\n".join(f"{each.line}: {each.source}\n{output}" for each, output in differing)
@@ -62,7 +62,7 @@ def named(page: Path) -> str:
         for page in pages.PAGES
     ],
 )
-def test_the_examples_of_a_page_show_what_comes_out(page, tmp_path, catalogue):
+def test_the_examples_of_a_page_show_their_output(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
 
 
@@ -72,7 +72,7 @@ def takes_long(page: Path) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
-def test_the_examples_that_take_long_show_what_comes_out(page, tmp_path, catalogue):
+def test_slow_examples_show_their_output(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
 
 
@@ -102,7 +102,7 @@ pip install .
 
 
 @pytest.mark.slow
-def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
+def test_a_wrong_example_is_found_and_corrected(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)
     outputs = run(page, tmp_path, catalogue, slow=False)
@@ -111,7 +111,7 @@ def test_a_wrong_example_is_found_and_mended(tmp_path, catalogue):
     assert page.read_text() == PAGE.replace("9.6478825", "9.637918173875862")
 
 
-def test_an_example_that_cannot_be_run_says_why(tmp_path):
+def test_an_unrunnable_example_says_why(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(PAGE.replace("<!-- not run: it installs -->", ""))
     with pytest.raises(ValueError, match=r"page.md:20: mark this block as"):
@@ -135,7 +135,7 @@ def test_an_example_that_cannot_be_run_says_why(tmp_path):
         ("p   a", "p  a", False),
     ],
 )
-def test_what_agrees(shown, output, agree):
+def test_outputs_agree_up_to_times_and_errors(shown, output, agree):
     assert pages.same(shown, output) is agree
 
 
@@ -146,7 +146,7 @@ def test_what_agrees(shown, output, agree):
         for name in sorted(set(pictures.DRAWN) - pictures.MEASURED)
     ],
 )
-def test_a_picture_is_the_one_that_the_code_draws(name, studio):
+def test_a_picture_is_what_the_code_draws(name, studio):
     kept = (pictures.PICTURES / name).read_text(encoding="utf-8")
     if name in pictures.SCREENS and not version("textual").startswith(SCREENSHOTS_OF):
         pytest.skip("taken with another Textual")
@@ -158,7 +158,7 @@ def test_a_picture_is_the_one_that_the_code_draws(name, studio):
 
 
 def numbered(svg):
-    """Number what is only drawn once and used by its name: names hash the last bit of every coordinate."""
+    """Number the generated names of clip paths and markers, which are hashes of all coordinates."""
     names = dict.fromkeys(re.findall(r'\bid="([pm][0-9a-f]{10})"', svg))
     for number, name in enumerate(names):
         svg = re.sub(rf"\b{name}\b", f"name {number}", svg)
@@ -166,7 +166,7 @@ def numbered(svg):
 
 
 @pytest.mark.slow
-def test_the_measured_picture_has_the_methods_of_today(studio):
+def test_the_measured_picture_has_the_current_methods(studio):
     def said(svg: str) -> list[str]:
         return sorted(text for text in pictures.texts(svg) if not re.search("mathdefault|p = ", text))
 

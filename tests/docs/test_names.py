@@ -1,4 +1,4 @@
-"""README and pages name nothing that is not there: modules, files, tests, commands, options, columns."""
+"""README and pages only name modules, files, tests, commands, options and columns that exist."""
 
 import importlib
 import inspect
@@ -29,7 +29,7 @@ each_page = pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.s
 
 
 def prose(page: Path) -> str:
-    """Return a page without its blocks."""
+    """Return a page without its code blocks."""
     lines = page.read_text(encoding="utf-8").splitlines()
     for block in reversed(pages.blocks(lines)):
         del lines[block.start - 1 : block.end + 1]
@@ -53,16 +53,16 @@ def exists(name: str) -> bool:
 
 
 @each_page
-def test_the_files_of_a_page_are_there(page):
+def test_the_files_a_page_names_exist(page):
     assert [path for path in PATHS.findall(prose(page)) if not (pages.ROOT / path).exists()] == []
 
 
 @each_page
-def test_the_modules_of_a_page_are_there(page):
+def test_the_modules_a_page_names_exist(page):
     assert [name for name in MODULES.findall(prose(page)) if not exists(name)] == []
 
 
-def test_the_tests_of_pages_are_there():
+def test_the_tests_that_pages_name_exist():
     written = "\n".join(file.read_text(encoding="utf-8") for file in pages.ROOT.glob("tests/**/*.py"))
     named = [name for page in pages.PAGES for name in TESTS.findall(prose(page))]
     assert [name for name in named if f"def {name}(" not in written] == []
@@ -78,7 +78,7 @@ def options() -> dict[str, set[str]]:
 
 
 @each_page
-def test_the_commands_and_options_of_a_page_are_there(page):
+def test_the_commands_and_options_a_page_names_exist(page):
     known = options()
     every = set().union(*known.values()) | OF_OTHERS | {"--version"}
     unknown = []
@@ -92,14 +92,14 @@ def test_the_commands_and_options_of_a_page_are_there(page):
     assert unknown == []
 
 
-def test_the_usage_of_a_command_has_its_arguments():
+def test_usage_lines_include_arguments():
     written = program.commands()
     for usage in ("plot FIGURE [WORD]...", "query [WORD]...", "export [FILE]", "sql SELECT"):
         assert f"\norbitdb {usage} [OPTIONS]\n" in written
 
 
-def test_extras_are_installed_by_one_line_everywhere():
-    """It is that of error messages and needs no sources; where the README installs, a checkout is at hand."""
+def test_all_pages_install_extras_in_the_same_way():
+    """Pages name the package, as error messages do, or a checkout where there is one."""
     known = set(metadata("orbitdb").get_all("Provides-Extra", []))
     written = [page.read_text(encoding="utf-8") for page in pages.PAGES if page.stem != "CONTRIBUTING"]
     lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))
@@ -109,13 +109,13 @@ def test_extras_are_installed_by_one_line_everywhere():
     assert {extra for _, extras in lines for extra in extras.split(",")} <= known
 
 
-def test_every_column_is_of_some_kind():
+def test_every_column_has_a_known_kind():
     kinds = {each.kind for _, group in orbitdb.columns.GROUPS for each in group}
     assert kinds == {"text", "integer", "integers", "number", "numbers", "pairs", "yes or no"}
 
 
-def test_every_column_stands_in_the_data_dictionary():
-    """With a unit or type, a meaning, and when it is empty."""
+def test_every_column_is_in_the_data_dictionary():
+    """Each has a unit or type, a meaning, and a note when it is empty."""
     columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default
     page = [(pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")]
     program.fill_in(None, "columns", page)
@@ -125,14 +125,14 @@ def test_every_column_stands_in_the_data_dictionary():
     assert {len(row.split("|")) for row in told.values()} == {5}
 
 
-def test_queries_stop_when_the_pages_say():
+def test_pages_state_the_time_limit_of_queries():
     for name in ("columns", "faults"):
         page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
         assert "after a minute" in page
     assert where.SECONDS == 60
 
 
-def test_benchmarks_are_of_what_their_page_says():
+def test_the_page_on_benchmarks_states_their_defaults():
     def usual(case: str) -> Any:
         return next(iter(inspect.signature(stress.CASES[case]).parameters.values())).default
 
@@ -144,7 +144,7 @@ def test_benchmarks_are_of_what_their_page_says():
     assert [each for each in told if each not in page] == []
 
 
-def test_every_status_and_rule_stands_there():
+def test_the_data_dictionary_has_every_status_and_rule():
     page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
@@ -158,7 +158,7 @@ def test_every_page_is_in_the_table_of_contents():
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)
-def test_the_tables_of_a_page_say_what_the_program_does(page):
+def test_generated_tables_are_up_to_date(page):
     """`python docs/program.py --write` writes them."""
     text = page.read_text(encoding="utf-8")
     assert program.renewed(text) == text

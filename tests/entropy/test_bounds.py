@@ -1,4 +1,4 @@
-"""The enclosure of the topological entropy: what is avoided, how it grows, and what comes of both."""
+"""The enclosure of the topological entropy: forbidden windows, growth rates, and the bounds."""
 
 import math
 from decimal import Decimal, localcontext
@@ -44,7 +44,7 @@ def holds(word: tuple[int, ...], pattern: tuple[int, ...]) -> bool:
 
 @settings(max_examples=settings().max_examples // 2)
 @given(st.data())
-def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
+def test_the_automaton_finds_patterns_their_mirror_images_and_reversals(data):
     size = st.integers(1, 4)
     start = st.integers(0, len(EDGE_WORDS) - 1)
     drawn = [
@@ -68,7 +68,7 @@ def test_automaton_finds_patterns_their_mirror_images_and_reversals(data):
 
 
 def paths(origin, target, states, first, free) -> int:
-    """Count the words of five letters that an automaton lets through, from its steps."""
+    """Count the words of five letters that an automaton accepts, from its steps."""
     reach = np.zeros(states, dtype=np.int64)
     np.add.at(reach, first[free[first]], 1)
     for _ in range(4):
@@ -80,7 +80,7 @@ def paths(origin, target, states, first, free) -> int:
 
 @settings(max_examples=30)
 @given(st.integers(1, 8), st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7)), max_size=20, unique=True))
-def test_growth_encloses_the_spectral_radius(states, steps):
+def test_the_growth_bounds_enclose_the_spectral_radius(states, steps):
     steps = [(i % states, j % states) for i, j in steps]
     matrix = np.zeros((states, states))
     for i, j in steps:
@@ -88,7 +88,7 @@ def test_growth_encloses_the_spectral_radius(states, steps):
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     found = growth(origin, target, states)
     reached = np.linalg.matrix_power(np.eye(states) + matrix, states) > 0
-    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component's is simple
+    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component has a simple one
     if radius < 0.5:  # nilpotent: no cycle
         assert found.lower == found.upper == -math.inf
     else:
@@ -97,8 +97,8 @@ def test_growth_encloses_the_spectral_radius(states, steps):
         assert found.upper - found.lower < 1e-8
 
 
-def test_growth_is_enclosed_at_every_step(monkeypatch):
-    """The first one tells the least and the largest number of steps from a state, not of those to it."""
+def test_the_growth_rate_is_enclosed_at_every_step(monkeypatch):
+    """The first step bounds by the numbers of steps from a state, not to it."""
     steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     exact = growth(origin, target, 4)
@@ -108,8 +108,8 @@ def test_growth_is_enclosed_at_every_step(monkeypatch):
     assert first.lower < exact.lower <= exact.upper < first.upper
 
 
-def test_growth_is_rounded_outward():
-    """The golden mean, ln((1 + sqrt 5)/2), ln 2 and ln 3, to forty digits; doubles lie on either side."""
+def test_growth_bounds_are_rounded_outward():
+    """The golden mean, ln 2 and ln 3 to forty digits; doubles are on either side."""
     with localcontext() as context:
         context.prec = 40
         golden, two, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(2).ln(), Decimal(3).ln()
@@ -139,13 +139,13 @@ def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
 
 
 LONGEST = pytest.mark.parametrize("longest", [8, pytest.param(11, marks=pytest.mark.slow)])
-"""Highest period of the words, and edges of the windows."""
+"""Highest period of the words and number of edges in the windows."""
 
 
 @LONGEST
 @pytest.mark.parametrize("a", fuzz_but([0.2, 1.6], [0.2, 0.5, 1.0, 1.6, 3.0, 10.0]))
 @pytest.mark.slow
-def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, longest):
+def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longest):
     seeking = automaton(patterns(a, longest))
     orbits, counted = np.zeros((2, longest + 1), dtype=np.int64)
     for p in range(2, longest + 1):
@@ -157,15 +157,15 @@ def test_orbits_avoid_forbidden_windows_and_words_of_allowed_ones_are_orbits(a, 
         assert (status[seen == 0] == Status.ORBIT).all()
         orbits[p], counted[p] = (status == Status.ORBIT).sum(), (seen == 0).sum()
     assert 0 < counted[-1] <= orbits[-1]
-    if longest > 8 and a >= 1:  # below, the zeta function has no zero to be used
+    if longest > 8 and a >= 1:  # below a = 1 the zeta function has no usable zero
         within = list(search(Stadium(a), window=12))[-1]
         off = np.abs(entropy_of_counts(orbits).h_zeta - (within.lower + within.upper) / 2)
         assert off[-1] < off[-4] / 2
 
 
 @pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
-def test_design_figures_at_the_usual_a(edges, width, most):
-    """Windows of 14 letters, and 1.1588534 < h < 1.1588558 of a compiled program with 23."""
+def test_bounds_at_the_usual_a_agree_with_longer_windows(edges, width, most):
+    """Windows of 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23."""
     found = list(search(Stadium(1.6), window=edges))
     assert [level.window for level in found] == list(range(2, edges + 1))
     lower, upper = [level.lower for level in found], [level.upper for level in found]
@@ -178,7 +178,7 @@ def test_design_figures_at_the_usual_a(edges, width, most):
     assert found[-1].windows < most
 
 
-def test_search_ends_where_it_is_told():
+def test_the_search_ends_at_the_given_width_or_time():
     wide = list(search(Stadium(1.6), width=0.05))
     assert wide[-1].upper - wide[-1].lower <= 0.05 < wide[-2].upper - wide[-2].lower
     assert len(list(search(Stadium(1.6), seconds=1e-9))) == 1
@@ -187,18 +187,18 @@ def test_search_ends_where_it_is_told():
 @pytest.mark.parametrize(
     ("levels_take", "seconds", "done"),
     [
-        ([1, 1], 2.79, 1),  # the second is taken to last 1.8 s
+        ([1, 1], 2.79, 1),  # the second is expected to take 1.8 s
         ([1, 1], 2.81, 2),
-        ([1, 2, 9], 6.9, 2),  # as the last two grew
-        ([1, 1, 1], 3.29, 2),  # by three tenths at least
+        ([1, 2, 9], 6.9, 2),  # growing like the last two
+        ([1, 1, 1], 3.29, 2),  # growing by at least 1.3
         ([1, 1, 1], 3.31, 3),
-        ([0.04, 1, 1], 2.83, 2),  # what is brief tells nothing of growth
+        ([0.04, 1, 1], 2.83, 2),  # short times say nothing about growth
         ([0.04, 1, 1], 2.85, 3),
         ([0.06, 0.18, 1], 0.77, 2),
         ([0.06, 0.18, 1], 0.79, 3),
     ],
 )
-def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, seconds, done):
+def test_a_level_is_not_started_if_it_would_exceed_the_time(monkeypatch, levels_take, seconds, done):
     clock, left = [0.0], iter([*levels_take, 100.0])
 
     def judge(*work):
@@ -209,7 +209,7 @@ def test_a_level_that_would_not_fit_is_not_begun(monkeypatch, levels_take, secon
     assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
 
 
-def test_whatever_a_is_there_are_bounds():
+def test_there_are_bounds_at_extreme_a():
     for a in (1e-6, 1e6):
         found = list(search(Stadium(a), window=5))[-1]
         assert 0 <= found.lower <= found.upper <= geometric_entropy() + 1e-9
@@ -222,7 +222,7 @@ def test_extended_windows_keep_their_mark():
 
 
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
-def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, value):
+def test_the_search_ends_at_its_limits_of_size(monkeypatch, name, value):
     monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
     *before, last = levels(Stadium())
     size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
@@ -230,7 +230,7 @@ def test_windows_are_tried_up_to_what_a_machine_can_hold(monkeypatch, name, valu
     assert (last.window == value) == (name == "MAX_WINDOW")
 
 
-def test_progress_is_of_the_windows_of_a_length():
+def test_progress_counts_the_windows_of_each_length():
     told: dict[str, tuple[float, float]] = {}
     found = list(search(Stadium(1.6), 6, tell=lambda done, total, text: told.setdefault(text, (done, total))))
     for bounds, count in zip(found, np.diff([0, *(each.windows for each in found)]), strict=True):

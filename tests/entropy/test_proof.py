@@ -1,4 +1,4 @@
-"""Verdicts on windows in ball arithmetic: what doubles decide is proved, and nothing else is."""
+"""Verdicts on windows in ball arithmetic: exactly the verdicts of doubles are proved."""
 
 import numpy as np
 import pytest
@@ -28,8 +28,8 @@ def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
 
 
 @pytest.mark.parametrize(("a", "edges", "least"), slow_but(1, [(0.5, 6, 150), (0.5, 8, 400), (1.6, 8, 400)]))
-def test_balls_prove_all_verdicts_and_no_other(a, edges, least):
-    """Neither the opposite of a verdict, nor any of a window whose ends leave it open."""
+def test_balls_prove_every_verdict_and_nothing_else(a, edges, least):
+    """They prove neither the opposite verdict, nor any verdict on an undecided window."""
     decided = 0
     for windows, decision in levels(a, edges):
         some = decision.verdict != Verdict.UNDECIDED
@@ -47,21 +47,21 @@ def test_balls_prove_all_verdicts_and_no_other(a, edges, least):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [1e-3, 0.05, 10.0])
-def test_proved_bounds_are_those_of_doubles(a):
+def test_proved_bounds_equal_those_of_doubles(a):
     kept = Proof()
     assert list(search(Stadium(a), window=7, judge=kept.decide)) == list(search(Stadium(a), window=7))
     assert kept.left_open == 0 < kept.proved
 
 
-def test_balls_tell_how_far_they_are():
+def test_balls_report_progress():
     told = []
     windows, decision = levels(1.6, 4)[-1]
     proved(windows, decision.verdict, 1.6, lambda *state: told.append(state))
     assert told == [(0, np.count_nonzero(decision.verdict), "4 letters in balls")]
 
 
-def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
-    """A verdict that is flipped on its way is left open, counted, and no bound rests on it."""
+def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
+    """A falsified verdict is left open and counted, and no bound relies on it."""
 
     def wrong(windows, a, tell=None):
         decision = decide(windows, a, tell)
@@ -74,14 +74,14 @@ def test_what_is_not_proved_is_undecided_in_the_bounds(monkeypatch):
     monkeypatch.setattr(module, "decide", wrong)
     kept = Proof()
     found = list(search(Stadium(1.6), window=7, judge=kept.decide))[-1]
-    assert kept.left_open == 5  # one a level, from the third letter on
+    assert kept.left_open == 5  # one per level, from the third letter on
     assert found.undecided > sound.undecided
     assert found.lower <= sound.lower < sound.upper <= found.upper
 
 
 @pytest.mark.parametrize("way", [-1.0, 1.0])
-def test_directions_from_elsewhere_only_say_where_to_look(way):
-    """From any start at all a ball holds f of the clamped directions."""
+def test_balls_are_right_from_any_starting_directions(way):
+    """Starting anywhere, the ball contains f at the clamped directions."""
     random = np.random.default_rng(1)
     for windows, _ in levels(1.6, 6):
         for _, chains in open_chains(windows):
@@ -95,7 +95,7 @@ def test_directions_from_elsewhere_only_say_where_to_look(way):
 
 
 @pytest.mark.parametrize("a", [1e-4, 0.3, 1.6])
-def test_steps_go_on_until_the_sign_is_known_or_the_error_is_that_of_doubles(a):
+def test_newton_steps_until_the_sign_is_known_or_the_error_is_rounding(a):
     for windows, _ in levels(a, 6):
         for _, chains in open_chains(windows):
             for way in (-1.0, 1.0):
@@ -105,7 +105,7 @@ def test_steps_go_on_until_the_sign_is_known_or_the_error_is_that_of_doubles(a):
 
 
 @pytest.mark.parametrize(("nearer", "a"), [(0.9, 0.05), (1 - 1e-3, 0.05), (0.83, 20.0)])
-def test_limits_of_directions_are_proved_before_anything_rests_on_them(monkeypatch, nearer, a):
+def test_direction_limits_are_proved_before_they_are_used(monkeypatch, nearer, a):
     assert all(limits_hold(40, a) for a in (1e-6, 0.05, 1.0, 1.6, 20.0, 1e6))
     monkeypatch.setattr(
         module, "direction_limits", lambda *at: tuple(nearer * x for x in direction_limits(*at))

@@ -37,17 +37,17 @@ def left_right(code: str) -> str:
 
 
 @pytest.mark.parametrize("p", slow_but(range(2, 7), range(2, 8)))
-def test_codes_and_edge_words_say_the_same(p):
+def test_codes_and_edge_words_are_equivalent(p):
     words = words_of(p)
     edges = edge_words(words)
     assert MAY_FOLLOW[edges, np.roll(edges, -1, axis=1)].all()
     for code, word in zip(to_strings(words), edges, strict=True):
         back = primitive_root(code_of(text_of(word)))
         assert least_rotation(code) in {least_rotation(back), least_rotation(left_right(back))}
-        assert code in (back, left_right(back))  # beginning with the same bounce
+        assert code in (back, left_right(back))  # starting at the same bounce
 
 
-def test_one_code():
+def test_edge_words_have_the_expected_codes():
     assert text_of(edge_words(from_strings(["1232131"]))[0]) == "aAaAXXU"
     assert code_of("aAaAXXU") == "1232131"
     assert code_of("X") == "13"
@@ -63,13 +63,13 @@ def test_geometric_entropy_is_the_growth_rate_of_all_edge_words():
 
 
 @pytest.mark.parametrize("turn", [MIRROR, REVERSAL], ids=["mirror", "reversal"])
-def test_symmetries_keep_the_rules(turn):
+def test_symmetries_preserve_the_rules(turn):
     assert (turn[turn] == np.arange(9)).all()
     follow = MAY_FOLLOW[np.ix_(turn, turn)]
     assert (follow == (MAY_FOLLOW if turn is MIRROR else MAY_FOLLOW.T)).all()
 
 
-def test_reversal_is_that_of_the_code():
+def test_reversing_edge_words_reverses_the_code():
     word = edge_words(np.array([[1, 2, 0, 3, 3, 2, 0, 2]], dtype=np.uint8))
     backwards = edge_words(np.array([[2, 0, 2, 5, 5, 0, 2, 1]], dtype=np.uint8))
     assert (reverse(word)[0] == np.roll(backwards[0], 1)).all()
@@ -80,10 +80,10 @@ LENGTHS = (0.05, 1.6)
 
 @dataclass(frozen=True)
 class Junctions:
-    """What the maximum of the length of cyclic words, orbit or not, says of every bounce where a run ends.
+    """Conditions at the end of each run, at the maximum of the length of cyclic words, orbit or not.
 
-    `holds`: the smaller of the slacks of the run's end and the leg's start. `value`: h + d o, where this is
-    the condition and not for one bounce only. Both NaN elsewhere; of shape (N, p).
+    `holds` is the smaller slack of the run's end and the leg's start. `value` is h + d o where that is the
+    condition and the run has several bounces. Both are NaN elsewhere, shape (N, p).
     """
 
     holds: np.ndarray
@@ -108,17 +108,17 @@ class Junctions:
 
 
 def stretches(words: np.ndarray, before: int, behind: int) -> tuple[Windows, np.ndarray, np.ndarray]:
-    """Cut windows around all junctions of a run and a leg; with the words and bounces they are from."""
+    """Cut windows around all junctions of a run and a leg; return them with their words and bounces."""
     edges = edge_words(words)
     row, bounce = np.nonzero(STARTS_LEG[edges])
     letters = edges[row[:, None], (bounce[:, None] + np.arange(-before, behind)) % words.shape[1]]
-    meant = IN_RUN[letters[:, before - 1]] | (letters[:, before] != X)  # one bounce before X: no condition
+    meant = IN_RUN[letters[:, before - 1]] | (letters[:, before] != X)  # one bounce before X has no condition
     marks = np.full(meant.sum(), before, dtype=np.intp)
     return Windows(letters[meant], marks), row[meant], bounce[meant]
 
 
 def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return bounds of f over all continuations, as far as it rises with both pushes."""
+    """Return bounds of f over all continuations; f rises with both pushes."""
     low, high = np.empty(len(windows)), np.empty(len(windows))
     for rows, chains in open_chains(windows):
         exact = np.zeros(len(chains))
@@ -129,7 +129,7 @@ def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.ndarray:
-    """Check that no window contradicts the words; return how many windows each verdict has."""
+    """Check that no window contradicts the words; return the number of windows with each verdict."""
     junctions = Junctions.of(words, a)
     counts = np.zeros(3, dtype=int)
     for before, behind in extents:
@@ -158,7 +158,7 @@ def test_no_word_contradicts_a_window(a):
 
 @st.composite
 def edge_cycles(draw: st.DrawFn) -> str:
-    """Draw a cyclic edge word with runs and legs of any length, short ones rather."""
+    """Draw a cyclic edge word with runs and legs of any length, mostly short ones."""
     word = ""
     sizes = st.sampled_from([0, 0, 0, 1, 1, 2, 3, 8, 40])
     for _ in range(draw(st.integers(1, 5))):
@@ -183,14 +183,14 @@ def test_no_long_word_contradicts_a_window(edges, a, before, behind):
     check(from_strings([code_of(edges)]), a, [(before, behind), (1, behind), (before, 1), (12, 12)])
 
 
-def test_legs_between_long_runs_are_as_flat_as_can_be():
-    """Whispering runs press a leg of one wall flat against it, to the end of the range of a cut leg."""
+def test_verdicts_hold_for_the_flattest_legs():
+    """Whispering runs press a leg of one wall flat, to the end of the range of a cut leg."""
     for edges, extent in (("U" * 200 + "aA" + "D" * 200 + "X", (195, 1)), ("U" * 40 + "aADDDDDXX", (6, 12))):
         check(from_strings([code_of(edges)]), 1.6, [extent])
 
 
-def test_conditions_stay_within_their_errors():
-    """f at rough directions is no farther from that at exact ones than its bound says."""
+def test_conditions_are_within_their_errors():
+    """Rough directions change f by no more than its error bound."""
     words = words_of(7)
     windows, _, _ = stretches(words, 8, 8)
     for a in (0.1, 1.6):
@@ -202,8 +202,8 @@ def test_conditions_stay_within_their_errors():
                 assert (np.abs(rough.value - exact.value) <= rough.error + exact.error).all()
 
 
-def test_what_is_too_close_to_call_is_undecided(monkeypatch):
-    """With a rounding error of 0.2 in f no window is decided whose f comes nearer to 0 than that."""
+def test_windows_too_close_to_call_are_undecided(monkeypatch):
+    """If f has a rounding error of 0.2, windows whose f comes within 0.2 of 0 are undecided."""
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict

@@ -1,4 +1,4 @@
-"""Bad input, however odd: one line that says what is wrong, a documented exit code, nothing changed."""
+"""Any bad input gives one line that says what is wrong and a documented exit code, and changes nothing."""
 
 import io
 import os
@@ -48,11 +48,11 @@ COMMANDS = {
 }  # fmt: skip
 SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
             "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip
-"""What a command needs beside the options that are tried."""
+"""Arguments a command needs besides the tested option."""
 
 
 def judge(outcome, arguments):
-    """Demand one line of what went wrong, without control characters, and a code that is documented."""
+    """Check that an error is one printable line, and its exit code a documented one."""
     code, out, err = outcome
     shown = [argument[:60] for argument in arguments]
     assert code in (0, 1, 2, 3), shown
@@ -62,14 +62,14 @@ def judge(outcome, arguments):
     if code in (2, 3):
         assert out == "", shown
         assert [line for line in lines if line.startswith("orbitdb: ")] == lines[-1:], shown
-        assert len(lines) <= 2, shown  # a code that repeats a shorter one is told before
+        assert len(lines) <= 2, shown  # a note about a shortened code may come first
     elif code == 1:
         assert lines, shown
 
 
 @pytest.fixture
 def tried(cli, varied, tmp_path, monkeypatch):
-    """Run a command on a small catalogue, and demand that it stays as it is."""
+    """Return a function that runs a command on a small catalogue and checks that the file is unchanged."""
     monkeypatch.setenv("ORBITDB_DB", str(varied))
     monkeypatch.setattr("sys.stdin", io.StringIO())
     before = varied.read_bytes()
@@ -91,14 +91,14 @@ def tried(cli, varied, tmp_path, monkeypatch):
 
 @pytest.mark.fuzz
 @pytest.mark.parametrize("command", COMMANDS)
-def test_every_odd_value_of_every_option(tried, command):
+def test_no_odd_value_of_an_option_does_harm(tried, command):
     for option, values in COMMANDS[command].items():
         for value in values:
             tried(command, option, value)
 
 
 @pytest.mark.slow
-def test_odd_values_together(tried):
+def test_combinations_of_odd_values_do_no_harm(tried):
     rng = random.Random("options 0")
     for _ in range(120):
         command = rng.choice(list(COMMANDS))
@@ -117,14 +117,14 @@ TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--cont
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(option=st.sampled_from(TEXT_OPTIONS), value=st.text(st.characters(), max_size=30))
 @example(option="--where", value="a=:\x85")
-def test_any_text_behind_an_option(tried, option, value):
+def test_no_text_given_to_an_option_does_harm(tried, option, value):
     tried("query", f"{option}={value}" if option.startswith("--") else option, value)
 
 
 @pytest.mark.parametrize(
     "command", slow_but(["query", "fill"], ["query", "table", "entropy", "info", "verify", "fill", "migrate"])
 )
-def test_names_that_are_no_catalogue(cli, tmp_path, command):
+def test_names_that_are_not_catalogues_are_refused(cli, tmp_path, command):
     folder = tmp_path / "odd"
     folder.mkdir()
     names = bad.databases(folder)
@@ -141,7 +141,7 @@ def test_names_that_are_no_catalogue(cli, tmp_path, command):
 @pytest.mark.parametrize(
     ("command", "ending"), slow_but(1, [("export", ".csv"), ("export", ".parquet"), ("plot", ".svg")])
 )
-def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, ending):
+def test_files_are_written_or_refused_but_never_left_in_part(tried, cli, tmp_path, command, ending):
     folder = tmp_path / "files"
     folder.mkdir()
     bad.make_paths(folder, ending)
@@ -165,7 +165,7 @@ def test_files_that_can_and_cannot_be_written(tried, cli, tmp_path, command, end
 
 
 @pytest.mark.parametrize("tries", slow_but([40], [40, 300]))
-def test_expressions_choose_what_sqlite_does_or_are_refused(varied, tries):
+def test_expressions_choose_the_rows_of_plain_sqlite_or_are_refused(varied, tries):
     before, catalogue = varied.read_bytes(), Catalogue(varied)
     plain = sqlite3.connect(f"file:{varied}?mode=ro", uri=True)
     allowed, refusals = 0, []
@@ -191,7 +191,7 @@ def test_expressions_choose_what_sqlite_does_or_are_refused(varied, tries):
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX names and devices")
-def test_names_that_are_not_utf_8(varied, tmp_path):
+def test_file_names_need_not_be_utf_8(varied, tmp_path):
     name = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.db")
     Path(name).write_bytes(varied.read_bytes())
     for arguments, code in (

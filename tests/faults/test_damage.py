@@ -1,4 +1,4 @@
-"""Files that are damaged or altered: never a traceback, one line that says so, and `verify` finds it."""
+"""Damaged or altered files give one line and never a traceback, and `verify` finds the damage."""
 
 import random
 import sqlite3
@@ -32,11 +32,11 @@ UNCHECKED = {
     "orbit": {"iterations", "run"},
     "stadium": set(),
 }
-"""What no computation can tell again: times, and who wrote a row."""
+"""Columns that cannot be recomputed: times, and provenance."""
 
 
 def judge(found: list[tuple[list[str], int, str]]) -> int:
-    """Check that every command ended as it should; return the exit code of ``verify``."""
+    """Check exit codes and messages of commands; return the exit code of ``verify``."""
     for arguments, code, err in found:
         allowed = {0, 1, 3} if arguments[0] == "verify" else {0, 3}
         assert code in allowed, (arguments, code, err)
@@ -46,7 +46,7 @@ def judge(found: list[tuple[list[str], int, str]]) -> int:
 
 
 def checked_rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Return all that ``verify`` answers for."""
+    """Return everything that ``verify`` checks."""
     tables = {}
     with closing(sqlite3.connect(path)) as plain:
         plain.text_factory = bytes
@@ -58,7 +58,7 @@ def checked_rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def put(path: Path, data: bytes) -> None:
-    """Write a file that has no journal."""
+    """Write a file without a journal."""
     for part in path.parent.glob(f"{path.name}-*"):
         part.unlink()
     path.write_bytes(data)
@@ -84,7 +84,7 @@ def flipped_bit(data: bytes, moments: random.Random) -> bytes:
 
 
 @pytest.mark.parametrize("harm", slow_but(1, [noisy_page, truncated, empty_page, flipped_bit]))
-def test_damage_is_told_in_one_line(filled, cli, harm):
+def test_damage_is_reported_in_one_line(filled, cli, harm):
     broken = filled.with_name("broken.db")
     broken.write_bytes(harm(filled.read_bytes(), seeded(1)))
     ends = [(each, cli(*each, "--db", str(broken))) for each in COMMANDS]
@@ -96,7 +96,7 @@ def test_damage_is_told_in_one_line(filled, cli, harm):
     ("harm", "times"),
     fuzz_but([(noisy_page, 1)], [(truncated, 1), (noisy_page, 1), (empty_page, 1), (flipped_bit, 8)]),
 )
-def test_verify_finds_damage_or_there_is_none(filled, harm, times):
+def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
     moments, data, sound = seeded(2026), filled.read_bytes(), checked_rows(filled)
     broken = filled.with_name("broken.db")
     for _ in range(times):
@@ -130,7 +130,7 @@ def test_verify_finds_damage_or_there_is_none(filled, harm, times):
         ),
     ],
 )
-def test_what_was_altered_is_named(own, statement, question, message):
+def test_the_altered_value_is_named(own, statement, question, message):
     alter(own, statement)
     with closing(Catalogue(own, a=1.6)) as catalogue, pytest.raises(StoreError) as error:
         question(catalogue)
@@ -138,7 +138,7 @@ def test_what_was_altered_is_named(own, statement, question, message):
     assert str(error.value).endswith("; 'orbitdb verify' tells what is wrong")
 
 
-def test_rows_with_altered_texts_are_not_written(own, tmp_path, cli):
+def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
     target = tmp_path / "rows.npz"
     last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
     alter(own, "UPDATE pruned SET rules = '7' WHERE p = 3", f"UPDATE cycle SET symmetry = 'ξ' WHERE {last}")
@@ -153,7 +153,7 @@ def test_rows_with_altered_texts_are_not_written(own, tmp_path, cli):
     assert not target.exists()
 
 
-def test_counts_from_births_of_no_word_are_refused(tmp_path):
+def test_births_of_a_class_that_is_not_a_word_are_refused(tmp_path):
     path = tmp_path / "births.db"
     alter(
         made(path, fill_births(path, [4])),

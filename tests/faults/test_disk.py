@@ -1,4 +1,4 @@
-"""Disks that are full and files that may not be written: one line, exit code 3, nothing half-written."""
+"""Full disks and write-protected files give one line and exit code 3; nothing is half-written."""
 
 import ctypes
 import os
@@ -48,13 +48,13 @@ def fails(done: subprocess.CompletedProcess[str], said: str) -> None:
 
 
 def room(size: int) -> Callable[[], None]:
-    """Let no file grow larger, as a full disk does."""
+    """Limit the size of files, which acts like a full disk."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
-    """Mount a disk of so many kilobytes, or change its size."""
+    """Return a function that mounts a disk of some kilobytes, or resizes it."""
     folder = tmp_path / "disk"
     folder.mkdir()
     kind = "mount", "-t", "tmpfs", "-o"
@@ -72,7 +72,7 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
 
 
 @pytest.mark.parametrize("size", fuzz_but([200], [200, 300]))
-def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
+def test_a_fill_resumes_after_the_disk_was_full(filled, disk, size):
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
     done = run(*arguments, command=small_blocks(16))
@@ -83,8 +83,8 @@ def test_a_disk_that_gets_full_during_a_fill(filled, disk, size):
 
 
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
-def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
-    """The sizes meet the creation, blocks of several periods, and the journal."""
+def test_a_fill_resumes_wherever_it_ran_out_of_room(filled, tmp_path, size):
+    """The sizes stop the creation, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
     arguments = "fill", "--p", "8", "--db", path
     fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
@@ -93,7 +93,7 @@ def test_wherever_a_fill_is_starved_it_goes_on(filled, tmp_path, size):
 
 
 @pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
-def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
+def test_a_migration_without_room_for_its_copy_changes_nothing(filled, disk, size):
     older = filled.with_name("older.db")
     shutil.copy(filled, older)
     make_older(older)
@@ -111,14 +111,14 @@ def test_a_migration_has_no_room_for_its_copy(filled, disk, size):
 @pytest.mark.parametrize(
     "name", fuzz_but(["new.csv", "new.npz"], ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
 )
-def test_an_export_has_no_room(filled, disk, name):
+def test_an_export_without_room_leaves_no_file(filled, disk, name):
     folder = disk(40)
     fails(run("export", folder / name, "--coordinates", "--db", filled), "No space left")
     assert list(folder.iterdir()) == []
 
 
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
-    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than a file may get
+    with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than the limit
         beside.execute("PRAGMA wal_autocheckpoint = 0")
         for seconds in range(20):
             with beside:
@@ -130,21 +130,21 @@ def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     assert is_sound(filled)
 
 
-def test_a_figure_needs_no_home_that_can_be_written(tmp_path):
+def test_a_figure_can_be_drawn_without_a_writable_home(tmp_path):
     homeless = dict.fromkeys(("HOME", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"), "/dev/null")
     done = run("plot", "orbit", "--code", "13", "--a", "1", "-o", tmp_path / "x.svg", env=homeless)
     assert (done.returncode, done.stderr.count("\n")) == (0, 1), done.stderr
 
 
 def drop_rights() -> None:
-    """Let permissions hold for root, too."""
+    """Make permissions apply to root, too."""
     for right in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
         ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, right, 0, 0, 0)
 
 
 @pytest.fixture
 def locked(filled: Path) -> Iterator[Path]:
-    """A catalogue in a folder of its own, which can be written again when the test has ended."""
+    """A catalogue in its own folder, which is made writable again after the test."""
     if sys.platform != "linux":
         pytest.skip("drops the rights of root as Linux does")
     folder = filled.with_name("locked")
@@ -162,7 +162,7 @@ def locked(filled: Path) -> Iterator[Path]:
 @pytest.mark.parametrize(
     ("file", "folder"), fuzz_but([(0o444, 0o555)], [(0o444, 0o555), (0o444, 0o755), (0o644, 0o555)])
 )
-def test_every_command_knows_what_it_may(locked, file, folder):
+def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, folder):
     before = content(locked)
     locked.chmod(file)
     locked.parent.chmod(folder)
@@ -178,7 +178,7 @@ def test_every_command_knows_what_it_may(locked, file, folder):
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
 
 
-def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
+def test_the_data_folder_is_made_or_named_if_it_cannot_be(locked):
     locked.parent.chmod(0o555)
     deeper = locked.parent / "deeper"
     environment = {name: value for name, value in os.environ.items() if name != "ORBITDB_DB"}
@@ -189,7 +189,7 @@ def test_only_the_data_folder_is_made_and_one_that_cannot_be_is_named(locked):
     assert (deeper / "orbitdb" / "orbits.db").exists()
 
 
-def test_a_folder_that_may_not_be_written_is_told(locked):
+def test_a_write_protected_folder_is_reported(locked):
     locked.parent.chmod(0o555)
     fails(
         run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),

@@ -1,4 +1,4 @@
-"""Free expressions can only choose rows, whatever they hold, and are stopped in time."""
+"""Free expressions can only choose rows, and are stopped in time."""
 
 import contextlib
 import signal
@@ -25,7 +25,7 @@ GROWING = "WITH a AS (SELECT 1 x)" + "".join(
     for before, name in zip("abcdefghijklmnopqrst", "bcdefghijklmnopqrstu", strict=True)
 )
 ATTACKS = {
-    # reading something else
+    # read something else
     "another table": "(SELECT max(parameters) FROM run) <> ''",
     "the schema": "(SELECT max(sql) FROM sqlite_master) <> ''",
     "a table called catalogue": "(WITH catalogue AS (SELECT sql FROM sqlite_master) SELECT 1 FROM catalogue)",
@@ -35,7 +35,7 @@ ATTACKS = {
     "a row number": "rowid = 1",
     "a file": "readfile('/etc/passwd') <> ''",
     "an extension": "load_extension('evil') IS NULL",
-    # writing
+    # write
     "a second statement": "1; DELETE FROM orbit",
     "closing the bracket": "1) OR (1",
     "another query behind brackets": "1) UNION SELECT sql FROM sqlite_master WHERE (1",
@@ -43,7 +43,7 @@ ATTACKS = {
     "a comment without end": "1 /*",
     "a row limit": "1 LIMIT 1",
     "chance, which SQLite asks once for all rows": "random() % 2",
-    # growing, or running for ever
+    # grow, or run for ever
     "an endless recursion": f"({ENDLESS}) > 0",
     "a recursion in a subquery": f"p IN (SELECT p FROM catalogue WHERE ({ENDLESS}) > 0)",
     "names of names": f"({GROWING} SELECT count(*) FROM u) > 0",
@@ -81,7 +81,7 @@ LONG_ONES = {"much denied", "many signs", "many brackets that fit", "a long name
         *(pytest.param(name, marks=pytest.mark.fuzz) for name in sorted(LONG_ONES)),
     ],
 )
-def test_an_expression_does_nothing_but_choose(varied, name):
+def test_an_expression_can_only_choose_rows(varied, name):
     before = varied.read_bytes()
     catalogue, chosen = Catalogue(varied), Selection(where=ATTACKS[name])
     uses: list[Callable[[], object]] = [
@@ -98,8 +98,8 @@ def test_an_expression_does_nothing_but_choose(varied, name):
     assert varied.read_bytes() == before
 
 
-def test_values_are_values(own):
-    """What is bound is never read as SQL, whatever it holds."""
+def test_bound_values_are_only_values(own):
+    """Bound values are never read as SQL."""
     catalogue = Catalogue(own)
     for value in ("1 OR 1", "'; DELETE FROM orbit; --", ":x", "(SELECT 1)"):
         assert catalogue.count(Selection(where="code = :x", parameters={"x": value})) == 0
@@ -128,7 +128,7 @@ ALLOWED = {
 
 
 @pytest.mark.parametrize("text", ALLOWED)
-def test_what_users_want_is_allowed(own, text):
+def test_useful_expressions_are_allowed(own, text):
     assert Catalogue(own).count(Selection(where=text)) >= ALLOWED[text]
 
 
@@ -149,10 +149,10 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     }
     with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
         uses[use]()
-    assert catalogue.count(Selection()) > 300  # the connection is as it was
+    assert catalogue.count(Selection()) > 300  # the connection still works
 
 
-def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypatch):
+def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
     from orbitdb.store.asking import where
     from orbitdb.store.reading.statements import run_statement
 
@@ -169,9 +169,9 @@ def test_the_time_of_those_who_use_the_rows_does_not_count(filled_once, monkeypa
 @pytest.mark.parametrize(
     ("name", "code", "told"), [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")]
 )
-def test_ctrl_c_is_no_refusal(filled, name, code, told):
-    """SQLite, asked for the time, swallows the interrupt; it must not be told as a slow expression."""
-    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # it takes a minute or more
+def test_ctrl_c_is_not_mistaken_for_a_refusal(filled, name, code, told):
+    """SQLite's progress callback swallows the interrupt; it must not be reported as a slow expression."""
+    rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # takes over a minute
     slow = f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0"
     process = start("query", "--where", slow, "--db", filled)
     with contextlib.suppress(subprocess.TimeoutExpired):
@@ -183,8 +183,8 @@ def test_ctrl_c_is_no_refusal(filled, name, code, told):
 
 
 @pytest.mark.slow
-def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
-    """No limit on texts stands in the way of the longest words there are, in any column or order."""
+def test_words_of_a_million_bounces_can_be_queried(tmp_path):
+    """No limit on texts excludes the longest possible words, in any column or order."""
     path = tmp_path / "orbits.db"
     catalogue = Catalogue.create(path)
     word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000
@@ -202,7 +202,7 @@ def test_words_of_a_million_bounces_can_be_asked_for(tmp_path):
     assert row == (word, word, word, 9.0)
 
 
-def test_tokens_are_all_that_was_given():
+def test_tokens_add_up_to_the_text():
     text = "a='x''y' -- c\n/* d */ \"n\" [m] `k` :v :: x'00' 1.5e3 ½ $ \x00"
     assert "".join(token.text for token in tokens(text)) == text
     kinds = [(token.kind, token.text) for token in tokens(text) if token.kind not in ("blank", "sign")]

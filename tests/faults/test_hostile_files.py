@@ -1,4 +1,4 @@
-"""Files from elsewhere can only be read: what acts is refused, altered rows are shown or refused."""
+"""Foreign files are only read: active content is refused, and altered rows are shown or refused."""
 
 import contextlib
 import json
@@ -24,7 +24,7 @@ LOOP = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n)"
 
 
 def rewritten(table: str, before: str, after: str) -> str:
-    """Return the statement that changes the text of a table."""
+    """Return a statement that edits the SQL text of a table."""
     return f"UPDATE sqlite_master SET sql = replace(sql, '{before}', '{after}') WHERE name = '{table}'"
 
 
@@ -86,18 +86,18 @@ VIEWED = {
     "no view of lives": ["DROP VIEW life"],
     "a table for the view": ["DROP VIEW catalogue", f"CREATE TABLE catalogue ({', '.join(NAMES)})"],
 }  # fmt: skip
-"""What is done to the views of a file, which are for other programs."""
+"""Changes to the views of a file, which are only for other programs."""
 
 
 def hostile(path: Path, statements: list[str]) -> None:
     try:
         alter(path, *statements)
-    except sqlite3.OperationalError as error:  # no fts5 in this SQLite, or none that drops columns
+    except sqlite3.OperationalError as error:  # this SQLite has no fts5, or cannot drop columns
         pytest.skip(str(error))
 
 
 @pytest.mark.parametrize("name", slow_but([*QUICK, *[*BROKEN][:1]], [*HOSTILE, *BROKEN]))
-def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
+def test_a_file_with_active_content_is_refused(own, cli, monkeypatch, tmp_path, name):
     monkeypatch.chdir(tmp_path)
     hostile(own, (HOSTILE | BROKEN)[name])
     before = own.read_bytes()
@@ -112,7 +112,7 @@ def test_a_file_that_acts_is_refused(own, cli, monkeypatch, tmp_path, name):
 
 
 @pytest.mark.parametrize("name", slow_but(QUICK, HOSTILE))
-def test_verify_names_what_acts_and_looks_no_further(own, cli, name):
+def test_verify_names_active_content_and_runs_none_of_it(own, cli, name):
     hostile(own, HOSTILE[name])
     outcome = cli("verify", "--json")
     assert outcome.code == 1
@@ -123,7 +123,7 @@ def test_verify_names_what_acts_and_looks_no_further(own, cli, name):
     assert "nothing of it was run" in outcome.err
 
 
-def test_a_file_that_acts_is_not_migrated(own, cli):
+def test_a_file_with_a_trigger_is_not_migrated(own, cli):
     alter(own, *HOSTILE["a trigger"], f"PRAGMA user_version = {SCHEMA_VERSION - 1}")
     before = own.read_bytes()
     for arguments in (["migrate"], ["fill", "--p", "3"]):
@@ -133,14 +133,14 @@ def test_a_file_that_acts_is_not_migrated(own, cli):
     assert own.read_bytes() == before
 
 
-def test_brackets_in_a_comment_are_no_expression(own):
+def test_brackets_in_a_comment_are_not_taken_for_an_expression(own):
     alter(own, "CREATE INDEX quick /* (of periods) */ ON fill (p)")
     assert Catalogue(own).count() > 0
 
 
 @pytest.mark.slow
-def test_what_users_add_is_let_be(own, cli):
-    """A view of another name is never run, however long that would take."""
+def test_harmless_additions_by_users_are_allowed(own, cli):
+    """A view with another name is never run, however long that would take."""
     alter(
         own,
         "CREATE TABLE mine (word TEXT DEFAULT 'a', \"check (x)\" REAL, at TEXT DEFAULT CURRENT_TIMESTAMP)",
@@ -155,7 +155,7 @@ def test_what_users_add_is_let_be(own, cli):
     assert cli("verify").code == 0
 
 
-def test_a_new_catalogue_passes(tmp_path):
+def test_a_new_catalogue_is_accepted_and_opened_safely(tmp_path):
     path = tmp_path / "new.db"
     Catalogue.create(path)
     with reading(path) as moment:
@@ -168,7 +168,7 @@ def test_a_new_catalogue_passes(tmp_path):
     assert set(NAMES) >= {"code", "a", "length"}
 
 
-def test_every_table_is_guarded(tmp_path):
+def test_a_change_to_any_table_is_found(tmp_path):
     migrate(new := tmp_path / "new.db")
     for name in TABLES:
         path = tmp_path / f"{name}.db"
@@ -203,7 +203,7 @@ def alterations() -> list[str]:
 
 def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
     for number, statement in enumerate(statements):
-        path = own.with_name(f"{number}.db")  # its own, for connections to others may still be open
+        path = own.with_name(f"{number}.db")  # new, for the last may still be open
         path.write_bytes(sound)
         with contextlib.suppress(sqlite3.IntegrityError):
             alter(path, statement)
@@ -225,7 +225,7 @@ def test_altered_rows_are_shown_or_refused(own, cli, monkeypatch, tmp_path, shar
 
 
 @pytest.mark.parametrize("name", slow_but(["an endless view", "a table for the view"], VIEWED))
-def test_the_views_of_a_file_are_never_run_and_are_renewed(own, cli, name):
+def test_the_views_of_a_file_are_never_run_but_renewed(own, cli, name):
     rows = cli("query", "--limit", "9").out
     hostile(own, VIEWED[name])
     assert cli("query", "--limit", "9").out == rows
@@ -236,7 +236,7 @@ def test_the_views_of_a_file_are_never_run_and_are_renewed(own, cli, name):
     assert row["check"] == "schema"
     assert row["first"].startswith("view ")
     assert cli("simulate", "--bounces", "1000").code == 0
-    if name != "a table for the view":  # what somebody keeps there is left alone
+    if name != "a table for the view":  # a user's table of that name is left alone
         assert cli("verify").code == 0
         assert {text for (text,) in ask(own, "SELECT sql FROM sqlite_master WHERE type = 'view'")} >= {
             *VIEWS.values()

@@ -1,4 +1,4 @@
-"""Journals: none is left in good order, none is read into another file, and none outlives its file."""
+"""Journals: none remains after a clean end, none is read into another file, and none outlives its file."""
 
 import shutil
 import sys
@@ -23,11 +23,11 @@ COMMANDS = {
     "levels": ("levels", "--k", "0:24", "--jobs", "1"),
     "verify": ("verify", "--rigorous", "--p", "2-11"),
 }
-"""Commands that write now and then for some seconds."""
+"""Commands that write repeatedly for some seconds."""
 
 
 def write(path, times=1, a=2.5):
-    """Store a stadium in several transactions of one run."""
+    """Store a stadium in each of several transactions of one run."""
     with closing(Writer(path, {"command": "test"})) as writer:
         for n in range(times):
             with writer.writing() as connection:
@@ -37,7 +37,7 @@ def write(path, times=1, a=2.5):
 
 
 def journal_of_a_kill(path, folder, times=1):
-    """Return the file and the journal that a process killed after some transactions would leave."""
+    """Return the file and journal as a process killed after some transactions would leave them."""
     folder.mkdir()
     writing = write(path, times)
     for _ in range(times):
@@ -57,7 +57,7 @@ def copied(path, folder):
     [("query", "13"), ("births", "--p", "5"), ("sweep", "--p", "9"), ("bounds", "--time", "0.1"),
      ("verify", "--rigorous", "--p", "2-5"), ("fill", "--p", "8"), ("table",), ("info",)],
 )  # fmt: skip
-def test_a_command_leaves_the_catalogue_alone_in_its_folder(cli, filled, command):
+def test_a_command_leaves_no_journal(cli, filled, command):
     assert cli(*command, "--db", str(filled)).code == 0
     assert [each.name for each in filled.parent.iterdir() if each.name.startswith(filled.name)] == [
         filled.name
@@ -65,7 +65,7 @@ def test_a_command_leaves_the_catalogue_alone_in_its_folder(cli, filled, command
 
 
 @pytest.mark.parametrize("last", ["reader", "writer"])
-def test_whoever_closes_the_file_last_removes_the_journal(filled, last):
+def test_the_last_to_close_the_file_removes_the_journal(filled, last):
     catalogue, writing = Catalogue(filled, a=1.6), write(filled, 2)
     next(writing)
     assert len(catalogue) > 0
@@ -75,7 +75,7 @@ def test_whoever_closes_the_file_last_removes_the_journal(filled, last):
     assert ask(filled, "SELECT a FROM stadium") == [(1.6,), (2.5,)]
 
 
-def test_the_journal_of_a_killed_process_is_taken_up(filled, tmp_path, cli):
+def test_the_journal_of_a_killed_process_is_recovered(filled, tmp_path, cli):
     path, journal = journal_of_a_kill(filled, tmp_path / "killed", times=3)
     assert journal.stat().st_size > 0
     assert cli("info", "--db", str(path)).code == 0
@@ -86,7 +86,7 @@ def test_the_journal_of_a_killed_process_is_taken_up(filled, tmp_path, cli):
 @pytest.mark.parametrize(
     "which", ["another catalogue", "an earlier copy", "a later copy", "a copy from the same run"]
 )
-def test_the_journal_of_another_file_is_refused_and_nothing_is_read_from_it(filled, tmp_path, cli, which):
+def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     other = tmp_path / "other.db"
     shutil.copy(filled, other)
     if which == "another catalogue":
@@ -122,9 +122,7 @@ def test_the_journal_of_another_file_is_refused_and_nothing_is_read_from_it(fill
 
 
 @pytest.mark.parametrize("replaced", [True, False])
-def test_a_fill_whose_file_is_replaced_or_deleted_ends_and_leaves_the_new_one(
-    filled, tmp_path, begin_fill, replaced
-):
+def test_a_fill_ends_if_its_file_is_replaced_or_deleted(filled, tmp_path, begin_fill, replaced):
     good = shutil.copy(filled, tmp_path / "good.db")
     content = good.read_bytes()
     going = begin_fill(filled, 9)
@@ -140,7 +138,7 @@ def test_a_fill_whose_file_is_replaced_or_deleted_ends_and_leaves_the_new_one(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
-def test_no_command_spoils_a_file_that_takes_the_place_of_its_own(tmp_path, command):
+def test_no_command_writes_to_a_file_that_replaced_its_own(tmp_path, command):
     path, good, journal = (tmp_path / name for name in ("rep.db", "good.db", "rep.db-wal"))
     for each in (path, good):
         assert run("fill", "--p", "11" if command == "verify" else "3", "--db", each).returncode == 0

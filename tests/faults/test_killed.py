@@ -1,4 +1,4 @@
-"""Kills and signals: nothing stored is lost, nothing is half-done, and the same command goes on."""
+"""Kills and signals: stored rows survive, nothing is half-done, and the same command resumes."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ UNWATCHED = "words to come"
 
 
 def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) -> None:
-    """Kill a fill again and again at random moments, then let it end; each time the file must be sound."""
+    """Kill a fill at random moments, check the file each time, then let the fill finish."""
     moments = seeded(20260720)
     for turn in range(kills):
         count = jobs[turn % len(jobs)]
@@ -34,7 +34,7 @@ def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) 
 
 
 @pytest.mark.slow
-def test_four_kills_lose_nothing(filled, tmp_path):
+def test_a_fill_killed_four_times_loses_nothing(filled, tmp_path):
     path = tmp_path / "killed.db"
     killed_and_resumed(path, ["1", "2"], 4, 0.4)
     assert content(path) == content(filled)
@@ -42,7 +42,7 @@ def test_four_kills_lose_nothing(filled, tmp_path):
 
 
 def stop(process, name: str, group: bool) -> str:
-    """Send a signal, to the whole group as a terminal does or to the command alone; return what it said."""
+    """Send a signal to the process or to its whole group, as a terminal does; return its stderr."""
     (os.killpg if group else os.kill)(process.pid, signal.Signals[name])
     _, err = process.communicate(timeout=60)
     return err
@@ -65,15 +65,15 @@ except (KeyboardInterrupt, Terminated) as end:
 
 
 @pytest.mark.parametrize(("name", "end"), [("SIGINT", "KeyboardInterrupt()"), ("SIGTERM", "Terminated(15)")])
-def test_an_end_while_objects_are_collected_is_remembered_without_a_word(name, end):
+def test_a_signal_during_garbage_collection_is_silently_remembered(name, end):
     done = run(name, command=[sys.executable, "-P", "-c", LOST])
     assert (done.returncode, done.stdout, done.stderr) == (0, f"lost\n{end}\n", "")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", fuzz_but([0, 1, 2], range(4)))
-def test_ctrl_c_at_any_moment(tmp_path, turn):
-    """Processes that start, work or end, Ctrl-C once or twice: one line, and nobody is left behind."""
+def test_ctrl_c_ends_a_fill_at_any_moment(tmp_path, turn):
+    """While processes start, work or end, once or twice: one line, and no process is left."""
     moments, path = seeded(turn), tmp_path / "orbits.db"
     jobs = str(1 + turn // 2 % 2)
     process = start("fill", "--p", "13", "--jobs", jobs, "--db", path, command=small_blocks(512))
@@ -100,7 +100,7 @@ if "spawn_main" in " ".join(sys.orig_argv):
 
 
 @pytest.mark.slow
-def test_ctrl_c_is_not_heard_by_a_worker_that_is_just_starting(tmp_path):
+def test_a_starting_worker_is_silent_about_ctrl_c(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(_LATE)
     where = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     command = ["env", f"PYTHONPATH={where}", *small_blocks(512)]
@@ -115,8 +115,8 @@ def test_ctrl_c_is_not_heard_by_a_worker_that_is_just_starting(tmp_path):
 
 
 @pytest.mark.slow
-def test_workers_end_with_the_process_that_stores(tmp_path):
-    """At once, in the middle of a block that takes minutes."""
+def test_workers_end_with_their_parent(tmp_path):
+    """At once, even in a block that takes minutes."""
     slowly = ["fill", "--p", "12-12", "--method", "relaxation", "--jobs", "2"]
     process = start(*slowly, "--db", tmp_path / "orbits.db", command=small_blocks(1 << 16))
     wait_until_ready(process)

@@ -1,4 +1,4 @@
-"""Several processes at one file: fills side by side, readers beside a fill, and locks."""
+"""Several processes share a file: parallel fills, readers during a fill, and locks."""
 
 import re
 import sqlite3
@@ -41,7 +41,7 @@ def all_end_well(*processes) -> None:
         assert len(err.splitlines()) == 1
 
 
-def test_settings(filled):
+def test_connections_have_the_documented_settings(filled):
     with writing_engine(filled).begin() as connection:
         settings = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar() for name in (
             "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
@@ -60,8 +60,8 @@ plain.close()
 """
 
 
-def test_looking_at_a_file_gives_no_lock_away(filled):
-    """Another process that closes the file must not think it is the last and remove the journal."""
+def test_checking_a_file_releases_no_lock(filled):
+    """Otherwise another process could close the file as if it were the last, and remove the journal."""
     writer = Writer(filled, {})
     with writer.writing() as connection:
         writer.stadium_id(connection, 1.0)
@@ -73,7 +73,7 @@ def test_looking_at_a_file_gives_no_lock_away(filled):
     writer.close()
 
 
-def test_a_run_that_was_taken_back_is_noted_again(filled):
+def test_a_run_that_was_rolled_back_is_stored_again(filled):
     writer = Writer(filled, {})
     with suppress(OvertakenError), writer.writing() as connection:
         writer.run_id(connection)
@@ -85,7 +85,7 @@ def test_a_run_that_was_taken_back_is_noted_again(filled):
 
 
 @pytest.mark.slow
-def test_two_processes_make_one_file(tmp_path):
+def test_several_processes_can_create_one_file(tmp_path):
     path = tmp_path / "new.db"
     processes = [start("fill", "--p", "5", "--db", path) for _ in range(3)]
     all_end_well(*processes)
@@ -93,8 +93,8 @@ def test_two_processes_make_one_file(tmp_path):
     assert {fill.p: fill.words for fill in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
 
 
-def test_a_change_to_another_journal_waits_for_its_turn(filled, monkeypatch):
-    """SQLite itself does not wait there; the other process is done as soon as this one waits."""
+def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
+    """SQLite does not wait there. The other process finishes as soon as this one waits."""
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:
         assert other.execute("PRAGMA journal_mode = DELETE").fetchone() == ("delete",)
         other.execute("BEGIN IMMEDIATE")
@@ -113,7 +113,7 @@ def test_a_change_to_another_journal_waits_for_its_turn(filled, monkeypatch):
     assert len(waits) == 1
 
 
-def test_only_a_lock_is_waited_for_and_not_for_ever(filled, monkeypatch):
+def test_only_locks_are_waited_for_and_only_for_a_time(filled, monkeypatch):
     monkeypatch.setattr(database, "BUSY_TIMEOUT", 0.01)
     asked = []
     with closing(sqlite3.connect(filled, timeout=0)) as one, closing(sqlite3.connect(filled)) as other:
@@ -132,7 +132,7 @@ def test_only_a_lock_is_waited_for_and_not_for_ever(filled, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_lock_that_is_given_back_in_time(filled):
+def test_a_fill_waits_for_a_lock(filled):
     with closing(sqlite3.connect(filled, isolation_level=None, check_same_thread=False)) as other:
         other.execute("BEGIN IMMEDIATE")
         process = start("fill", "--p", "8", "--a", "1", "--db", filled, command=small_blocks())
@@ -144,7 +144,7 @@ def test_a_lock_that_is_given_back_in_time(filled):
 
 
 @pytest.mark.slow
-def test_a_lock_that_is_kept(filled):
+def test_a_lock_held_too_long_is_reported(filled):
     before = content(filled)
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
@@ -158,8 +158,8 @@ def test_a_lock_that_is_kept(filled):
 
 
 @pytest.mark.slow
-def test_readers_beside_a_fill(tmp_path):
-    """Queries, averages and verification again and again while periods come in, block by block."""
+def test_readers_work_during_a_fill(tmp_path):
+    """Queries, averages and verification, repeated while periods come in block by block."""
     path = tmp_path / "orbits.db"
     assert run("fill", "--p", "5", "--db", path).returncode == 0
     filling = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(32))

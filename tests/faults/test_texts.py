@@ -1,4 +1,4 @@
-"""Texts from a file are no formulas, no control characters and no markup wherever they are shown."""
+"""Texts from a file never act as formulas, control characters or markup."""
 
 import csv
 import io
@@ -19,14 +19,14 @@ ESCAPES = ["\x1b[31mred", "\x1b]0;title\x07", "\x9b2J", "a\rb", "a\nb", "\u202eg
 
 
 @pytest.mark.parametrize("text", [*FORMULAS, *ESCAPES])
-def test_cells_are_no_formulas(text):
+def test_cells_are_never_formulas(text):
     found = cell(text)
     assert isinstance(found, str)
     assert found.isprintable()
     assert found[0] not in "=+-@＝＋－＠"
 
 
-def test_cells_that_are_numbers_stay():
+def test_cells_with_numbers_are_unchanged():
     assert [cell(value) for value in (-1.5, -3, None, "orbit", [1, 3], [-0.5, 2e-9], "1^20 3")] == [
         -1.5, -3, None, "orbit", "1 3", "-0.5 2e-09", "1^20 3",
     ]  # fmt: skip
@@ -37,7 +37,7 @@ def test_cells_that_are_numbers_stay():
 
 
 def evil(path: Path) -> None:
-    """Give rows the texts of a maker who wants them run by what shows them."""
+    """Give rows texts that try to act where they are shown."""
     quoted = [text.replace("'", "''").replace("\x00", "' || char(0) || '") for text in FORMULAS + ESCAPES]
     case = " ".join(f"WHEN {n} THEN '{text}'" for n, text in enumerate(quoted))
     rank = "(SELECT count(*) FROM cycle AS other WHERE other.id < cycle.id)"
@@ -97,8 +97,8 @@ def test_no_control_characters_reach_a_terminal(own, cli, form):
         assert all(symbol.isprintable() or symbol in "\t\n" for symbol in outcome.out + outcome.err)
 
 
-def test_json_gives_back_what_is_stored(own, cli):
-    """JSON needs no changes to be safe: it escapes, and a program gets the very text."""
+def test_json_gives_stored_texts_unchanged(own, cli):
+    """JSON is safe without changes: it escapes texts, and programs get them back exactly."""
     evil(own)
     rows = json.loads(cli("query", "--json", "-c", "symmetry").out)
     assert {row["symmetry"] for row in rows} >= {*FORMULAS, *ESCAPES} - {"\x00"}
@@ -107,7 +107,7 @@ def test_json_gives_back_what_is_stored(own, cli):
 @pytest.mark.slow
 async def test_the_terminal_ui_shows_no_control_characters(own):
     evil(own)
-    alter(own, "UPDATE orbit SET status = 'orbit'")  # with others there is no index, and no row is shown
+    alter(own, "UPDATE orbit SET status = 'orbit'")  # other statuses have no index, and no row would be shown
     async with browsing(own, size=(160, 48)) as (app, pilot):
         for key in ("j", "j", "down", "pagedown", "end", "l", "l", "l", "l"):
             await press(pilot, key)
@@ -117,8 +117,8 @@ async def test_the_terminal_ui_shows_no_control_characters(own):
 
 
 @pytest.mark.parametrize("name", slow_but(["a[/b]c"], ["a[b", "a[/b]c", "[red]", "a\\[b"]))
-async def test_the_terminal_ui_takes_any_name_of_a_file(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)  # a long path would be wrapped, anywhere in the name
+async def test_the_terminal_ui_shows_any_file_name(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)  # a long path would wrap in the middle of the name
     async with browsing(Path(f"{name}.db"), size=(160, 48)) as (app, pilot):
         assert name[:3] in shown(app)
         app.notify(f"[/b] {name}")

@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP at any moment: one line or none, and no process, no file and no noise left behind."""
+"""SIGTERM and SIGHUP at any moment: at most one line, and no process or file left behind."""
 
 import os
 import signal
@@ -32,7 +32,7 @@ COMMANDS = {
 
 
 class Started:
-    """A command in a folder of its own, with a folder of its own for temporary files."""
+    """A command with its own working and temporary folders."""
 
     def __init__(self, folder: Path, arguments: tuple[str, ...], catalogue: Path) -> None:
         self.folder, self.temporary = folder / "here", folder / "temporary"
@@ -42,9 +42,9 @@ class Started:
         self.process = start(*asked, cwd=self.folder, env={**os.environ, "TMPDIR": str(self.temporary)})
 
     def told(self, name: str, group: bool = False) -> list[str]:
-        """Tell it to end, alone or as a terminal that is closed does; return what it said of that.
+        """Signal the command, alone or with its group as a closed terminal does; return what it said.
 
-        When it has ended, nothing may be there any more.
+        Afterwards no process and no file may be left.
         """
         assert self.process.poll() is None
         (os.killpg if group else os.kill)(self.process.pid, signal.Signals[name])
@@ -67,7 +67,7 @@ def stored(tmp_path_factory):
 
 
 def at_a_moment(folder, arguments, catalogue, moment):
-    """Return a command that has run so long; if it ends before, one that has run for half of that."""
+    """Return a command that has run for `moment` seconds, or half as long if it ends before."""
     while True:
         own = folder / f"{moment}"
         own.mkdir()
@@ -85,7 +85,7 @@ def at_a_moment(folder, arguments, catalogue, moment):
     ("name", "turn"),
     fuzz_but([(name, at % 4) for at, name in enumerate(COMMANDS)], list(product(COMMANDS, range(8)))),
 )
-def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
+def test_signals_end_a_command_cleanly_at_any_moment(stored, tmp_path, name, turn):
     signalled, group = ("SIGTERM", "SIGHUP")[turn % 2], turn % 4 > 1
     started = at_a_moment(tmp_path, COMMANDS[name], stored, seeded(turn).uniform(0.0, 1.5))
     try:
@@ -94,14 +94,14 @@ def test_told_to_end_at_any_moment(stored, tmp_path, name, turn):
         if started.process.poll() is None:
             kill_group(started.process)
     number = signal.Signals[signalled]
-    if started.process.returncode == -number:  # before it held anything
+    if started.process.returncode == -number:  # before the handler was installed
         assert said == []
         return
     assert started.process.returncode == 128 + number
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 
 
-def test_no_half_of_a_file_stays(stored, tmp_path):
+def test_no_partial_file_stays(stored, tmp_path):
     started = Started(tmp_path, COMMANDS["export"], stored)
     while not list(started.folder.glob(".*.part")):
         assert started.process.poll() is None
@@ -109,11 +109,11 @@ def test_no_half_of_a_file_stays(stored, tmp_path):
     assert started.process.returncode == 143
 
 
-def test_a_hangup_that_is_to_be_ignored_is(tmp_path):
-    """As by nohup."""
+def test_an_ignored_hangup_stays_ignored(tmp_path):
+    """As under nohup."""
     ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]
     started = start("bench", "--p", "9", command=ignoring)
-    assert there(started.stderr).readline()  # what it is going to do
+    assert there(started.stderr).readline()  # the announcement of its work
     started.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
         started.wait(0.5)

@@ -1,4 +1,4 @@
-"""A dask cluster: the same catalogue as without it, and one line about whatever goes wrong with it."""
+"""A dask cluster: the same catalogue as without it, and one line for each kind of failure."""
 
 import json
 import socketserver
@@ -19,7 +19,7 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.cluster import Cluster
 from orbitdb.filling.workers import HERE
 
-if TYPE_CHECKING:  # its import takes a second
+if TYPE_CHECKING:  # importing it takes a second
     from distributed import LocalCluster
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX sig
 
 @pytest.fixture(scope="module")
 def local_cluster() -> Iterator["LocalCluster"]:
-    """Two worker processes, started again when they die; the scheduler runs in this process."""
+    """Two worker processes that restart when they die; the scheduler runs in this process."""
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster:
@@ -36,8 +36,8 @@ def local_cluster() -> Iterator["LocalCluster"]:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
-    """Where it is, what it solves, what it cannot solve, how much it holds, and that it is gone."""
+def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
+    """Its address, results, failures, blocks in flight, and what it says once it is gone."""
     from distributed import LocalCluster, default_client
 
     file = tmp_path / "scheduler.json"
@@ -52,14 +52,14 @@ def test_a_cluster_of_two_threads_in_this_process(tmp_path, monkeypatch, cli):
         with Cluster(str(file)) as workers:
             assert (workers.jobs, workers.size()) == (1, (1, 2))
             with pytest.raises(ValueError, match="No client"):
-                default_client()  # somebody's own may be there
+                default_client()  # Dask's default client may be the user's own
             assert rows(filled_by(workers, tmp_path / "shared.db", periods=(6,))) == rows(alone)
             blocks = (partial(int, i) for i in range(20))
             going = workers.solved(blocks)
             assert [next(going) for _ in range(3)] == [0, 1, 2]
-            assert next(blocks)() == 7  # two a thread under way, beside the one that was wanted
+            assert next(blocks)() == 7  # two per thread in flight, beyond the one asked for
             assert all(str(key).startswith("orbitdb-") for key in cluster.scheduler.tasks)
-            for _ in range(2):  # a task of its own each, or what failed once would have failed
+            for _ in range(2):  # each submission is a new task; otherwise the first failure would be reused
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
                     list(workers.solved([Failing()]))
             with pytest.raises(WorkError, match=f"install orbitdb {__version__} there"):
@@ -87,7 +87,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
         with pytest.raises(WorkError, match="died 2 times on one block"):
             list(workers.solved([Deadly()]))
-        client.wait_for_workers(2)  # a cluster cannot be closed while it starts a worker again
+        client.wait_for_workers(2)  # a cluster cannot close while it restarts a worker
     wait_until(lambda: not {key for key in local_cluster.scheduler.clients if "Client" in key})
 
 
@@ -99,7 +99,7 @@ def wait_until(happened: Callable[[], bool], seconds: float = 120) -> None:
 
 
 class Silent(socketserver.BaseRequestHandler):
-    """Takes what it is told and never answers."""
+    """Accepts data and never answers."""
 
     def handle(self) -> None:
         while self.request.recv(1024):
@@ -108,7 +108,7 @@ class Silent(socketserver.BaseRequestHandler):
 
 @pytest.mark.parametrize("listens", [False, True])
 @pytest.mark.slow
-def test_where_no_scheduler_is(tmp_path, monkeypatch, cli, listens):
+def test_a_missing_scheduler_is_reported_in_one_line(tmp_path, monkeypatch, cli, listens):
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:
         server.daemon_threads = True

@@ -1,4 +1,4 @@
-"""Filling periods and births: resuming, reuse, two processes, and what births say of any a."""
+"""Filling periods and births: resuming, reuse, two processes, and what births say about other a."""
 
 import json
 import shutil
@@ -25,7 +25,7 @@ def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
     made(path, fill_periods(path, a, periods, **options))
 
 
-def test_single_words_first_and_the_period_after(filled, tmp_path):
+def test_a_period_can_be_filled_after_single_words(filled, tmp_path):
     path = tmp_path / "words.db"
     migrate(path)
     for word in ("1232131", "13", "01320155", "1001"):
@@ -38,7 +38,7 @@ def test_single_words_first_and_the_period_after(filled, tmp_path):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_who_is_overtaken_goes_on_alone(tmp_path):
+def test_a_fill_goes_on_after_another_overtook_it(tmp_path):
     path = tmp_path / "shared.db"
     migrate(path)
     first, second = fill_periods(path, 1.6, [8]), fill_periods(path, 1.6, [8])
@@ -50,7 +50,7 @@ def test_who_is_overtaken_goes_on_alone(tmp_path):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
+def test_a_period_that_lost_words_does_not_become_whole(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     going = fill_periods(path, 1.6, [6])
@@ -62,7 +62,7 @@ def test_a_period_that_lost_words_is_not_called_whole(tmp_path):
 
 
 def test_others_may_write_while_a_period_is_counted(tmp_path):
-    """At p = 15 that takes seconds."""
+    """Counting takes seconds at p = 15."""
     path, tried = tmp_path / "orbits.db", []
 
     def look(_connection, _cursor, statement, *_: object) -> None:
@@ -80,10 +80,10 @@ def test_others_may_write_while_a_period_is_counted(tmp_path):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_progress_counts_the_words_that_are_stored_at_every_a(tmp_path):
+def test_progress_counts_stored_words_at_every_a(tmp_path):
     path = tmp_path / "new.db"
     migrate(path)
-    for a in (1.6, 1.0):  # at the second a the classes are there
+    for a in (1.6, 1.0):  # at the second a the classes exist already
         catalogue, steps = Catalogue(path, a), []
         for step in fill_periods(path, a, [6, 7]):
             there = catalogue.count(Selection(a, periods=((step.p, step.p),), statuses=tuple(Status)))
@@ -94,20 +94,20 @@ def test_progress_counts_the_words_that_are_stored_at_every_a(tmp_path):
         assert [step.p for step in steps if step.words == step.total][-1] == 7
 
 
-def test_time_is_kept(tmp_path):
+def test_times_of_a_fill_are_stored(tmp_path):
     path = tmp_path / "new.db"
     start = time.monotonic()
     fill(path, periods=[5], method="relaxation")
     (kept,) = Catalogue(path).fills(1.6)
     assert 0 < kept.seconds < time.monotonic() - start
     stages = kept.enumerating, kept.solving, kept.storing
-    assert 0 < 9 * kept.enumerating < kept.solving  # which takes 200 times as long
+    assert 0 < 9 * kept.enumerating < kept.solving  # solving takes 200 times as long
     assert 0 < 9 * kept.storing < kept.solving
-    assert sum(stages) < kept.seconds + 0.05  # of one processor; the clocks tick apart
+    assert sum(stages) < kept.seconds + 0.05  # processor time of one core; the two clocks differ slightly
 
 
 @pytest.mark.slow
-def test_the_papers_method_fills_the_same_statuses(tmp_path):
+def test_the_papers_method_gives_the_same_statuses(tmp_path):
     newton, relaxed = tmp_path / "newton.db", tmp_path / "relaxed.db"
     for path, method in ((newton, "newton"), (relaxed, "relaxation")):
         fill(path, periods=range(2, 7), method=method)
@@ -129,11 +129,11 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def born(once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 2..6 and no fill, the test's own."""
+    """A copy of a catalogue with the births of p = 2..6 and no fill."""
     return Path(shutil.copy(once, tmp_path / "born.db"))
 
 
-def test_one_row_a_period(born):
+def test_births_have_one_row_per_period(born):
     found = {each.p: each for each in Catalogue(born).birth_fills()}
     assert [each.p for each in found.values()] == list(range(2, 7))
     assert all(each.whole for each in found.values())
@@ -147,8 +147,8 @@ def test_one_row_a_period(born):
 
 
 @pytest.mark.slow
-def test_deaths_are_counted_apart(born):
-    """Of p = 9, where two classes die and are born again."""
+def test_deaths_are_counted_separately(born):
+    """At p = 9, where two classes die and are reborn."""
     made(born, fill_births(born, [9]))
     found = Catalogue(born).birth_fills()[-1]
     asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
@@ -159,7 +159,7 @@ def test_deaths_are_counted_apart(born):
 
 
 @pytest.mark.slow
-def test_all_words_of_a_period_are_gone_through_for_the_pruned_ones(tmp_path):
+def test_a_geometric_fill_goes_through_all_words_of_a_period(tmp_path):
     Catalogue.create(tmp_path / "orbits.db")
     steps = list(fill_geometric(tmp_path / "orbits.db", [8]))
     done = [step.words for step in steps]
@@ -167,15 +167,15 @@ def test_all_words_of_a_period_are_gone_through_for_the_pruned_ones(tmp_path):
     assert done[-1] == steps[-1].total == count_primitive(8)
 
 
-def test_the_run_says_what_it_was_asked_to_do(born):
+def test_a_run_records_its_command_and_parameters(born):
     ((parameters,),) = ask(born, "SELECT DISTINCT parameters FROM run")
     asked = json.loads(parameters)
     assert (asked["command"], asked["periods"]) == ("births", list(range(2, 7)))
 
 
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 5, 0)])
-def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
-    """Orbits through a joint among them."""
+def test_fills_and_births_give_the_same_counts(born, a, p, boundary):
+    """Orbits through a joint included."""
     before = Catalogue(born).counts(a=a)
     assert before.from_births == tuple(range(2, 7))
     assert Catalogue(born).counts(a=a, p="3-4").from_births == (3, 4)
@@ -186,7 +186,7 @@ def test_counts_of_fills_and_of_births_are_the_same(born, a, p, boundary):
     assert after.known[p].boundary == boundary
 
 
-def test_partners_share_an_event(born):
+def test_words_born_together_share_an_event(born):
     events = ask(
         born,
         "SELECT count(DISTINCT cycle), max(a + error) - min(a - error), max(error) FROM change"

@@ -1,4 +1,4 @@
-"""A fill, a sweep or births that end anywhere, by Ctrl-C or a kill, and go on: as in one go."""
+"""Fills, sweeps and births that stop anywhere and resume store the same as uninterrupted ones."""
 
 import shutil
 import sqlite3
@@ -36,18 +36,18 @@ WORKS: dict[str, Work] = {
 
 
 class Stored(dict[str, list[tuple[Any, ...]]]):
-    """The rows of each table, which are not written out where a test fails."""
+    """The rows of each table; a short repr keeps them out of the output of failed tests."""
 
     def __repr__(self) -> str:
         return f"<{ {table: len(found) for table, found in self.items()} }>"
 
 
 ENDS = ("", "-wal")
-"""What a kill leaves of a file: it, and the journal of what is not in it yet."""
+"""A kill leaves a file and its journal."""
 
 
 class Killed(BaseException):
-    """What ends a process; nothing in the program catches it."""
+    """Ends a process; the program never catches it."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -73,7 +73,7 @@ def empty(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def in_one_go(folder: Path, empty: Path) -> dict[str, Stored]:
-    """What every work stores that nobody stops, and what all of them store in one file."""
+    """Return what each kind of work stores without interruption, and all of them in one file."""
     known = {}
     everything = Path(shutil.copy(empty, folder / "everything.db"))
     for name, work in WORKS.items():
@@ -85,12 +85,12 @@ def in_one_go(folder: Path, empty: Path) -> dict[str, Stored]:
 
 
 def stored(path: Path) -> Stored:
-    """Every row but times and provenance."""
+    """Return every row except times and provenance."""
     with closing(sqlite3.connect(path)) as plain:
         more = {
             "change": "cycle, number, a, error, kind, bounce, joint, event, slope",
             "birth_fill": "p, state, cursor, words, classes, births, deaths, always, least, largest",
-            # not its blocks: where it only was not closed, an empty one is added
+            # without its blocks: a sweep that was merely not closed gets an extra empty one
             "sweep": "stadium, p, selection, state, cursor, words, n_c, classes, boundary, sums, moments",
             "sweep_block": "*",
         }
@@ -106,7 +106,7 @@ def same(one: Stored, other: Stored) -> None:
 
 
 def cut(path: Path, work: Work, way: str, moment: int) -> None:
-    """End a work between blocks, or at a statement by an exception or as a kill leaves the file."""
+    """Stop between blocks, or at a statement, with an exception or leaving the file as a kill does."""
     if way == "closed":
         going = work(path)
         assert isinstance(going, Generator)
@@ -138,7 +138,7 @@ WAYS = st.sampled_from(["closed", "raised", "killed"])
 @pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep of some"], WORKS))
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=settings().max_examples // 6)
-def test_what_is_cut_at_any_moment_goes_on(
+def test_work_stopped_at_any_moment_resumes(
     empty: Path, in_one_go: dict[str, Stored], name: str, cuts: list[tuple[str, int]]
 ) -> None:
     path = Path(shutil.copy(empty, empty.with_name("cut.db")))
@@ -152,7 +152,7 @@ def test_what_is_cut_at_any_moment_goes_on(
 @pytest.mark.slow
 @given(order=st.permutations(sorted(WORKS)), moments=st.lists(st.integers(0, 80), min_size=6), way=WAYS)
 @settings(max_examples=4)
-def test_works_that_take_turns_in_one_file_store_what_they_store_alone(
+def test_work_that_takes_turns_in_one_file_stores_the_same_rows(
     empty: Path, in_one_go: dict[str, Stored], order: list[str], moments: list[int], way: str
 ) -> None:
     path = Path(shutil.copy(empty, empty.with_name("turns.db")))
@@ -161,7 +161,7 @@ def test_works_that_take_turns_in_one_file_store_what_they_store_alone(
     for work in WORKS.values():
         list(work(path))
     mine, whole = stored(path), in_one_go["everything"]
-    for table in whole:  # where a stadium has a number, it may be another one
+    for table in whole:  # the ids of stadiums may differ
         assert len(mine[table]) == len(whole[table]), table
     for table in ("cycle", "pruned", "change", "birth_fill"):
         assert sorted(mine[table], key=repr) == sorted(whole[table], key=repr), table

@@ -1,4 +1,4 @@
-"""Sweeps: the counts and sums of fills, the same bits however they come about, wherever they stopped."""
+"""Sweeps give the counts and sums of fills, with the same bits however they are run or resumed."""
 
 from contextlib import closing
 from dataclasses import replace
@@ -46,7 +46,7 @@ def found(path: Path, **options) -> list[tuple[Any, ...]]:
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.3, 1.0, 1.6]))
-def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
+def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
@@ -72,14 +72,14 @@ def test_counts_are_those_of_fills_and_sums_those_of_stored_rows(tmp_path, a):
 
 
 class Tired(Workers):
-    """Solves blocks here, each in an hour of a processor, as it says."""
+    """Solves blocks here and claims an hour of processor time for each."""
 
     def solved(self, blocks):
         return (replace(block(), processor=3600.0) for block in blocks)
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_seconds_that_pass_and_those_of_processors_are_kept_apart(tmp_path):
+def test_elapsed_and_processor_seconds_are_stored_separately(tmp_path):
     sweep = swept(tmp_path / "orbits.db", periods=[6], workers=Tired())[6]
     assert sweep.processor % 3600.0 == 0.0 < sweep.processor
     assert 0.0 < sweep.seconds < 3600.0
@@ -90,7 +90,7 @@ def test_seconds_that_pass_and_those_of_processors_are_kept_apart(tmp_path):
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
+def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     going = sweep_periods(path, 1.6, [7])
@@ -104,7 +104,7 @@ def test_a_sweep_that_is_under_way_has_no_sums_and_is_not_counted(tmp_path):
         assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
 
 
-def test_sums_of_a_period_that_another_process_closes_first_are_kept(tmp_path):
+def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     others = iter([HERE])
@@ -121,7 +121,7 @@ def test_sums_of_a_period_that_another_process_closes_first_are_kept(tmp_path):
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
+def test_a_sweep_names_every_arithmetic_it_used(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     going = sweep_periods(path, 1.6, [7])
@@ -135,7 +135,7 @@ def test_a_sweep_names_every_arithmetic_that_its_sums_come_from(tmp_path):
 
 @pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
-    """They are those of the orbits, and each period's moments are around the tilts of those before it."""
+    """They equal those of the orbits; the moments of each period are taken around earlier tilts."""
     for module in ("averages.sum_rules", "answers.whole_periods", "filling.sweeps"):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
     beginning.cache_clear()
@@ -167,7 +167,7 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_blocks_are_cut_the_same_behind_any_of_them():
+def test_blocks_are_cut_the_same_from_any_start():
     blocks = list(class_spans(9, sweeps.CLASSES))
     assert len(blocks) > 20
     assert all(one.upto == other.after for one, other in pairwise(blocks))

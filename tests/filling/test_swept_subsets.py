@@ -1,4 +1,4 @@
-"""Sweeps of chosen orbits: what they choose is what is chosen of stored rows, and has one canonical text."""
+"""Sweeps of chosen orbits choose the same words as stored rows, and each subset has one canonical text."""
 
 import json
 import sqlite3
@@ -57,8 +57,8 @@ MORE = [
     ("a", "highest", "subsets"),
     slow_but(1, [(1.6, 6, SUBSETS[1::2]), (1.6, 7, SUBSETS), (1.6, 8, MORE), (0.5, 8, SUBSETS + MORE)]),
 )
-def test_what_is_swept_is_what_is_chosen_of_stored_rows(tmp_path, a, highest, subsets):
-    """To the word, and sums to the last digits."""
+def test_a_swept_subset_equals_the_choice_from_stored_rows(tmp_path, a, highest, subsets):
+    """Counts agree to the word, and sums to the last digits."""
     path, periods = tmp_path / "orbits.db", (2, highest)
     made(path, fill_periods(path, a, periods))
     with closing(Catalogue(path)) as catalogue:
@@ -88,7 +88,7 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("subset", [SUBSETS[0], SUBSETS[-1]])
-def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, subset):
+def test_averages_over_a_swept_subset_equal_those_over_rows(filled_once, tmp_path, subset):
     chosen = choose(1.6, p="2-6", **subset)
     path = tmp_path / "swept.db"
     made(path, sweep_periods(path, 1.6, range(2, 8), selection=replace(chosen, periods=())))
@@ -103,8 +103,8 @@ def test_averages_over_what_is_swept_are_those_over_rows(filled_once, tmp_path, 
         assert sum(wanted["N_c"])
 
 
-def test_a_bound_is_compared_with_the_number_that_is_stored():
-    """One of 10 000 orbits may have another last digit where it is swept; this one had."""
+def test_a_bound_on_a_range_refers_to_the_stored_number():
+    """One orbit in 10 000, such as this one, may differ in the last digit when swept."""
     word, a = "0204420233", 0.5
     stored = float(solve_admissible(from_strings([word]), Stadium(a)).length[0])
     (swept,) = exponents(pack(from_strings([word])), 10, Stadium(a))
@@ -115,7 +115,7 @@ def test_a_bound_is_compared_with_the_number_that_is_stored():
 
 
 @pytest.mark.parametrize("p", slow_but([2, 5], range(2, 7)))
-def test_words_that_contain_a_factor(p):
+def test_words_containing_a_factor_are_counted(p):
     parts = zip(*least_words(Span.whole(p)), strict=True)
     classes = LeastWords(*map(np.concatenate, parts))
     words = [members(word) for word in to_strings(unpack(classes.codes, p))]
@@ -142,7 +142,7 @@ CRITERIA = st.fixed_dictionaries(
 
 
 def asked(criteria: dict[str, Any], order: list[str]) -> Selection:
-    """Name the criteria one by one in some order."""
+    """Choose the criteria in the given order."""
     named = {name: criteria[name] for name in order}
     if "symmetry" in named:
         named["symmetry"] = ",".join(named["symmetry"])
@@ -150,7 +150,7 @@ def asked(criteria: dict[str, Any], order: list[str]) -> Selection:
 
 
 def meant(criteria: dict[str, Any]) -> dict[str, Any]:
-    """What criteria choose, however they are written."""
+    """Return what criteria choose, however they are written."""
     found = {}
     for name, value in criteria.items():
         if name in SWEPT_MEASURES:
@@ -161,7 +161,7 @@ def meant(criteria: dict[str, Any]) -> dict[str, Any]:
 
 
 @given(CRITERIA, CRITERIA, st.randoms())
-def test_a_subset_has_one_text_and_no_other_has_it(one, other, chance):
+def test_each_subset_has_a_unique_text(one, other, chance):
     order = chance.sample(list(one), len(one))
     text = swept_text(asked(one, list(one)))
     turned = one | ({"symmetry": one["symmetry"][::-1]} if "symmetry" in one else {})
@@ -172,13 +172,13 @@ def test_a_subset_has_one_text_and_no_other_has_it(one, other, chance):
         assert (swept_text(asked(changed, list(changed))) == text) == (meant(changed) == meant(one))
 
 
-def test_all_orbits_have_the_empty_text():
+def test_the_set_of_all_orbits_has_the_empty_text():
     assert swept_text(choose()) == swept_text(choose(p=3, status="orbit", length=(-np.inf, None))) == ""
     assert swept_text(choose(length=(-0.0, 20), time_reversal="self")) == "reversal=self length=0.0:20.0"
 
 
-def test_a_sweep_of_what_is_no_group_is_still_read():
-    """It holds rows of zeros; what asks for another one is refused."""
+def test_a_stored_sweep_with_an_impossible_symmetry_is_still_read():
+    """It holds rows of zeros. New questions with such a symmetry are refused."""
     assert selection_of("symmetry=T,xT", 1.6) == Selection(1.6, statuses=(Status.ORBIT,), symmetry="T,xT")
 
 
@@ -186,6 +186,6 @@ def test_a_sweep_of_what_is_no_group_is_still_read():
     "text",
     ["length=:20", "length=:2.0 reversal=self", "born=1.0:", "contains=9", "reversal=x", "symmetry=z", "any"],
 )
-def test_a_text_that_no_sweep_has_is_refused(text):
+def test_a_text_no_sweep_can_have_is_refused(text):
     with pytest.raises(InputError):
         selection_of(text, 1.6)

@@ -1,4 +1,4 @@
-"""Several processes: the same catalogue whatever their number, and none of them outlives its use."""
+"""Several processes make the same catalogue whatever their number, and all end after use."""
 
 import os
 import signal
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX sig
 
 
 def blocked_signals(process: int) -> int:
-    """Return the mask of the signals that would not reach a process."""
+    """Return the mask of the signals that a process blocks."""
     status = Path(f"/proc/{process}/status")
     lines = status.read_text().splitlines() if status.exists() else []
     return sum(int(line.split()[1], 16) for line in lines if line.startswith("SigBlk"))
@@ -47,9 +47,9 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     with Processes(jobs) as workers:
         shared = filled_by(workers, tmp_path / "shared.db", periods=periods)
         assert rows(shared) == rows(alone)
-        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may be starting still
+        assert 0 in map(blocked_signals, workers_of(os.getpid()))  # one may still be starting
         assert workers.jobs == jobs
-        filled_by(workers, shared, a=1.0, periods=periods)  # from the classes that are stored
+        filled_by(workers, shared, a=1.0, periods=periods)  # from the classes already stored
     assert not workers_of(os.getpid())
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
@@ -59,7 +59,7 @@ def spans_of(blocks: list[Task[Any]]) -> list[Span]:
 
 
 class Backwards:
-    """Finishes what it was given last first."""
+    """Finishes the last block first."""
 
     def __init__(self) -> None:
         self.waiting: list[tuple[Task[Any], Future[Any]]] = []
@@ -88,7 +88,7 @@ class BackwardsFuture(Future[Any]):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_results_come_in_order_and_few_are_under_way():
+def test_results_come_in_order_and_few_blocks_run_ahead():
     blocks = list(cut_into_blocks(1.6, "newton", 8))
     assert len(blocks) > 8
     pool = Backwards()
@@ -99,8 +99,8 @@ def test_results_come_in_order_and_few_are_under_way():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/io").exists(), reason="needs Linux")
-def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_path):
-    """The one that stores is stopped, so that the answer fills the pipe and goes no further."""
+def test_a_worker_killed_while_answering_costs_only_its_block(tmp_path):
+    """The storing process is stopped, so that the answer fills the pipe and gets stuck."""
     folder = Path(filled_by.__code__.co_filename).parent
     script = "import sys; from workforce import fill_when_let; fill_when_let(*sys.argv[1:])"
     env = os.environ | {"PYTHONPATH": str(folder)}
@@ -127,13 +127,13 @@ def test_a_worker_killed_in_the_middle_of_its_answer_costs_only_its_block(tmp_pa
 
 
 def sent(process: int) -> int:
-    """Return how many bytes a process has written."""
+    """Return the number of bytes a process has written."""
     return int(Path(f"/proc/{process}/io").read_text().partition("wchar: ")[2].split()[0])
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_worker_that_dies_as_it_is_started_costs_only_time():
+def test_a_worker_that_dies_at_its_start_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
     with Processes(2) as workers:
         os.kill(next_worker(), signal.SIGKILL)
@@ -143,7 +143,7 @@ def test_a_worker_that_dies_as_it_is_started_costs_only_time():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
-def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
+def test_an_idle_worker_survives_the_death_of_the_other_and_ends(which):
     blocks = list(cut_into_blocks(1.6, "newton", 4))
     with Processes(2) as workers:
         assert len(list(workers.solved(iter(blocks * 4)))) == 4 * len(blocks)
@@ -154,20 +154,20 @@ def test_whichever_of_two_idle_workers_is_killed_the_other_one_ends(which):
 
 
 def next_worker() -> int:
-    """Wait for a process that has been started, and return it."""
+    """Wait for a worker to start, and return its id."""
     while not (there := workers_of(os.getpid())):
         time.sleep(0.01)
     return there[0]
 
 
-def test_only_the_processors_that_this_process_may_use_count(monkeypatch):
+def test_only_processors_this_process_may_use_are_counted(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", {0: {5, 7, 11}}.get, raising=False)
     assert cores() == 3
     monkeypatch.delattr(os, "sched_getaffinity")
     assert cores() == os.cpu_count()
 
 
-def test_what_fails_before_there_is_a_block_is_told_as_it_is():
+def test_an_error_before_the_first_block_is_raised_unchanged():
     before, workers = threading.enumerate(), Processes(2)
     with pytest.raises(KeyError), workers:
         raise KeyError
@@ -190,7 +190,7 @@ def test_a_worker_of_another_version_is_refused(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
+def test_an_error_in_a_block_is_raised_with_its_remote_traceback():
     with Processes(2) as workers:
         for _ in range(3):
             with pytest.raises(ZeroDivisionError, match="by nothing") as told:
@@ -200,10 +200,10 @@ def test_a_block_that_fails_is_told_as_it_is_with_where_it_failed():
         blocks: list[Task[None]] = [Failing(), *[partial(time.sleep, 20)] * 9]
         with pytest.raises(ZeroDivisionError):
             list(workers.solved(blocks))
-    assert not workers_of(os.getpid())  # nobody waits for the blocks that are under way
+    assert not workers_of(os.getpid())  # blocks still running are not waited for
 
 
-def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
+def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
     counts = {jobs: len(list(cut_into_blocks(1.6, "newton", 12, -1, jobs))) for jobs in (1, 2, 3, 8, 99)}
     assert counts[1] < counts[2] < counts[3] < counts[8] == counts[99] < 5 * counts[1]
     assert count_admissible(12) / counts[1] < 1.5 * METHODS["newton"].words
@@ -221,12 +221,12 @@ def test_for_several_jobs_a_period_is_cut_smaller_down_to_a_quarter():
     ],
     ids=lambda block: block.func.__name__,
 )
-def test_what_is_solved_apart_says_what_has_computed_it(block):
+def test_results_of_tasks_name_their_arithmetic(block):
     assert block().arithmetic == arithmetic()
 
 
 @pytest.mark.parametrize("prove", [False, True])
-def test_a_task_encloses_the_entropy_as_a_search_does(prove):
+def test_a_task_encloses_the_entropy_like_a_search(prove):
     found = enclose(1.6, 4, proof=Proof() if prove else None)
     assert found.levels == tuple(search(Stadium(1.6), 4))
     if found.proof is not None:

@@ -1,4 +1,4 @@
-"""Mutants: the code with one small mistake each, as a hand would make it."""
+"""Mutants: the code with one small mistake each, as a person might make it."""
 
 import ast
 import copy
@@ -19,10 +19,10 @@ _OTHERS = {
 _COMMUTATIVE = {"min", "max", "minimum", "maximum", "hypot", "gcd", "fmin", "fmax"}
 _WORDS = {"help", "metavar", "epilog", "rich_help_panel", "description"}
 _LONG = 6
-"""Displays of more elements are tables, of which no two neighbours are exchanged."""
+"""Longer tuples and lists are tables, whose neighbours are not exchanged."""
 
 _Change = tuple[str, ast.expr | ast.stmt, ast.AST | str]
-"""The kind of a mistake, the node that is replaced, and what it is replaced by."""
+"""The kind of a mistake, the replaced node, and its replacement."""
 
 
 @dataclass(frozen=True)
@@ -32,17 +32,17 @@ class Mutant:
     Attributes
     ----------
     path : str
-        The file, as seen from the root of the tree.
+        The file, relative to the root of the tree.
     kind : str
-        What was done.
+        The kind of mistake.
     start, end : int
-        The bytes that are replaced.
+        The range of bytes replaced.
     text : str
-        What they are replaced by.
+        Their replacement.
     first, last : int
-        Lines of the statement; of a function's head, all lines of the function. Who executes them may notice.
+        Lines of the statement, or of the function if its head is altered. Tests that run them may notice.
     names : tuple of str
-        What a statement outside of functions binds: it is executed at import, by nobody in particular.
+        The names a statement outside functions binds; it runs at import, outside any test.
     """
 
     path: str
@@ -60,7 +60,7 @@ class Mutant:
         return (raw[: self.start] + self.text.encode() + raw[self.end :]).decode()
 
     def shown(self, source: str) -> tuple[str, str]:
-        """Return the lines that it changes, before and after."""
+        """Return the altered lines, before and after."""
         raw = source.encode()
         start = raw.rfind(b"\n", 0, self.start) + 1
         end = raw.find(b"\n", self.end) % (len(raw) + 1)
@@ -68,13 +68,13 @@ class Mutant:
         return _dedented(raw[start:end].decode()), _dedented(after.decode())
 
     def rank(self, source: str, seed: int) -> bytes:
-        """Return where it stands in a sample: the same whatever is changed elsewhere in the tree."""
+        """Return the sort key in a sample, independent of changes elsewhere in the tree."""
         told = (seed, self.path, self.kind, self.text, *self.shown(source))
         return hashlib.sha256(repr(told).encode()).digest()
 
 
 def mutants(path: str, source: str) -> list[Mutant]:
-    """Return all mutants of a file; some may be the same code in other words (see `differs`)."""
+    """Return all mutants of a file; some may be equivalent code (see `differs`)."""
     tree, begins, found = ast.parse(source), [0], []
     for line in source.encode().splitlines(keepends=True):
         begins.append(begins[-1] + len(line))
@@ -90,7 +90,7 @@ def mutants(path: str, source: str) -> list[Mutant]:
 
 
 def differs(mutant: Mutant, source: str) -> bool:
-    """Tell whether a mutant is other code, and code at all."""
+    """Tell whether a mutant is valid and different code."""
     try:
         return ast.dump(ast.parse(mutant.applied(source))) != ast.dump(ast.parse(source))
     except SyntaxError:
@@ -104,7 +104,7 @@ def _dedented(text: str) -> str:
 def _places(
     node: ast.AST, span: tuple[int, int], names: tuple[str, ...] | None
 ) -> Iterator[tuple[ast.AST, tuple[int, int], tuple[str, ...] | None]]:
-    """Give each node that may be altered, the lines of its statement, and what that binds outside functions.
+    """Yield each node that may be altered, the lines of its statement, and the names bound outside functions.
 
     Docstrings, annotations, assertions, messages and ``__repr__`` are left out.
     """
@@ -142,19 +142,17 @@ def _children(node: ast.AST) -> Iterable[ast.AST]:
         case ast.FunctionDef() | ast.AsyncFunctionDef():
             defaults = (*node.args.defaults, *node.args.kw_defaults)
             return [*(each for each in defaults if each is not None), *node.body]
-        case ast.ClassDef() | ast.ExceptHandler():  # which of its types come first makes no difference
+        case ast.ClassDef() | ast.ExceptHandler():  # the order of its types makes no difference
             return node.body
         case ast.Assign() | ast.AugAssign() | ast.AnnAssign():
             return [node.value] if node.value is not None else []
-        case (
-            ast.Raise() | ast.JoinedStr()
-        ):  # before Python 3.12 nodes in the latter do not know where they are
+        case ast.Raise() | ast.JoinedStr():  # before Python 3.12 nodes in f-strings have no positions
             return []
         case ast.comprehension():
             return [node.iter, *node.ifs]
         case ast.keyword() if _asserts(node):
             return []
-        case ast.Compare():  # in which order members stand makes no difference
+        case ast.Compare():  # the order of members makes no difference
             return [
                 part
                 for op, side in zip([None, *node.ops], [node.left, *node.comparators], strict=True)
@@ -168,7 +166,7 @@ def _children(node: ast.AST) -> Iterable[ast.AST]:
 
 
 def _changes(node: ast.AST) -> Iterator[_Change]:
-    """Give the mistakes that may be made at a node."""
+    """Yield the possible mistakes at a node."""
     if isinstance(node, ast.stmt):
         yield from _of_statement(node)
     match node:
@@ -242,7 +240,7 @@ def _other_values(value: object) -> list[str]:
 
 
 def _with(node: ast.AST, **fields: object) -> ast.AST:
-    """Return a node with some fields altered."""
+    """Return a copy of a node with some fields replaced."""
     new = copy.copy(node)
     for name, value in fields.items():
         setattr(new, name, value)
@@ -250,7 +248,7 @@ def _with(node: ast.AST, **fields: object) -> ast.AST:
 
 
 def _exchanged(items: Sequence[ast.expr]) -> Iterator[list[ast.expr]]:
-    """Give a list with each two neighbours exchanged in turn."""
+    """Yield the list with each pair of neighbours exchanged."""
     for k in range(len(items) - 1):
         one, two = items[k : k + 2]
         if not isinstance(one, ast.Starred) and not isinstance(two, ast.Starred) and not _same(one, two):
@@ -262,7 +260,7 @@ def _same(one: ast.AST, two: ast.AST) -> bool:
 
 
 def _is_one_comparison(test: ast.expr) -> bool:
-    """Tell whether a condition has a mistake that denies it anyway."""
+    """Tell whether another mistake already negates a condition."""
     if isinstance(test, ast.UnaryOp):
         return isinstance(test.op, ast.Not)
     return isinstance(test, ast.Compare) and len(test.ops) == 1
@@ -285,5 +283,5 @@ def _name(node: ast.Call) -> str:
 
 
 def _asserts(keyword: ast.keyword) -> bool:
-    """Tell whether an argument is an assertion, or that there is none: nothing correct depends on it."""
+    """Tell whether an argument only asserts something, so that correct code does not depend on it."""
     return keyword.arg == "strict" and isinstance(keyword.value, ast.Constant)

@@ -1,11 +1,10 @@
-"""Mutation testing: alter the code, a place at a time, and tell what no test notices.
+"""Mutation testing: alter the code in one place at a time, and report mistakes that no test notices.
 
-``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants of each of two
-wings; without names, of every wing. The tests that execute the altered line run in a copy of the tree, those
-of its wing first, one case of each before others, quick ones before long ones; a run of all tests finds out
-before which of them that are. ``--at FILE:LINE`` tries a line again; ``--tests "not fuzz"`` asks all tests
-that CI runs. A sample has of each kind of mistake as many as of the others, so that rare and stealthy ones
-are seen.
+``python tests/mutation/mutate.py billiard store --sample 20 --seed 1`` tries twenty mutants in each of two
+wings, or in every wing if none is named. A first run of all tests records which lines they execute. Then the
+tests that execute an altered line run in a copy of the tree: those of its wing first, one case of each test
+before the others, fast ones before slow ones. ``--at FILE:LINE`` repeats a line; ``--tests "not fuzz"`` uses
+all tests that CI runs. A sample has equally many mistakes of each kind, so that rare ones are tried, too.
 """
 
 import argparse
@@ -34,11 +33,11 @@ ROOT = HERE.parents[1]
 TOPS = ("orbitdb", "cli", "migrations")
 START, AN_HOUR = 60.0, 3600.0
 _MARK = "ORBITDB_TESTS_IN"
-"""In the environment of every process of tests, says which copy they are in."""
+"""Environment variable of every test process, with the path of its copy."""
 
 
 class Copy:
-    """A copy of the tree in which tests run, and what they execute there."""
+    """A copy of the tree in which tests run, and the lines they execute there."""
 
     def __init__(self, folder: Path, marked: str) -> None:
         self.root = folder / "tree"
@@ -46,7 +45,7 @@ class Copy:
         shutil.copytree(ROOT, self.root, ignore=left_out)
         for top in TOPS[1:]:
             (self.root / "orbitdb" / top).symlink_to(self.root / top, target_is_directory=True)
-        seen = py_compile.PycInvalidationMode.CHECKED_HASH  # an altered file is, whatever its date says
+        seen = py_compile.PycInvalidationMode.CHECKED_HASH  # whatever the dates say
         compileall.compile_dir(self.root / "orbitdb", quiet=2, invalidation_mode=seen)
         paths = [path for top in TOPS for path in sorted((self.root / top).rglob("*.py"))]
         real = {path.resolve() for path in paths}
@@ -57,7 +56,7 @@ class Copy:
         self._record(folder / "recorded", marked)
 
     def _record(self, folder: Path, marked: str) -> None:
-        """Run all tests, and note what they execute; those that fail as they are count for nothing."""
+        """Run all tests and record what they execute; ignore tests that fail without a mistake."""
         folder.mkdir()
         asked = ["-p", "recording", "-n", "2", "--tb=no", "-rfE", *(["-m", marked] if marked else [])]
         _, log = self.run([*asked, "tests"], AN_HOUR, **{FOLDER: str(folder)})
@@ -73,7 +72,7 @@ class Copy:
             self.tests.pop(name, None)
 
     def run(self, arguments: Sequence[str], limit: float, **variables: str) -> tuple[int | None, str]:
-        """Run pytest; return its exit code, None if it takes longer, and what it wrote."""
+        """Run pytest; return its exit code, or None after a timeout, and its output."""
         kept = {name: text for name, text in os.environ.items() if not name.startswith("PYTEST_")}
         mine = {"PYTHONPATH": os.pathsep.join([str(self.root), str(HERE)]), _MARK: str(self.root)}
         log = self.root.with_name("log")
@@ -93,7 +92,7 @@ class Copy:
         return code, log.read_text(errors="replace")
 
     def _end_all(self) -> None:
-        """Kill all processes of tests, those in sessions of their own, too."""
+        """Kill all test processes, including those in their own sessions."""
         mark = f"{_MARK}={self.root}\0".encode()
         for folder in Path("/proc").glob("[0-9]*"):
             with contextlib.suppress(OSError):
@@ -101,7 +100,7 @@ class Copy:
                     os.kill(int(folder.name), signal.SIGKILL)
 
     def tests_of(self, mutant: Mutant, most: float) -> list[str]:
-        """Return the tests that execute a mutant, or else its wing's: of so many seconds at most, or one."""
+        """Return the tests that execute a mutant, or else its wing's: up to `most` seconds, at least one."""
         labels = self._labels(mutant.path, lambda number, _: mutant.first <= number <= mutant.last)
         if mutant.names:
             named = re.compile("|".join(rf"\b{re.escape(name)}\b" for name in self._made_of(mutant.names)))
@@ -112,10 +111,10 @@ class Copy:
             labels |= {name for name in self.tests if name.partition("::")[0] in naming}
         own = f"tests/{wing_of(mutant.path)}/"
         known = [name for name, test in self.tests.items() if name in labels or labels & {*test["shared"]}]
-        known = known or [name for name in self.tests if name.startswith(own)]  # only at import
+        known = known or [name for name in self.tests if name.startswith(own)]  # executed only at import
         cost = {name: self.tests[name]["seconds"] for name in sorted(known)}
         first = {name.partition("[")[0]: name for name in sorted(cost, key=cost.__getitem__, reverse=True)}
-        others = cost.keys() - first.values()  # further cases of a test that has a quicker one
+        others = cost.keys() - first.values()  # slower cases of the same tests
         kept: list[str] = []
         spent = 0.0
         for name in sorted(cost, key=lambda n: (not n.startswith(own), n in others, cost[n])):
@@ -126,7 +125,7 @@ class Copy:
         return kept
 
     def _made_of(self, names: Sequence[str]) -> set[str]:
-        """Return names, and those outside of functions whose values are made of them."""
+        """Return names, and all names outside functions whose values depend on them."""
         found, parts = set(names), set[str]()
         while found != parts:
             parts = set(found)
@@ -160,7 +159,7 @@ class Copy:
 
 
 def _made(source: str) -> Iterator[tuple[str, set[str]]]:
-    """Yield the names that a module binds, and what stands in their values, or in the heads of functions."""
+    """Yield the names that a module binds, with the names in their values or in the heads of functions."""
     for each in ast.parse(source).body:
         match each:
             case ast.FunctionDef():
@@ -180,7 +179,7 @@ def _names(node: ast.AST) -> set[str]:
 
 
 def wing_of(path: str) -> str:
-    """Return the wing of a file; modules beside the wings are those of the package itself."""
+    """Return the wing of a file; modules outside the wings belong to the package itself."""
     top, *rest = path.split("/")
     return rest[0] if top == "orbitdb" and len(rest) > 1 else top
 
@@ -188,7 +187,7 @@ def wing_of(path: str) -> str:
 def sample(
     paths: Sequence[str], sources: dict[str, str], size: int | None, seed: int, at: Sequence[str] = ()
 ) -> Iterator[Mutant]:
-    """Give some mutants of some files, or all: of each kind in turn, and whatever is altered elsewhere."""
+    """Yield some or all mutants of files, kinds in turn. Changes elsewhere do not affect the choice."""
     kinds: dict[str, list[Mutant]] = {}
     for path in paths:
         for mutant in mutants(path, sources[path]):
@@ -201,26 +200,28 @@ def sample(
 
 
 def line_of(mutant: Mutant, source: str) -> int:
-    """Return the line of a mistake."""
+    """Return the line number of a mistake."""
     return source.encode()[: mutant.start].count(b"\n") + 1
 
 
 def parse(arguments: Sequence[str] | None = None) -> argparse.Namespace:
-    """Return the options."""
+    """Parse the options."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     add = parser.add_argument
-    add("wings", nargs="*", metavar="WING", help="such as store or cli; else all")
-    add("--sample", type=int, metavar="N", help="mutants of each wing; else every mutant")
-    add("--seed", type=int, default=1, help="which ones: the same for the same code")
-    add("--at", action="append", default=[], metavar="FILE:LINE", help="only those of this line; repeatable")
+    add("wings", nargs="*", metavar="WING", help="such as store or cli; default: all")
+    add("--sample", type=int, metavar="N", help="mutants per wing; default: all")
+    add("--seed", type=int, default=1, help="seed of the sample, which is reproducible")
+    add(
+        "--at", action="append", default=[], metavar="FILE:LINE", help="only mutants of this line; repeatable"
+    )
     add(
         "--tests",
         default="",
         metavar="EXPR",
-        help="pytest's -m: 'not fuzz' for those of CI; else the default",
+        help="pytest's -m, such as 'not fuzz' for the tests of CI",
     )
-    add("--most", type=float, default=60.0, metavar="S", help="seconds of tests for a mutant")
-    add("--patience", type=float, default=6.0, metavar="X", help="times what tests take; more if it is busy")
+    add("--most", type=float, default=60.0, metavar="S", help="seconds of tests per mutant")
+    add("--patience", type=float, default=6.0, metavar="X", help="timeout as a multiple of the tests' time")
     return parser.parse_args(arguments)
 
 

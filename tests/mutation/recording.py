@@ -1,6 +1,6 @@
-"""A pytest plugin that notes which tests, and which fixtures that tests share, execute each line.
+"""A pytest plugin that records which tests and shared fixtures execute each line.
 
-Threads are followed, processes that a test starts are not: what is done there is done by other tests, too.
+Threads are followed. Child processes are not, because other tests run the same code directly.
 """
 
 import functools
@@ -18,7 +18,7 @@ FOLDER = "ORBITDB_RECORD_TO"
 
 
 class Recorder:
-    """What a process of pytest executes, by test, and what each test takes."""
+    """What a pytest process executes, by test, and the time of each test."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / f"{os.getpid()}.json"
@@ -28,7 +28,7 @@ class Recorder:
         self.now = ""
 
     def switch(self, label: str) -> str:
-        """Name what is done from here on; return what was before."""
+        """Set the label of what is executed from here on; return the old one."""
         before, self.now = self.now, label
         self.coverage.switch_context(label)
         return before
@@ -73,7 +73,7 @@ def _label(fixture: pytest.FixtureDef[Any]) -> str:
 
 
 def _forget() -> None:
-    """Empty the caches of the package: what one test has computed, the next one executes, too."""
+    """Empty the caches of the package, so that each test executes everything it needs."""
     for name, module in list(sys.modules.items()):
         if name.partition(".")[0] == "orbitdb":
             for value in vars(module).values():

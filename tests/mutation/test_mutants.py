@@ -1,4 +1,4 @@
-"""The tool that alters the code: which mistakes it makes."""
+"""The tool that alters the code: the mistakes it makes."""
 
 from mutants import differs, mutants
 from mutate import line_of, sample, wing_of
@@ -25,7 +25,7 @@ def altered(kind: str) -> list[str]:
     return [each.shown(SOURCE)[1] for each in found]
 
 
-def test_mistakes_of_every_kind():
+def test_mistakes_of_every_kind_are_made():
     assert altered("border") == ["shown, hidden = x + 2 * y, [x for x in (x, y) if (x >= 0)]"]
     assert altered("comparison") == [
         "if (x is not None) and not y:",
@@ -43,16 +43,16 @@ def test_mistakes_of_every_kind():
     assert constants[:3] == ["LIMIT = 4.0  # of what is drawn", "LIMIT = 1.0  # of what is drawn",
                              'def inside(x: "int | None", y=2):']  # fmt: skip
     assert constants[-1] == "return draw(shown, limit=LIMIT)[2:]"
-    assert len(constants) == 6  # none of docstrings, annotations, messages, __repr__
+    assert len(constants) == 6  # none in docstrings, annotations, messages, __repr__
 
 
-def test_what_makes_no_difference_is_left_alone():
+def test_changes_without_effect_are_not_made():
     for strict in (True, False):
         found = mutants("a.py", f"f = zip(a, b, strict={strict})\nassert f\n")
         assert {each.kind for each in found} == {"arguments swapped"}
     assert not mutants("a.py", 'T = TypeVar("T", bound=int, covariant=True)\n')
     kinds = {each.kind for each in mutants("a.py", "f = x in (a, b, 3)\n")}
-    assert kinds == {"comparison", "constant"}  # but not the order of what x may be one of
+    assert kinds == {"comparison", "constant"}  # but the order of members stays
     assert "values swapped" in {each.kind for each in mutants("a.py", "f = x == (a, b)\n")}
 
 
@@ -64,7 +64,7 @@ def test_a_mutant_knows_its_lines():
     assert wings == ["store", "orbitdb", "cli"]
 
 
-def test_a_sample_is_the_same_whatever_else_is_altered():
+def test_a_sample_does_not_depend_on_changes_elsewhere():
     def chosen(source: str, seed: int) -> list[tuple[str, str]]:
         return [(each.kind, each.text) for each in sample(["a.py"], {"a.py": source}, 5, seed)]
 

@@ -1,4 +1,4 @@
-"""Births and deaths: against solutions at single a, exact numbers, and 50-digit arithmetic."""
+"""Births and deaths against solutions at single a, exact numbers, and 50-digit arithmetic."""
 
 import math
 from typing import Any
@@ -33,7 +33,7 @@ def found() -> dict[int, tuple[NDArray[np.uint8], Changes]]:
     return {p: (words, find_changes(words)) for p in range(2, 8) for words in [representatives(p)]}
 
 
-def test_smooth_slacks_are_the_slacks_and_linear():
+def test_smooth_slacks_are_linear_and_give_the_slacks():
     ((_, legs),) = [each for each in cut(representatives(7)) if each[1].k.shape[0] == 4]
     alpha = newton(legs, 1.0).alpha
     smooth, rough = smooth_slacks(legs, alpha), slacks(legs, alpha)
@@ -58,21 +58,21 @@ def test_drift_is_the_derivative_of_the_maximum():
     assert drift[:, free] == pytest.approx(((high - low) / (2 * h))[:, free], abs=1e-8)
 
 
-def test_following_leads_where_solving_does():
+def test_following_a_word_agrees_with_solving():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
     ends = [list(follow(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
     off = [np.abs(end - newton(legs, 1.0).alpha).max() for end in ends]
-    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a step of Newton's
+    assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a Newton step
 
 
 @pytest.mark.parametrize(
     ("p", "at", "widths", "order"),
     [(6, 0.3, (0.4, 0.2), 8), (6, 0.3, (3, 2), None), (7, -2.5, (8, 3), None), (6, -4.5, (6, 3), None)],
 )
-def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths, order):
-    """Between near ones a quartic error, squared by a step of Newton's; far ones need several steps."""
+def test_interpolation_between_stations_agrees_with_solving(p, at, widths, order):
+    """Between close stations the error is quartic, squared by a Newton step; others take several steps."""
     for _, legs in cut(representatives(p)):
         off = []
         for h in widths:
@@ -85,8 +85,8 @@ def test_half_way_between_two_stations_is_where_solving_leads(p, at, widths, ord
         assert order is None or off[0] / off[1] == pytest.approx(2**order, rel=0.2)
 
 
-def test_what_happens_between_two_stations_is_found(found):
-    """Also where a word is an orbit at both, and none for a while, and where a third one is at a birth."""
+def test_every_change_between_two_stations_is_found(found):
+    """Includes words that are orbits at both stations but not between, and a station at a birth."""
     dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)
     for words, changes in [(dying, find_changes(dying)), *found.values()]:
         drawn = rng.uniform((-1.7, 0.1), (-0.4, 1), (8 if words is dying else 3, 2))
@@ -114,12 +114,12 @@ def test_a_word_dies_and_is_reborn():
     assert other == [(pytest.approx(0.390890513418), ends[0]), (ends[1], None)]
 
 
-def test_words_that_are_always_orbits_and_words_that_never_are():
+def test_some_words_are_orbits_at_every_a_or_at_none():
     assert existence("13") == [(0.0, None)]
     assert existence("02") == existence("0131") == existence("1313") == []
 
 
-def test_known_numbers_of_births(found):
+def test_the_numbers_of_births_are_known(found):
     assert {p: int(changes.always.sum()) for p, (_, changes) in found.items()} == {
         2: 1, 3: 2, 4: 8, 5: 4, 6: 14, 7: 6
     }  # fmt: skip
@@ -130,7 +130,7 @@ def test_known_numbers_of_births(found):
 
 
 @pytest.mark.parametrize("p", [5, 6, 7])
-def test_births_are_known_as_well_as_doubles_tell(found, p):
+def test_births_are_known_to_rounding(found, p):
     _, changes = found[p]
     relative = changes.error / changes.a
     assert np.finfo(float).eps < np.median(relative) < 1e-13
@@ -140,7 +140,7 @@ def test_births_are_known_as_well_as_doubles_tell(found, p):
 @pytest.mark.parametrize(
     "a", slow_but([0.02, 0.3661, 0.7, 1.0, 2.0], [0.02, 0.12, 0.3661, 0.5, 0.7, 1.0, 1.6, 2.0, 2.5, 5.0])
 )
-def test_lives_say_what_solving_says(found, a):
+def test_lives_agree_with_solving(found, a):
     for words, changes in found.values():
         status = solve(words, Stadium(a)).status
         for each, said in zip(changes.lives(), status.tolist(), strict=True):
@@ -148,7 +148,7 @@ def test_lives_say_what_solving_says(found, a):
                 assert (said == "orbit") == any(low < a and (high is None or a < high) for low, high in each)
 
 
-def test_the_bounce_of_a_change_is_at_its_joint(found):
+def test_the_bounce_of_a_change_is_at_the_stated_joint(found):
     for words, changes in found.values():
         for i, a in enumerate(changes.a.tolist()):
             word, at = words[changes.word[i]][None], Stadium(a * (1 + 1e-9))
@@ -159,8 +159,8 @@ def test_the_bounce_of_a_change_is_at_its_joint(found):
 
 
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
-def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
-    """Full p x p Newton in plane geometry, which knows nothing of legs and slacks."""
+def test_births_are_within_their_bounds_of_50_digit_values(found, p):
+    """The reference is full p x p Newton in plane geometry, without legs and slacks."""
     words, changes = found[p]
     for i in np.random.default_rng(p).choice(len(changes.a), 2, replace=False):
         word, a = words[changes.word[i]], float(changes.a[i])
@@ -173,14 +173,14 @@ def test_births_lie_within_their_bounds_of_50_digit_values(found, p):
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=12), st.integers(0, 3))
 @example([1, 7, 3, 8, 5], 1)
-def test_events_are_chains_of_brackets_that_touch(places, error):
+def test_events_are_chains_of_touching_brackets(places, error):
     found = events(np.array(places, float), np.full(len(places), float(error)))
     rising = sorted(set(places))
     first = [place for k, place in enumerate(rising) if k == 0 or place - rising[k - 1] > 2 * error]
     assert found.tolist() == [sum(begin <= place for begin in first) for place in places]
 
 
-def test_words_up_to_the_longest_are_followed():
+def test_words_up_to_the_limit_of_length_are_followed():
     assert existence("13" * (LONGEST // 2)) == []  # a repetition has no life
     for long in ("01" + "5" * 25 + "202", "01" + "5" * 45 + "202"):  # born near 0.13 p^2
         ((born, died),) = existence(long)
@@ -191,8 +191,8 @@ def test_words_up_to_the_longest_are_followed():
         existence("1" * LONGEST + "3")
 
 
-def test_words_of_one_event_are_one_path(found):
-    """At their common birth they have the same length."""
+def test_words_of_one_event_share_one_path(found):
+    """They have the same length at their common birth."""
     words, changes = found[6]
     numbers = events(changes.a, changes.error)
     assert np.bincount(numbers).max() == 7
@@ -204,14 +204,14 @@ def test_words_of_one_event_are_one_path(found):
         assert length == pytest.approx(length[0], rel=1e-7)
 
 
-def test_below_a_thousandth_the_grid_goes_on(monkeypatch):
-    """A word whose status at the foot of the usual grid is not that of a = 0 is followed farther down."""
+def test_the_grid_is_extended_below_its_usual_end(monkeypatch):
+    """A word whose status at the end of the usual grid is not that at a = 0 is followed to smaller a."""
     monkeypatch.setattr(births, "LOW", 1.0)
     changes = find_changes(from_strings(["010203113"]))
     assert changes.a == pytest.approx([0.386252501738, 0.473270308236, 0.605684335145])
 
 
-def test_what_doubles_leave_open_balls_decide(found, monkeypatch):
+def test_balls_decide_what_doubles_leave_open(found, monkeypatch):
     undecided = "orbitdb.orbits.births.brackets.statuses"
     monkeypatch.setattr(undecided, lambda legs, a, alpha: np.zeros(len(a), np.int8))
     words, plain = found[5]
@@ -220,8 +220,8 @@ def test_what_doubles_leave_open_balls_decide(found, monkeypatch):
     assert (np.abs(changes.a - plain.a) <= changes.error).all()
 
 
-def test_what_makes_no_sense_is_not_passed_on(monkeypatch):
-    """Where a grid has overlooked a birth the word is searched again, and refused in the end."""
+def test_inconsistent_births_are_refused(monkeypatch):
+    """A word whose birth the grid missed is searched again, and finally refused."""
     monkeypatch.setattr(births, "FINER", (1,))
     monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):

@@ -1,8 +1,8 @@
-"""Every term of every error bound is needed by some row, and each row comes near to its bound.
+"""Every term of every error bound is needed by some row, and each row comes close to its bound.
 
-Orbits that are solved well come nowhere near: there a bound of half the size would do. So directions
-are moved here on purpose, or rounded as badly as `orbitdb.arithmetic` assumes, and the error that
-this makes is measured in balls. A row names the terms that it fails without.
+Well-solved orbits would satisfy bounds of half the size. So directions are deliberately moved here, or
+rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in balls. Each row names
+the terms without which it fails.
 """
 
 import math
@@ -36,10 +36,10 @@ from orbitdb.orbits.balls.path import BallPath
 
 @dataclass(frozen=True)
 class Row:
-    """A word whose directions are not those of its maximum, and how near an error comes to its bound.
+    """A word with directions away from its maximum, and how close an error comes to its bound.
 
-    `shift` is added to the directions of the maximum. With `at`, these are the directions, and the truth is
-    the path that is `shift` away, for bounds that hold for any two paths.
+    `shift` is added to the directions of the maximum. If `at` is given, it holds the directions, and the true
+    path is `shift` away, for bounds that hold between any two paths.
     """
 
     needs: str
@@ -51,7 +51,7 @@ class Row:
     at: tuple[float, ...] | None = None
 
     def paths(self) -> tuple[Floats, BallPath]:
-        """Directions in doubles, and the path that they are taken for."""
+        """Return directions in doubles, and the path they approximate."""
         shift = np.array(self.shift)[:, None]
         with ctx.workprec(BITS):
             if self.at is not None:
@@ -67,7 +67,7 @@ def rows_of(rows: "Sequence[Row | Rounded]") -> pytest.MarkDecorator:
 
 
 LIMIT = "4^100 0 3^100 0"
-"""At a = 0.001 its second leg is pressed against a limit; the first one's D falls to a tenth on the way."""
+"""At a = 0.001 its second leg is clamped at a limit, and D of its first leg falls to a tenth on the way."""
 
 
 @rows_of([
@@ -82,7 +82,7 @@ LIMIT = "4^100 0 3^100 0"
     Row("energies beside the share", "direction", "1 3^100 (02)^5", 0.0014, (-0.157, 0.0647), 0.2),
     Row("root of D in the energy", "direction", "4^1000 (20)^25 3 (20)^12", 8.7, (-0.01, 0.0003), 0.9),
 ])  # fmt: skip
-def test_moved_directions(row):
+def test_bounds_hold_and_are_sharp_for_moved_directions(row):
     alpha, path = row.paths()
     found = share(errors_of(path, row.word, row.a, alpha)[row.number],
                   bounds_of(row.word, row.a, alpha)[row.number])  # fmt: skip
@@ -99,8 +99,8 @@ def test_moved_directions(row):
     Row("first bounce of a run", "place", "1^1000 3", 3900, (0, 1e-4), 0.9),
     Row("last bounce of a run", "place", "4^1000 3", 2400, (-4e-4, 0), 0.9),
 ])  # fmt: skip
-def test_numbers_of_directions_that_are_off_by_what_is_told(row):
-    """The bounds of what follows from directions, with those of the directions as sharp as can be."""
+def test_bounds_from_known_direction_errors_hold_and_are_sharp(row):
+    """Bounds on derived numbers, from bounds on directions that are as sharp as possible."""
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
     found = share(
@@ -122,7 +122,7 @@ BENT, PLAIN = "1^1000 3^1000", "1^3 2 3^3 1^3 3^3"
     Row("none where the share is all", "lambda", BENT, 0.05, (-1.5, 0), 0.0, (1.52, 0.1)),
     Row("curvature of D", "lambda", "1^1000 0 5^1000 2", 1, (-0.4, 0.4), 0.8, (-0.785, 0.785)),
 ])  # fmt: skip
-def test_numbers_of_any_two_directions(row):
+def test_bounds_between_any_two_paths_hold_and_are_sharp(row):
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
     moved = np.abs(np.array(row.shift))[:, None]
@@ -136,7 +136,7 @@ def test_lambda_has_no_bound_where_a_drift_may_vanish():
 
 
 class Worse:
-    """NumPy with sines, cosines and arcsinh that are rounded one way, as far off as is assumed of them."""
+    """NumPy with sine, cosine and arcsinh rounded one way, by as much as is assumed."""
 
     def __init__(self, sin: int, cos: int, arcsinh: int = 0):
         self.ways = {"sin": sin, "cos": cos, "arcsinh": arcsinh}
@@ -165,7 +165,7 @@ class Worse:
 
 @dataclass(frozen=True)
 class Rounded:
-    """Directions, exact as they are, at which a number is rounded badly; ways: of sine, cosine, arcsinh."""
+    """Exact directions at which a number is rounded badly; `ways` are those of sine, cosine, arcsinh."""
 
     needs: str
     number: str
@@ -209,7 +209,7 @@ THREE = "1^100 3^100"
     Rounded("every run and leg", "lambda", "(1 3)^10", 350, (0,) * 20, (1, 1, 1), 0.2),
     Rounded("the last function", "lambda", THREE, 350, (0, 0), (1, 1, 1), 0.4),
 ])  # fmt: skip
-def test_rounding(row, monkeypatch):
+def test_bounds_hold_and_are_sharp_for_the_worst_rounding(row, monkeypatch):
     alpha = np.array(row.at)[:, None]
     for module in (legs, bounces, stability):
         monkeypatch.setattr(module, "np", Worse(*row.ways))
@@ -221,8 +221,8 @@ def test_rounding(row, monkeypatch):
     assert row.at_least <= found <= 1
 
 
-def test_balls_hold_a_maximum_far_away():
-    """D falls to a tenth on the way: the bound with the D where they begin would not reach it."""
+def test_balls_enclose_a_distant_maximum():
+    """D falls to a tenth on the way, so the bound with the initial D would not reach."""
     row = Row("", "", LIMIT, 0.001, (-0.485, 0), 0)
     alpha, found = row.paths()
     with ctx.workprec(BITS):
@@ -238,8 +238,8 @@ def test_a_distance_from_a_ball_is_rounded_up():
         assert arb(distance(ball, 0.0)) >= ball
 
 
-def test_sums_of_long_words(monkeypatch):
-    """NumPy's sums keep to their bound; with sums as bad as that the length still keeps to its own."""
+def test_sums_over_long_words_are_within_their_bounds(monkeypatch):
+    """NumPy's sums satisfy their bound, and the length satisfies its own even with the worst such sums."""
     rng = np.random.default_rng(0)
     for m in (3, 7, 20, 128, 1000, 20_000):
         terms = rng.uniform(1, 2) * np.ones((m, 1)) + rng.choice([0, 1e-3]) * rng.random((m, 1))
@@ -257,7 +257,7 @@ def test_sums_of_long_words(monkeypatch):
 
 @given(seed=st.integers(0, 10**6), order=st.integers(3, 25), a=st.floats(-6, 6), size=st.floats(-16, 0))
 def test_no_bound_is_smaller_than_the_error(seed, order, a, size):
-    """Of any word, moved by any amount in any way."""
+    """For any word, moved by any amount in any way."""
     word, a, rng = random_word(seed, order), 10**a, np.random.default_rng(seed)
     path = maximum(word, a)
     row = Row("", "", word, a, tuple(10**size * rng.choice([-1, 1, 0, rng.random()], path.m)), 0)

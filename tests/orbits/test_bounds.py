@@ -1,4 +1,4 @@
-"""No stored bound is smaller than the true error, on thousands of rows; and the errors are small."""
+"""On thousands of rows, stored bounds exceed the true errors, and the errors are small."""
 
 from collections.abc import Iterable
 
@@ -20,13 +20,13 @@ VALUES = [0.5, 1.6, 5.0]
 
 
 def sample(p: int, a: float, count: int) -> Orbits:
-    """A random choice of the orbits of one period."""
+    """A random choice of orbits of one period."""
     orbits = solved(p, a) if p < 10 else solve(representatives(p), Stadium(a))
     return orbits.rows(np.random.default_rng(p).permutation(np.flatnonzero(real(orbits)))[:count])
 
 
 def check_bounds(orbits: Orbits, errors: Iterable[np.ndarray]) -> None:
-    """Check errors of coordinates, length and lambda, one of each orbit."""
+    """Check the errors of coordinates, length and lambda, one each per orbit."""
     for name, each in zip(("error", "length_error", "lyapunov_error"), errors, strict=True):
         assert (each <= getattr(orbits, name)).all(), (name, to_strings(orbits.words))
 
@@ -37,8 +37,8 @@ def enclosed_errors(orbits: Orbits, a: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("a", slow_but([1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but((2, 3, 4, 5, 7), range(2, 12)))
-def test_bounds_and_errors_against_fifty_digits(p, a):
-    """Against Newton's method in mpmath on all p coordinates, and lambda from p bounces."""
+def test_bounds_hold_and_errors_are_small_in_fifty_digits(p, a):
+    """The reference is Newton's method in mpmath on all p coordinates, with lambda from p bounces."""
     orbits = sample(p, a, 8)
 
     def errors_of(row: int) -> list[float]:
@@ -62,8 +62,8 @@ def test_bounds_hold_at_any_a(a):
 
 
 @pytest.mark.parametrize("tolerance", slow_but([1e-2, 1e-8], [1e-2, 1e-4, 1e-8]))
-def test_bounds_hold_far_from_the_orbit(tolerance):
-    """They come from concavity and need no solution nearby."""
+def test_bounds_hold_for_rough_solutions(tolerance):
+    """They follow from concavity and need no solution nearby."""
     worst = 0.0
     for p in (3, 5, 6, 7):
         orbits = solve(representatives(p), Stadium(1.6), tolerance)
@@ -75,8 +75,8 @@ def test_bounds_hold_far_from_the_orbit(tolerance):
 
 
 @pytest.mark.parametrize("a", VALUES)
-def test_bounds_are_not_much_larger_than_they_must_be(a):
-    """Within four orders for the worst row of all words to p = 8, and useful for deciding a status."""
+def test_bounds_are_not_much_larger_than_necessary(a):
+    """Useful for deciding a status, and within four orders of the errors for all words to p = 8."""
     for p in range(2, 9):
         orbits = solved(p, a)
         found = real(orbits)
@@ -97,7 +97,7 @@ def test_bounds_are_not_much_larger_than_they_must_be(a):
     ],
 )
 @pytest.mark.parametrize("a", slow_but([0.3], [0.3, 1.6, 20.0]))
-def test_bounds_of_long_words(text, a):
+def test_bounds_hold_for_long_words(text, a):
     orbits = solve_in_doubles(from_strings([parse(text)] * 2), Stadium(a))
     exact = enclose(orbits.words[0], Stadium(a))
     assert {*orbits.status} <= {exact.status, Status.UNRESOLVED}
@@ -113,15 +113,15 @@ def test_bounds_of_long_words(text, a):
         ("12(02)^45000 32(02)^135002", 2.03207708426649e-34),
     ],
 )
-def test_steep_legs_are_not_taken_to_press_against_their_limits(text, margin):
-    """At a = 1e-6 they are within 1e-11 of pi/2; the second margin is that of bounces in 70 digits."""
+def test_steep_legs_are_not_clamped_at_their_limits(text, margin):
+    """At a = 1e-6 they are within 1e-11 of pi/2. The second margin is from bounces in 70 digits."""
     orbits = solve(from_strings([parse(text)]), Stadium(1e-6))
     assert orbits.status[0] == Status.ORBIT
     assert orbits.margin[0] == pytest.approx(margin, rel=1e-4, abs=0)
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
-def test_no_orbit_of_more_bounces_is_below(a):
+def test_no_longer_word_is_below_the_least_lambda_and_length(a):
     least = []
     for p in range(3, 9):
         orbits = solve(words_of(p), Stadium(a))
@@ -132,15 +132,15 @@ def test_no_orbit_of_more_bounces_is_below(a):
         assert 0 < least_length(p, a) < length
 
 
-def test_they_are_of_use():
-    """Within a twelfth of what there is at a = 1.6: 6.075 at p = 12, and 12.35 at p = 9."""
+def test_the_least_lambda_and_length_are_useful():
+    """At a = 1.6 within a twelfth of the true minima, 6.075 at p = 12 and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
 
 
 @pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 20.0])
-def test_the_least_lambda_is_that_of_the_least_kicks_and_drifts(a):
-    """Of all runs and legs, each at its worst over the angles that its docstring allows, in any number."""
+def test_the_least_lambda_comes_from_the_least_kicks_and_drifts(a):
+    """Each run and leg is taken at its worst over the angles its docstring allows, in any number."""
     share = np.linspace(0, 1, 4001)[1:]
 
     def least(k, n):

@@ -1,4 +1,4 @@
-"""The proof that no birth is missing: cells against solutions at single a, and what it notices."""
+"""The proof that no birth is missing: cells against solutions at single a, and the errors it finds."""
 
 from itertools import pairwise, product
 
@@ -23,20 +23,20 @@ def known(changes) -> list[tuple[float, float, bool]]:
     return list(zip(low.tolist(), high.tolist(), changes.born.tolist(), strict=True))
 
 
-def test_a_word_that_dies_is_proved_and_none_of_its_changes_may_be_missing():
+def test_a_dying_word_is_proved_only_with_all_its_changes():
     words = from_strings([DYING])
     right = known(find_changes(words))
     assert [born for *_, born in right] == [True, False, True]
     proved, cells_judged = prove_all(words, [right])
     assert proved.tolist() == [Verdict.PROVED]
-    assert cells_judged < 120  # as narrow as sharp bounds need them
+    assert cells_judged < 120  # as narrow as sharp bounds require
     shifted = [(low - 0.3, high - 0.3, born) for low, high, born in right[:1]]
     for wrong in (right[:1], right[2:], [], [*shifted, *right[1:]], [*right[:1], *shifted, *right[1:]]):
         assert prove_all(words, [wrong])[0].tolist() == [Verdict.WRONG]
 
 
 @pytest.mark.slow
-def test_all_births_of_a_period_are_there():
+def test_all_births_of_a_period_are_proved():
     words = representatives(5)
     changes = find_changes(words)
     mine = [[each for each, word in zip(known(changes), changes.word.tolist(), strict=True) if word == row]
@@ -57,11 +57,11 @@ WAYS: dict[Kind, list[tuple[bool, bool, tuple[bool, ...]]]] = {
         for count in range(4)
     ],
 }
-"""What may happen in a segment: whether the word is an orbit at its ends, and the births between them."""
+"""The possible courses of a segment: whether the word is an orbit at each end, and the births between."""
 
 
 def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
-    """Return all lives that segments of some kinds allow, as their births and deaths by segment."""
+    """Return all lives that segments of some kinds allow, as births and deaths by segment."""
     found = set()
     for way in product(*[WAYS[kind] for kind in kinds]):
         begins = alive is None or way[0][0] == alive
@@ -71,15 +71,15 @@ def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
 
 
 def holds(some, every) -> bool:
-    """Tell whether some changes come among others, in their order."""
+    """Tell whether some changes occur among others, in the same order."""
     rest = iter(every)
     return all(any(each == other for other in rest) for each in some)
 
 
 @pytest.mark.parametrize("alive", [None, True, False])
 @pytest.mark.parametrize("length", [1, 2, 3])
-def test_no_verdict_is_against_what_segments_allow(length, alive):
-    """Of all lives with the known changes there must be that one alone; or no life at all has just them."""
+def test_verdicts_agree_with_the_lives_that_segments_allow(length, alive):
+    """PROVED: only one allowed life contains the known changes. WRONG: none consists of just them."""
     verdicts = set()
     for kinds in product(WAYS, repeat=length):
         segments = [(kind, float(place), place + 1.0) for place, kind in enumerate(kinds)]
@@ -101,8 +101,8 @@ SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7,
 
 
 @pytest.mark.parametrize("a", [0.37, 3.04, *SLOW])
-def test_what_is_said_of_a_cell_holds_at_its_points(a):
-    """Orbits all over it or nowhere, for every word of p = 6."""
+def test_the_verdict_on_a_cell_holds_at_its_points(a):
+    """For all words of p = 6, cells that are all orbits or none."""
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -114,7 +114,7 @@ def test_what_is_said_of_a_cell_holds_at_its_points(a):
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
-def test_of_a_cell_without_width_all_is_said(a):
+def test_a_cell_without_width_is_always_decided(a):
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -125,10 +125,10 @@ def test_of_a_cell_without_width_all_is_said(a):
 
 
 @pytest.mark.parametrize(("a", "r"), [(0.1, 0.0), (0.4, 0.02), (1.2, 0.3)])
-def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
-    """Parts in 1e9, more than rounding takes, and no more than these where a cell has but one point.
+def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
+    """They leave parts in 1e9, more than rounding takes, and no more in a cell of one point.
 
-    The sine of a turn may be largest inside the range, at neither of its ends.
+    The sine of a turn may be largest inside the range rather than at an end.
     """
     rng = np.random.default_rng(2)
     for _, legs in cut(representatives(6)):
@@ -155,8 +155,8 @@ def test_bounds_leave_room_for_rounding_in_all_of_a_cell(a, r):
 
 
 @pytest.mark.parametrize("a", [0.4, 1.2])
-def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
-    """By differences of the gradient of the length: what drives alpha'', what errors change, and |A u|."""
+def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
+    """Compared with differences of the gradient: what drives alpha'', the effect of errors, and |A u|."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
     for _, words in cut(representatives(7)):
         alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
@@ -178,7 +178,7 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
         second = np.abs(ends - 2 * gradient(alpha)) / step**2
         off = rng.choice([-1e-5, 1e-5], alpha.shape)
         changed = np.abs(slope(alpha + off) - slope(alpha))
-        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # of differences
+        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # error of differences
         loose = displaced(reach(np.abs(off)), np.abs(drift), np.abs(off)) + 1e-11
         v = rng.uniform(1, 1.3, alpha.shape)
         q, u = firmness(reach(np.zeros_like(alpha)), v), v * rng.choice([-1, 1], alpha.shape)
@@ -191,8 +191,8 @@ def test_bounds_in_a_cell_are_those_of_the_equations_and_near_them(a):
 
 
 @pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])
-def test_of_words_upside_down_the_same_is_said(radius):
-    """Walls and senses swapped: the directions change their signs, and whatever limits them its sides."""
+def test_mirrored_words_get_the_same_verdicts(radius):
+    """Walls and senses swapped: directions change sign, and their limits change sides."""
     told = set()
     for _, legs in cut(representatives(7)):
         mirrored = Chain(legs.k, -legs.d, legs.n, -legs.s)

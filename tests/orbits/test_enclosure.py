@@ -1,4 +1,4 @@
-"""Ball arithmetic: joint orbits, enclosures that hold the true value, and agreement with doubles."""
+"""Ball arithmetic: orbits through joints, enclosures of the true value, and agreement with doubles."""
 
 import mpmath as mp
 import numpy as np
@@ -25,7 +25,7 @@ JOINT = {
     2.0: ["01102302", "01102552", "01105502", "01105552", "01202302", "01205552", "04442333"],
     2.5: ["01320202", "01330202", "02021133"],
 }
-"""All classes to p = 9 that run exactly through a joint, by the value of a."""
+"""All classes to p = 9 that run exactly through a joint, by a."""
 
 CASES = [(a, word) for a, words in JOINT.items() for word in words]
 
@@ -35,7 +35,7 @@ def enclosed(word: str, a: float):
 
 
 def holds(ball, exact: mp.mpf) -> bool:
-    """Tell whether a ball, taken outward to exact numbers, holds a 50-digit value."""
+    """Tell whether a ball, rounded outward to exact numbers, contains a 50-digit value."""
     middle, radius = (
         mp.mpf(str(ball.mid().str(80, radius=False))),
         mp.mpf(str(ball.rad().str(20, radius=False))),
@@ -44,7 +44,7 @@ def holds(ball, exact: mp.mpf) -> bool:
 
 
 @pytest.mark.parametrize(("a", "word"), CASES)
-def test_orbits_through_a_joint(a, word):
+def test_orbits_through_a_joint_are_proved_to_be_boundary(a, word):
     found = enclosed(word, a)
     assert found.status == Status.BOUNDARY
     assert found.margin.contains(0)
@@ -52,8 +52,8 @@ def test_orbits_through_a_joint(a, word):
 
 
 @pytest.mark.parametrize(("a", "word"), CASES)
-def test_a_joint_orbit_needs_walls_no_shorter(a, word):
-    """In a longer stadium it is an orbit, in a shorter one the bounce has left its wall."""
+def test_an_orbit_through_a_joint_needs_walls_of_that_length(a, word):
+    """In a longer stadium it is an orbit; in a shorter one the bounce leaves its wall."""
     below, above = enclosed(word, a - 1e-9), enclosed(word, a + 1e-9)
     assert (below.status, above.status) == (Status.DYNAMICAL, Status.ORBIT)
     for found in (below, above):
@@ -67,16 +67,16 @@ def test_a_joint_orbit_needs_walls_no_shorter(a, word):
     [
         (2.0, "0102020203"),  # directions of slope 3, cosines in Q(sqrt 10)
         (3.0, "0211102333"),
-        (1.0, "011032 011033"),  # one path twice, its bounce on the joint written once as either
+        (1.0, "011032 011033"),  # one path twice, its joint written in both ways
         (0.5, "(01032123)^9 01032155"),
     ],
 )
-def test_longer_orbits_through_a_joint(a, text):
+def test_longer_orbits_through_a_joint_are_proved_to_be_boundary(a, text):
     assert enclosed(parse(text), a).status == Status.BOUNDARY
 
 
 def enclosed_path(word: str, a: float) -> BallPath:
-    """The path of a word at its maximum, in balls of the present precision."""
+    """The path of a word at its maximum, in balls of the current precision."""
     ((_, legs),) = cut(from_strings([word]))
     limits = [
         (low, high)
@@ -90,8 +90,8 @@ def enclosed_path(word: str, a: float) -> BallPath:
 
 
 @pytest.mark.parametrize(("a", "word"), slow_but(CASES[::4], CASES))
-def test_only_slacks_that_are_zero_are_proved_to_be(a, word):
-    """Each for itself, told that it lies within 1/2 of zero: algebra knows slacks up to multiples of pi."""
+def test_only_zero_slacks_are_proved_to_be_zero(a, word):
+    """Each is only said to be within 1/2 of zero, for algebra knows slacks up to multiples of pi."""
     with ctx.workprec(128):
         path = enclosed_path(word, a)
         conditions = path.conditions()
@@ -102,14 +102,14 @@ def test_only_slacks_that_are_zero_are_proved_to_be(a, word):
 
 
 def test_numbers_that_only_look_algebraic_prove_nothing():
-    """A little above a = 1 011032 misses the joint by 1e-16; told that it may meet it, algebra denies it."""
+    """Just above a = 1, 011032 misses the joint by 1e-16. Algebra denies that it meets it."""
     with ctx.workprec(128):
         path = enclosed_path("011032", 1 + 2.0**-52)
         assert not any(joins(path, [(each, arb(0, 0.5))]) for each in path.conditions())
 
 
 def test_runs_that_turn_by_another_angle_prove_nothing():
-    """The half turns of 13 are right angles: less pi they fulfil all equations, tilted alike all but one."""
+    """The half turns of 13 are right angles. Less pi they satisfy all equations, tilted alike all but one."""
     with ctx.workprec(128):
         path = enclosed_path("13", 1.0)
         assert joins(path, [])
@@ -119,8 +119,8 @@ def test_runs_that_turn_by_another_angle_prove_nothing():
             assert not joins(path, [])
 
 
-def test_what_is_no_cosine_and_sine_proves_nothing():
-    """Twice the ones and half the others of 13 fulfil all equations but that of the circle."""
+def test_numbers_off_the_unit_circle_prove_nothing():
+    """Doubling the ones and halving the others of 13 keeps all equations but that of the circle."""
     with ctx.workprec(128):
         path, rational = enclosed_path("13", 1.0), Field(fmpq_poly([0, 1]), arb(0, 1e-30))
         for size in (1, 2):
@@ -129,14 +129,14 @@ def test_what_is_no_cosine_and_sine_proves_nothing():
             assert ExactPath(path, rational, [alpha] * 2, [half] * 2).is_maximum() == (size == 1)
 
 
-def test_a_slack_that_balls_do_not_tell_from_zero_is_not_taken_for_it():
-    """At 53 bits the ball of one that is 1e-16 holds zero and is small: algebra is asked, and denies it."""
+def test_a_slack_whose_ball_contains_zero_is_not_taken_for_zero():
+    """At 53 bits the ball of a slack of 1e-16 is small and contains zero; algebra denies that it is zero."""
     word, stadium = from_strings(["011032"])[0], Stadium(1 + 2.0**-52)
     assert enclose(word, stadium, precision=53).status == enclose(word, stadium).status == Status.ORBIT
 
 
 def test_an_orbit_that_shadows_a_joint_orbit_is_an_orbit():
-    """It comes as near to the joint as e^(-lambda / 2)."""
+    """It comes within e^(-lambda / 2) of the joint."""
     text = "(02021133)^80 13"
     assert solve(from_strings([parse(text)]), Stadium(2.5)).status[0] == Status.ORBIT
     found = enclosed(parse(text), 2.5)
@@ -144,19 +144,19 @@ def test_an_orbit_that_shadows_a_joint_orbit_is_an_orbit():
     assert found.precision == 512
 
 
-def test_what_no_precision_decides_is_unresolved_and_not_boundary(monkeypatch):
+def test_a_word_that_no_precision_decides_is_unresolved(monkeypatch):
     monkeypatch.setattr(enclosure, "MAX_PRECISION", 256)
     assert enclosed(parse("(02021133)^80 13"), 2.5).status == Status.UNRESOLVED
 
 
-def test_a_distance_is_rounded_up_even_where_doubles_end():
+def test_a_distance_is_rounded_up_even_below_the_range_of_doubles():
     assert distance(arb(0, arb(2) ** -1500), 0.0) > 0
     third = arb(1) / 3
     assert arb(distance(third, 1.0)) > 1 - third
 
 
 @pytest.mark.parametrize("a", slow_but([1.0, 2.5], JOINT))
-def test_these_are_all_joint_orbits(a):
+def test_the_list_of_orbits_through_joints_is_complete(a):
     found = []
     for p in range(2, 10):
         words = representatives(p)
@@ -166,7 +166,7 @@ def test_these_are_all_joint_orbits(a):
 
 @pytest.mark.parametrize("a", slow_but([1.6], [0.5, 1.6, 5.0]))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 10)))
-def test_enclosures_hold_the_mpmath_solution(p, a):
+def test_enclosures_contain_the_mpmath_solution(p, a):
     words = words_of(p)
     orbits = solve(words, Stadium(a))
     rows = np.flatnonzero(orbits.status == Status.ORBIT)
@@ -187,7 +187,7 @@ def test_enclosures_hold_the_mpmath_solution(p, a):
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.2, 1.0, 2.5])
 def test_doubles_never_contradict_balls(a):
-    """All classes to p = 7, and a third of those of p = 8."""
+    """All classes to p = 7, and a third of p = 8."""
     for p in range(2, 9):
         words = representatives(p)[:: 3 if p == 8 else 1]
         orbits = solve(words, Stadium(a))
@@ -195,7 +195,7 @@ def test_doubles_never_contradict_balls(a):
             assert enclose(word, Stadium(a)).status == orbits.status[row], to_strings(word[None])
 
 
-def test_an_enclosure_becomes_a_row_with_its_rounding():
+def test_a_row_from_an_enclosure_includes_rounding_in_its_bounds():
     word = from_strings(["011032"])
     found = enclosed("011032", 1.0)
     row = as_orbits(word[0], Stadium(1.0), found)

@@ -1,4 +1,4 @@
-"""Solved orbits: the paper's table, known answers, the law of reflection, and words of great length."""
+"""Solved orbits: the paper's table, known answers, the law of reflection, and very long words."""
 
 import math
 
@@ -37,7 +37,7 @@ TABLE_1 = """
 
 @pytest.mark.parametrize("highest", slow_but([9], [9, 11]))
 def test_table_1_of_the_paper(highest):
-    """Every admissible word solved on its own; K_0 is cut, not rounded, to three decimals there."""
+    """Every admissible word is solved on its own. The paper truncates K_0 to three decimals."""
     counts: dict[int, int] = {}
     for line in TABLE_1.split("\n")[1:highest]:
         p, total, isolated, points, entropy = line.split()
@@ -57,8 +57,8 @@ def test_table_1_of_the_paper(highest):
 @pytest.mark.parametrize(
     "a", slow_but([1e-6, 0.2, 1.0, 1.6, 1e6], [1e-6, 1e-3, 0.2, 0.5, 1.0, 1.2, 1.6, 2.5, 5.0, 10.0, 1e3, 1e6])
 )
-def test_every_word_is_decided(a):
-    """And the bounces of each orbit keep the law of reflection, each on its own wall."""
+def test_every_word_is_decided_and_orbits_obey_the_law_of_reflection(a):
+    """Each bounce of an orbit obeys the law of reflection on its own wall."""
     stadium = Stadium(a)
     for p in range(2, 9):
         orbits = solve(representatives(p), stadium)
@@ -74,8 +74,8 @@ def test_every_word_is_decided(a):
 
 @given(a=st.floats(1e-6, 1e6), n=st.integers(0, 40))
 @example(a=1.6, n=0)
-def test_orbits_that_hit_both_semicircles_at_right_angles(a, n):
-    """There and back over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""
+def test_orbits_at_right_angles_to_both_semicircles_are_known_exactly(a, n):
+    """Back and forth over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""
     there = "20" * (n // 2) + "2" * (n % 2)
     orbit = solve(from_strings([f"1{there}3{there[::-1]}"]), Stadium(a))
     drift = 2 * math.hypot(a, n)
@@ -86,8 +86,8 @@ def test_orbits_that_hit_both_semicircles_at_right_angles(a, n):
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
-def test_a_fill_measures_orbits_as_all_words_are_measured_and_no_others(a):
-    """At a = 1 words run through joints, which balls decide."""
+def test_a_fill_measures_only_orbits_with_the_same_results(a):
+    """At a = 1 some words run through joints, and balls decide them."""
     for p in range(2, 8):
         every = solve(representatives(p), Stadium(a))
         orbits = solve_admissible(every.words, Stadium(a), every=False)
@@ -101,8 +101,8 @@ def test_a_fill_measures_orbits_as_all_words_are_measured_and_no_others(a):
 
 
 @pytest.mark.parametrize("a", slow_but([0.2], [1e-4, 0.2, 0.5, 1.6, 5.0]))
-def test_newton_comes_to_the_same_orbit_from_anywhere(a):
-    """As the paper did for uniqueness, with random starts all over the directions allowed."""
+def test_newton_reaches_the_same_orbit_from_any_start(a):
+    """Random starts between all allowed directions, as the paper used to test uniqueness."""
     rng = np.random.default_rng(11)
     for p in range(2, 9):
         for _, legs in cut(representatives(p)):
@@ -117,20 +117,20 @@ def test_newton_comes_to_the_same_orbit_from_anywhere(a):
 
 
 def own_errors(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
-    """How far directions are from the maximum, by their own bounds."""
+    """Return how far directions are from the maximum, by their own bounds."""
     slopes = derivatives(legs, a, alpha)
     return direction_errors(legs, a, alpha, slopes)
 
 
-def test_nothing_to_solve():
+def test_an_empty_batch_can_be_solved():
     orbits = solve(np.zeros((0, 5), dtype=np.uint8), Stadium())
     assert len(orbits) == 0
     assert orbits.coordinates.shape == (0, 5)
 
 
 @pytest.mark.parametrize("a", slow_but([1e-6, 1e6], [1e-6, 0.1, 1.6, 1e6]))
-def test_random_words_of_order_two_thousand(a):
-    """Overflow would be a warning, and every warning an error."""
+def test_random_words_of_two_thousand_bounces_are_solved(a):
+    """Overflow would warn, and every warning is an error."""
     for seed in range(4):
         word = random_word(seed, 2000)
         assert rules_of(word) == []
@@ -139,8 +139,8 @@ def test_random_words_of_order_two_thousand(a):
         assert np.isfinite(orbits.coordinates).all()
 
 
-def test_a_hundred_thousand_bounces_on_each_semicircle():
-    """The orbit that creeps along the whole boundary, almost as long as it."""
+def test_a_hundred_thousand_bounces_on_each_semicircle_are_solved():
+    """The orbit creeps along the boundary and is almost as long as the perimeter."""
     word = parse("1^100000 2 5^100000 0")
     orbits = solve(from_strings([word]), Stadium(1.6))
     assert orbits.status[0] == Status.ORBIT
@@ -153,8 +153,8 @@ def test_a_hundred_thousand_bounces_on_each_semicircle():
     assert np.abs(np.diff(orbits.coordinates[0, :100_000]) - (last - first) / 99_999).max() < 1e-13
 
 
-def test_words_in_stadiums_of_their_own():
-    """Each word's maximum is the same, bit by bit, as in a batch of its stadium."""
+def test_words_can_have_different_stadiums():
+    """The maximum of each word equals, bit by bit, that from a batch of its own stadium."""
     _, legs = cut(words_of(6))[1]
     a = np.geomspace(0.1, 9.0, len(legs))
     together = newton(legs, a)
@@ -164,8 +164,8 @@ def test_words_in_stadiums_of_their_own():
         assert together.iterations[i] == alone.iterations[0]
 
 
-def test_statuses_in_words():
-    """A few words of each sentence that say what it must mean."""
+def test_every_status_has_a_sentence():
+    """Each sentence contains a key phrase."""
     said = {"orbit": "unstable", "geometric": "at any a", "dynamical": "at this a", "boundary": "joint",
             "family": "bouncing-ball", "unresolved": "not decided"}  # fmt: skip
     assert {*said} == {*Status}
@@ -176,7 +176,7 @@ A = [1.0, 1.6, pytest.param(0.05, marks=pytest.mark.slow), pytest.param(20.0, ma
 
 
 @pytest.mark.parametrize("a", A)
-def test_they_are_those_of_the_full_solution(a):
+def test_exponents_equal_those_of_the_full_solution(a):
     for p in (2, 6, 8):
         words = representatives(p)
         orbits, stadium = solve(words, a), Stadium(a)
@@ -190,7 +190,7 @@ def test_they_are_those_of_the_full_solution(a):
 
 
 @pytest.mark.parametrize("a", A)
-def test_no_orbit_is_outside_wherever_the_directions_are(a):
+def test_rough_directions_never_prune_an_orbit(a):
     rng, told = np.random.default_rng(7), 0
     words = representatives(7)
     status = solve(words, a).status

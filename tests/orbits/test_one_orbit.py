@@ -1,4 +1,4 @@
-"""One orbit as a library gives it: its matrix, its images, its name, its numbers that are recognised."""
+"""One orbit from the library: its matrix, images, repr and recognised numbers."""
 
 import math
 
@@ -15,7 +15,7 @@ WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
 
 @pytest.mark.parametrize("word", WORDS)
 @pytest.mark.parametrize("a", [0.7, 1.6, 4.0])
-def test_the_monodromy_matrix_keeps_areas_and_has_the_trace_of_lambda(word, a):
+def test_the_monodromy_matrix_preserves_area_and_has_the_trace_of_lambda(word, a):
     orbit = solve_word(word, a)
     if orbit.monodromy is None:
         assert orbit.coordinates is None
@@ -39,7 +39,7 @@ def test_images_are_the_orbits_of_the_class(word):
             np.testing.assert_allclose(there(each.coordinates), there(solved.coordinates), atol=1e-12)
 
 
-def test_the_reverse_runs_through_the_same_points_backwards():
+def test_the_reverse_visits_the_same_points_backwards():
     orbit = solve_word("1232131", 1.6)
     back = orbit.reverse()
     np.testing.assert_allclose(there(back.points), there(orbit.points)[::-1], atol=1e-12)
@@ -50,7 +50,7 @@ def test_the_reverse_runs_through_the_same_points_backwards():
     assert solve_word("0103", 1.6).reverse() == solve_word("0103", 1.6)  # it retraces its path
 
 
-def test_an_orbit_is_named_in_one_line():
+def test_an_orbit_has_a_one_line_repr():
     assert repr(solve_word("1232131", 1.6)).startswith("<Orbit 1232131 at a = 1.6: length 22.454")
     assert "pruned" in repr(solve_word("1001", 1.6))
     assert len(repr(solve_word("(0102)^50 3 1", 1.6))) < 120
@@ -74,5 +74,5 @@ def test_simple_numbers_are_recognised(a, form):
     assert [closed_form(a * (1 + off)) for off in (-9e-13, 0.0, 9e-13)] == [form] * 3
 
 
-def test_no_other_number_is():
+def test_other_numbers_are_not_recognised():
     assert not any(map(closed_form, np.random.default_rng(3).uniform(0.05, 12, 40).tolist()))

@@ -1,4 +1,4 @@
-"""The paper's artificial dynamics: an independent way to every orbit."""
+"""The paper's artificial dynamics, an independent way to every orbit."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from orbitdb.symbols.enumeration import representatives
 @pytest.mark.parametrize(
     ("a", "p"), slow_but(1, [(0.5, 5), (0.2, 6), (0.5, 6), (1.0, 6), (1.6, 5), (2.5, 4)])
 )
-def test_the_statuses_are_those_of_the_concave_problem(a, p):
+def test_relaxation_gives_the_statuses_of_the_concave_problem(a, p):
     stadium = Stadium(a)
     words, _ = representatives(p)
     relaxed, solved = relax(words, stadium, 1e-6), solve(words, stadium)
@@ -34,7 +34,7 @@ def test_coordinates_length_and_exponent_agree_with_newton():
     np.testing.assert_allclose(relaxed.lyapunov[orbits], solved.lyapunov[orbits], rtol=1e-8)
 
 
-def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
+def test_the_dynamics_stop_when_all_forces_are_below_epsilon():
     words, _ = representatives(5)
     stadium = Stadium(0.5)
     relaxed = relax(words, stadium, 1e-5)
@@ -43,8 +43,8 @@ def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
     np.testing.assert_allclose(force, relaxed.residual, rtol=1e-6)
 
 
-def test_the_way_to_rest_is_that_of_the_differential_equation():
-    """Of eq. (2), solved by another method; those of lower order than the fourth are off by 1e-5 and more."""
+def test_the_way_to_rest_follows_the_differential_equation():
+    """Eq. (2) solved by another method; a scheme below fourth order would be off by 1e-5 or more."""
     words, stadium = representatives(4)[0], Stadium(0.5)
     relaxed = relax(words, stadium, 0.1)
 
@@ -57,7 +57,7 @@ def test_the_way_to_rest_is_that_of_the_differential_equation():
         assert relaxed.coordinates[row] == pytest.approx(found, abs=2e-6)
 
 
-def test_a_word_that_is_given_up_is_unresolved():
+def test_a_word_that_does_not_converge_is_unresolved():
     words, _ = representatives(4)
     relaxed = relax(words, Stadium(), max_steps=100)
     late = relaxed.status == Status.UNRESOLVED
@@ -68,7 +68,7 @@ def test_a_word_that_is_given_up_is_unresolved():
 
 
 @pytest.mark.parametrize("a", [0.1, 1.0, 10.0])
-def test_every_atom_starts_inside_its_own_section(a):
+def test_every_atom_starts_inside_its_section(a):
     words, _ = representatives(7)
     start = starting_points(words, Stadium(a))
     assert (np.abs(start) < np.where(STRAIGHT[words], a, HALF_PI)).all()

@@ -45,7 +45,7 @@ def ax():
 
 @pytest.fixture
 def few_places(monkeypatch) -> None:
-    """Draw curves over a through few points; every one is as dear as an orbit."""
+    """Draw curves over a through few points, each of which costs as much as an orbit."""
     monkeypatch.setattr(orbits, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)

@@ -1,4 +1,4 @@
-"""What `orbitdb plot` draws: the numbers on the axes of each figure are those of the library."""
+"""Figures of `orbitdb plot`: the numbers on their axes are those of the library."""
 
 import shutil
 from bisect import bisect_right
@@ -38,7 +38,7 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 
 
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
-    """Draw a figure of a subset; the limit is of orbits on a sheet."""
+    """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
     more = {"limit": limit} if kind == "sheet" else {}
     module = averages if kind in ("entropy", "lyapunov") else subsets
     return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
@@ -61,14 +61,14 @@ def test_titles_stay_in_their_figure(known, kind, where):
     assert made.get_suptitle().endswith("...") == (where is not None and len(where) > 100)
 
 
-def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
+def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known, capsys):
     made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes
     found = entropy(known.classes(a=1.6, p="2-5").rows(), 5)
     p, k_0 = named(ax, "$K_0")
     assert p.tolist() == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
-    assert ax.containers == []  # no bars: a change from one period to the next bounds nothing
+    assert ax.containers == []  # no error bars: a change between two periods bounds nothing
     shown = dict(zip(*named(ax, "$h(p)$"), strict=True))
     expected = dict(zip(found.p.tolist(), found.h_zeta.tolist(), strict=True))
     assert {4, 5} <= set(shown) == set(expected) & set(shown)
@@ -82,7 +82,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     room = 0.12 * (max(inside) - min(inside))
     assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
     assert ax.get_xlim() == (1.3, 5.5)
-    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what lies below is told
+    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what is below the axis
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-3\n"
     gaps = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -91,7 +91,7 @@ def test_the_entropy_of_whole_periods_with_proved_bounds(known, capsys):
     assert "the zeta function lacks p = 2 (not chosen)" in capsys.readouterr().err
 
 
-def test_the_exponents_by_every_method(known, capsys):
+def test_the_figure_of_exponents_shows_every_method(known, capsys):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset.rows(), 6)
@@ -125,7 +125,7 @@ def test_the_exponents_by_every_method(known, capsys):
     assert "sum rules need all orbits up to a period; p = 2 is missing" in told
 
 
-def test_a_sheet_leaves_out_words_that_are_no_orbits(known):
+def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
     every = Selection(1.6, periods=((5, 5),))
     orbits, words = (
         set(known.select(chosen).representative.tolist())
@@ -139,7 +139,7 @@ LIMITS = [(3, "3 of 8 classes are drawn; --limit 8 draws all\n"), pytest.param(8
 
 
 @pytest.mark.parametrize(("limit", "told"), LIMITS)
-def test_a_sheet_has_every_class(known, capsys, limit, told):
+def test_a_sheet_shows_every_class_up_to_its_limit(known, capsys, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = draw("sheet", known, chosen, limit)
     (ax,) = made.axes
@@ -166,7 +166,7 @@ def test_a_sheet_has_every_class(known, capsys, limit, told):
     assert ax.get_ylim() == pytest.approx((min(down) - 2.15, 1.25))
 
 
-def test_the_bounces_in_phase_space(known):
+def test_the_figure_of_phase_space_shows_every_bounce(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
     made = draw("phase-space", known, chosen, 0)
     ax, bar = made.axes
@@ -182,7 +182,7 @@ def test_the_bounces_in_phase_space(known):
     assert bar.get_ylabel() == r"$\lambda_d$ (per bounce)"
 
 
-def test_the_lengths(known):
+def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known):
     made = draw("lengths", known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0)
     above, below, bar = made.axes
     steps, end = above.get_lines()
@@ -218,7 +218,7 @@ def test_the_lengths(known):
 
 
 @pytest.mark.parametrize("kind", slow_but(["lengths"], ["lengths", "phase-space", "sheet"]))
-def test_a_period_that_is_not_there_is_told(known, capsys, kind):
+def test_figures_report_missing_periods(known, capsys, kind):
     draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
     assert capsys.readouterr().err.startswith(
         "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
@@ -226,7 +226,7 @@ def test_a_period_that_is_not_there_is_told(known, capsys, kind):
 
 
 @pytest.mark.slow
-def test_the_figures_of_levels(known, tmp_path, capsys):
+def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
@@ -263,7 +263,7 @@ def test_the_figures_of_levels(known, tmp_path, capsys):
 
 
 def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
-    """Check what is around the curves of a length spectrum; its peaks are named above or below them."""
+    """Check the frame of a length spectrum. Peaks are named above the curves if side > 0, else below."""
     (band,) = ax.patches
     assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete, 12))
     assert legend(ax) == [*["levels"] * (side > 0), "orbits, downwards", "orbits may be missing"]
@@ -278,12 +278,12 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
     says(ax, "length $x/R$", r"$|F(x)|$")
 
 
-def test_the_length_spectrum_of_orbits_alone(known):
+def test_the_length_spectrum_can_be_drawn_without_levels(known):
     made: Any = answer(known.path, levels.draw_length_spectrum, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
 
 
-def test_run_time_against_error(rng):
+def test_the_figure_of_methods_shows_run_time_against_error(rng):
     methods = ("balls", "newton", "relaxation", "root")
     rows = [
         WorkPrecision(method, 0.0, 1, 0.0, seconds, 0, error, *[0.0] * 5)

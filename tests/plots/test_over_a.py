@@ -1,4 +1,4 @@
-"""Figures over a: births, lives, and the entropy, as commands draw them."""
+"""Figures over a: births, lives and entropy, as commands draw them."""
 
 import math
 import shutil
@@ -25,20 +25,20 @@ from orbitdb.store.reading.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:
-    """Return how many words of a period are orbits at a."""
+    """Return the number of words of a period that are orbits at a."""
     lives = known.births(p)
     return sum(life.class_size for life in lives if life.born <= a < (life.dies or math.inf))
 
 
 def entropy_at(known: Catalogue, highest: int, a: float) -> float:
-    """Return the entropy from the births up to a period."""
+    """Return the entropy from births up to a period."""
     return entropy_of_counts(
         np.array([0, 0, *(orbits_at(known, p, a) for p in range(2, highest + 1))])
     ).h_zeta[-1]
 
 
 @pytest.mark.usefixtures("few_places")
-def test_births_and_deaths_over_a(known, tmp_path):
+def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
     path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
     alter(
         path,
@@ -75,7 +75,7 @@ def test_births_and_deaths_over_a(known, tmp_path):
     assert (shares.get_ylim(), changes.get_xlabel(), made.legends) == ((0, 1.03), "$a$", [])
 
 
-def test_periods_without_a_birth_have_nothing_to_draw(known):
+def test_periods_without_births_are_refused(known):
     """Words of fewer than five bounces are orbits at every a, or at none."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
         answer(known.path, over_a.draw_births, Selection(1.6, periods=((2, 4),)))
@@ -83,7 +83,7 @@ def test_periods_without_a_birth_have_nothing_to_draw(known):
 
 @pytest.mark.usefixtures("few_places")
 @pytest.mark.parametrize("word", ["01552", "13", pytest.param("010203113", marks=pytest.mark.slow)])
-def test_a_life_over_a(word):
+def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
     orbit = with_existence(solve_word(word, 1.6))
     exists = there(orbit.exists)
     ends = [end for life in exists for end in life if end]
@@ -115,14 +115,14 @@ def test_a_life_over_a(word):
 
 
 @pytest.mark.usefixtures("few_places")
-def test_the_title_of_a_life_is_as_short():
+def test_the_title_of_a_life_abbreviates_a_long_word():
     orbit = solve_word("1^20 (02)^5 3", 200)
     title = orbits.draw_life(with_existence(orbit)).axes[0].get_title()
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 
 @pytest.mark.usefixtures("few_places")
-def test_the_entropy_over_a(known):
+def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
     made: Any = answer(known.path, over_a.draw_over_a, Selection(1.6))
     (ax,) = made.axes
     curve = known.entropy_curve()
@@ -146,7 +146,7 @@ def test_the_entropy_over_a(known):
 
 @pytest.mark.usefixtures("few_places")
 @pytest.mark.parametrize("lost", [2, 3, 4, 5])
-def test_the_entropy_over_a_is_that_up_to_the_first_period_without_births(known, tmp_path, lost):
+def test_the_entropy_over_a_ends_before_the_first_period_without_births(known, tmp_path, lost):
     path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
     alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
     made: Any = answer(path, over_a.draw_over_a, Selection(1.6))

@@ -21,13 +21,13 @@ from orbitdb.plots.style import BLUE, ORANGE
 
 
 def arrows(ax) -> list[NDArray[np.float64]]:
-    """Return the directions in which the path is drawn."""
+    """Return the directions of the arrows."""
     tips = [each for each in ax.texts if isinstance(each, Annotation) and each.arrow_patch is not None]
     return [np.subtract(each.xy, each.xyann) for each in tips]
 
 
 @pytest.mark.parametrize(("word", "same"), [("010232", True), ("1232131", False)])
-def test_the_reverse_is_the_orbit_backwards(word, same):
+def test_the_reverse_is_drawn_backwards(word, same):
     orbit = solve_word(word, 1.6)
     points = there(orbit.points)
     made = orbits.draw_reverse(orbit)
@@ -50,14 +50,14 @@ def test_the_reverse_is_the_orbit_backwards(word, same):
     assert made.get_size_inches().tolist() == [6.4, 2 * alone.get_size_inches()[1]]
 
 
-def test_a_long_word_is_short_in_a_title():
+def test_titles_abbreviate_long_words():
     assert orbits.short("1" * 29 + "3") == "1" * 29 + "3"
     assert orbits.short("1" * 30 + "3") == "1^30 3"
     assert orbits.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
 
 
 @pytest.mark.parametrize(("p", "a"), [(2, 1.6), (12, 20), (13, 19), (24, 0.1), (25, 50), (60, 0.6), (61, 1)])
-def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
+def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
     stadium = Stadium(a)
     points = stadium.outline()[rng.permutation(128)[:p]]
     paths.draw_orbit(ax, stadium, points, style.ORANGE)
@@ -93,7 +93,7 @@ def test_a_path_with_its_arrows_and_numbers(ax, rng, p, a):
 
 
 @pytest.mark.slow
-def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
+def test_labels_of_walls_do_not_touch_and_are_as_many_as_fit(ax):
     counts = set()
     for a in np.geomspace(0.02, 50, 60).tolist():
         ax.clear()
@@ -109,8 +109,8 @@ def test_labels_of_walls_stand_apart_and_are_as_many_as_can(ax):
 
 
 @pytest.mark.slow
-def test_axes_are_the_given_ones_or_new_ones(ax, rng):
-    from matplotlib import pyplot  # it takes as long as ten tests
+def test_pictures_use_given_axes_or_make_new_ones(ax, rng):
+    from matplotlib import pyplot  # importing it takes as long as ten tests
 
     given = paths.draw_titled(paths.draw_orbit, (Stadium(1.6), Stadium(1.6).outline()[:3]), "$5 or $6", ax)
     assert (given, given.get_title()) == (ax, r"\$5 or \$6")
@@ -142,7 +142,7 @@ def test_axes_are_the_given_ones_or_new_ones(ax, rng):
 
 
 @pytest.mark.parametrize(("count", "size"), [(100, 12), (20_000, 3), (210_000, 0.3)])
-def test_phase_space(ax, rng, count, size):
+def test_phase_space_shows_all_bounces_and_names_the_walls(ax, rng, count, size):
     stadium, (x, colour) = Stadium(0.7), rng.uniform(-1, 1, (2, count // 2, 2))
     words = rng.integers(0, 4, x.shape).astype(np.uint8)
     dots = paths.draw_phase_space(ax, stadium, [(words, x, colour[:, 0])])

@@ -1,4 +1,4 @@
-"""Figures: what is drawn is what was given, and files are what their endings say."""
+"""Figures show the given data, and their files match their endings."""
 
 import os
 import sys
@@ -33,7 +33,7 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
 @pytest.mark.parametrize(
     ("ending", "head"), slow_but(1, [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
 )
-def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, head):
+def test_files_match_their_endings_and_are_reproducible(tmp_path, ending, head):
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
     for name in "ab":
         with style.figure(4, 3) as made:
@@ -44,7 +44,7 @@ def test_files_are_what_they_end_in_and_the_same_each_time(tmp_path, ending, hea
     assert first == second
 
 
-def test_the_svg_path_has_the_bounces_at_their_places():
+def test_the_svg_path_goes_through_the_bounces():
     stadium = Stadium(1.2)
     orbit = solve_word("1232131", stadium)
     root = ET.fromstring(there(orbit._repr_svg_()))
@@ -55,8 +55,8 @@ def test_the_svg_path_has_the_bounces_at_their_places():
 
 
 @pytest.mark.slow
-def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
-    """It is loaded by the first figure, and shows further ones only if it stays interactive."""
+def test_drawing_keeps_the_settings_of_a_notebook_backend(tmp_path):
+    """The first figure loads the backend, which shows later ones only while it is interactive."""
     (tmp_path / "notebook_backend.py").write_text(
         "import matplotlib\n"
         "from matplotlib.backends.backend_agg import FigureCanvas\n"
@@ -73,13 +73,13 @@ def test_drawing_keeps_what_the_backend_of_a_notebook_sets(tmp_path):
     assert done.stdout.split() == ["True"], done.stderr
 
 
-def test_words_without_an_orbit_have_no_picture():
+def test_words_without_an_isolated_orbit_have_no_picture():
     assert solve_word("0", Stadium())._repr_svg_() is None
     assert solve_word("02", Stadium()).points is None
 
 
 @pytest.mark.slow
-def test_orbits_and_subsets_draw_themselves_into_axes(varied):
+def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     from matplotlib import pyplot
 
     subset = Catalogue(varied).select(p="2-4", coordinates=True)

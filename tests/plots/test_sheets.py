@@ -1,4 +1,4 @@
-"""Pictures of what was chosen: sheets in any order and of words, any size, grids of small drawings."""
+"""Sheets in any order and of given words, figures of any size, and grids of small drawings."""
 
 import io
 import sys
@@ -17,13 +17,13 @@ matplotlib.use("agg")
 
 
 def labels(figure):
-    """Return the codes under the drawings of a sheet, in their order."""
+    """Return the codes under the drawings of a sheet, in order."""
     return [text.get_text().split("\n")[0] for text in figure.axes[0].texts]
 
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Catch the figures that a command writes."""
+    """Collect the figures that commands write."""
     from orbitdb.plots import style
 
     made, save = [], style.save
@@ -36,7 +36,7 @@ def drawn(monkeypatch):
     return made
 
 
-def test_a_sheet_is_in_the_order_asked_for_and_has_a_drawing_a_class(cli, filled, drawn, tmp_path):
+def test_a_sheet_draws_each_class_once_in_the_given_order(cli, filled, drawn, tmp_path):
     asked = ("plot", "sheet", "--order", "length", "--limit", "5", "-o", str(tmp_path / "s.svg"))
     found = cli(*asked, "--db", str(filled))
     classes = dict.fromkeys(Catalogue(filled).select(status="orbit", order="length").representative.tolist())
@@ -44,7 +44,7 @@ def test_a_sheet_is_in_the_order_asked_for_and_has_a_drawing_a_class(cli, filled
     assert found.err.startswith(f"5 of {len(classes)} classes are drawn; --limit {len(classes)} draws all\n")
 
 
-def test_words_from_stdin_are_drawn_as_they_come(cli, filled, drawn, tmp_path, monkeypatch):
+def test_words_from_stdin_are_drawn_in_order(cli, filled, drawn, tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "stdin", io.StringIO("310\n1232131\n001\n"))
     found = cli("plot", "sheet", "-", "-o", str(tmp_path / "s.png"), "--db", str(filled))
     assert found.code == 0
@@ -52,7 +52,7 @@ def test_words_from_stdin_are_drawn_as_they_come(cli, filled, drawn, tmp_path, m
     assert "001 is left out: geometrically pruned" in found.err
 
 
-def test_a_figure_has_the_size_the_dots_and_the_title_that_were_asked_for(cli, filled, drawn, tmp_path):
+def test_a_figure_has_the_given_size_resolution_and_title(cli, filled, drawn, tmp_path):
     path = tmp_path / "f.png"
     asked = ("--size", "5x4", "--dpi", "50", "--title", "Mine", "--p", "3", "-o", str(path))
     for kind in ("sheet", "phase-space"):
@@ -64,7 +64,7 @@ def test_a_figure_has_the_size_the_dots_and_the_title_that_were_asked_for(cli, f
     assert drawn[-1].axes[0].get_title() == "Mine"
 
 
-def test_a_subset_draws_its_sheet(filled):
+def test_a_subset_can_be_drawn_as_a_sheet(filled):
     chosen = Catalogue(filled).select(p="2-3", status="orbit", coordinates=True)
     assert labels(chosen.plot("sheet").figure) == chosen.codes.tolist()
     with pytest.raises(ValueError, match="coordinates=True"):
@@ -72,7 +72,7 @@ def test_a_subset_draws_its_sheet(filled):
 
 
 def test_a_grid_of_orbits_does_not_overlap(filled):
-    """Neither titles, numbers nor labels reach into the drawing beside."""
+    """Titles, numbers and labels stay out of neighbouring drawings."""
     figure = Figure(figsize=(8, 8))
     chosen = Catalogue(filled).select(p="2-5", status="orbit", coordinates=True)[:20]
     axes = [orbit.plot(ax=ax) for orbit, ax in zip(chosen, figure.subplots(5, 4).flat, strict=True)]
@@ -87,7 +87,7 @@ def test_half_orbits_are_written_as_halves(times, told):
     assert _times(Peak(1.0, 1.0, "13", times, 1.0, 1.0)) == told
 
 
-def test_half_orbits_are_half_as_long_in_the_peaks_of_one_parity(filled):
+def test_peaks_of_one_parity_include_half_orbits(filled):
     catalogue = Catalogue(filled)
     peaks = list(catalogue.spectrum((4, 8), k_max=16, parity="oo").peaks(3))
     halves = [peak for peak in peaks if peak.repetitions % 1]

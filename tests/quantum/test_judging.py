@@ -1,4 +1,4 @@
-"""Orbits judge a spectrum: levels from orbits, missing levels, the radius."""
+"""Orbits judge a spectrum: levels from orbits, missing levels, and the radius."""
 
 import math
 
@@ -30,7 +30,7 @@ def catalogue(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def exact():
-    """All levels of the parity oo below k = 16 at a = 1.6."""
+    """All levels of parity oo below k = 16 at a = 1.6."""
     return levels(1.6, 16.0, parities=["oo"]).k
 
 
@@ -60,7 +60,7 @@ def test_the_staircase_is_the_sum_of_its_terms(catalogue):
 
 
 @pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
-def test_levels_from_orbits_are_near_the_exact_ones_and_their_errors_hold(catalogue, exact, parity):
+def test_levels_from_orbits_are_near_the_exact_ones_within_their_errors(catalogue, exact, parity):
     known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
     found = catalogue.levels(16.0, parity, method="orbits")
     assert len(found) == len(known)
@@ -72,7 +72,7 @@ def test_levels_from_orbits_are_near_the_exact_ones_and_their_errors_hold(catalo
     assert f"X = {CUTOFFS[0]:g} to" in found.basis
 
 
-def test_levels_from_orbits_end_where_they_are_no_longer_good(catalogue):
+def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
     found = catalogue.levels(parity="oo", method="orbits")
     assert 15 < found.high < 25
     assert "above k" not in found.basis
@@ -82,7 +82,7 @@ def test_levels_from_orbits_end_where_they_are_no_longer_good(catalogue):
 
 
 @pytest.mark.slow
-def test_stored_levels_stand_beside_those_with_their_numbers(catalogue, tmp_path):
+def test_stored_levels_are_paired_by_number(catalogue, tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-8")
     own.fill_levels(7, 5, ["oo", "ee"])
@@ -102,11 +102,11 @@ def own_rows(catalogue):
     return [k for (k,) in ask(catalogue.path, "SELECT k FROM level WHERE parity = 'oo' ORDER BY k")]
 
 
-def test_a_whole_list_misses_nothing_and_every_level_taken_out_is_found(orbits, exact):
+def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
     whole = assess(exact, orbits, 1.6, Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
     assert whole.verdict() == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}"
-    for n in range(len(exact) - 8):  # a level that is missing at the end shifts too few
+    for n in range(len(exact) - 8):  # a level missing near the end shifts too few others
         found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
         assert (found.missing, found.spurious) == (1, 0)
         (gap,) = found.gaps
@@ -125,15 +125,15 @@ def test_a_double_level_is_spurious(orbits, exact):
 
 
 @pytest.mark.parametrize("off", [-0.003, 0.0021])
-def test_the_radius_is_found(orbits, exact, off):
+def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     found = assess(exact[:-1] * (1 + off), orbits, 1.6, Parity.OO, fit_scale=True)
     assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3
     assert found.missing == 0
 
 
 @given(st.data())
-def test_the_cheapest_numbers_are_those_of_every_assignment(data):
-    """All assignments of few levels, tried one by one."""
+def test_the_assignment_found_is_the_cheapest_of_all(data):
+    """The reference tries every assignment of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
     sigma = np.full(len(expected), data.draw(st.floats(0.1, 1)))
@@ -144,7 +144,7 @@ def test_the_cheapest_numbers_are_those_of_every_assignment(data):
 
 
 def _every(count, most, least=0):
-    """Yield all numbers of some levels: 0, or rising ones."""
+    """Yield all assignments of numbers to levels: 0, or increasing numbers."""
     if count == 0:
         yield []
         return
@@ -154,14 +154,14 @@ def _every(count, most, least=0):
 
 
 def _cost(expected, sigma, numbers):
-    """Return what an assignment costs; numbers after the last one are not missing."""
+    """Return the cost of an assignment; numbers after the last one are not missing."""
     given = [number for number in numbers if number]
     left_out = max(given, default=0) - len(given) + numbers.count(0)
     off = sum((x - n + 0.5) ** 2 / (2 * s**2) for x, n, s in zip(expected, numbers, sigma, strict=True) if n)
     return 6 * left_out + off
 
 
-def test_a_catalogue_assesses_a_list_and_refuses_what_is_none(catalogue, exact):
+def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     few = np.delete(exact, [7, 21])
     found = catalogue.assess(few[::-1], "oo")
     assert found.missing == 2

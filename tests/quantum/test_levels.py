@@ -1,4 +1,4 @@
-"""The levels of the stadium: against shapes whose levels are known, finer grids, and a second method."""
+"""The levels of the stadium against shapes with known levels, finer grids, and another method."""
 
 import math
 
@@ -21,7 +21,7 @@ from orbitdb.quantum.mesh import quarter_stadium
     ("a", "parity"),
     fuzz_but([(1.6, "ee"), (0.05, "eo")], [(1.6, "oo"), (1.6, "ee"), (0.05, "eo"), (4.0, "oe")]),
 )
-def test_levels_lie_within_their_errors_of_a_finer_grid(a, parity):
+def test_levels_agree_with_a_finer_grid_within_their_errors(a, parity):
     task = LevelTask(a, Parity(parity), 0.0, 9.0)
     found = task.solved()
     cells = quarter_stadium(a, 0.25, 4)
@@ -35,7 +35,7 @@ _GRID = (12, 2)
 
 
 def _number(low: float, high: float, order: int = 12) -> tuple[int, int]:
-    """Return how many levels lie below a window, and how many in it."""
+    """Return the number of levels below a window, and in it."""
     below, k = LevelTask(0.5, Parity.EE, low, high).on_grid(order, 2)
     assert ((low <= k) & (k < high)).all()
     return below, len(k)
@@ -43,7 +43,7 @@ def _number(low: float, high: float, order: int = 12) -> tuple[int, int]:
 
 @pytest.mark.parametrize("places", [-2, 0, 2])
 def test_a_level_on_an_end_belongs_to_the_window_above_it(places):
-    """So does a level a few floats away, as another grid or processor may give it."""
+    """So does a level a few floats away, which another grid or processor may give."""
     _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
     end = k + places * np.spacing(k)
     assert _number(0.0, end) == (0, 0)
@@ -57,7 +57,7 @@ def test_a_level_close_to_an_end_stays_on_its_side(off):
     assert _number(k * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
 
 
-def test_the_stated_error_is_twice_the_distance_of_two_grids_and_rounding():
+def test_the_stated_error_is_twice_the_difference_of_two_grids_and_rounding():
     task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
     found, (_, fine), (_, coarse) = task.solved(), task.on_grid(16, 3), task.on_grid(14, 2)
     assert found.k == pytest.approx(fine, rel=1e-14)
@@ -66,7 +66,7 @@ def test_the_stated_error_is_twice_the_distance_of_two_grids_and_rounding():
 
 
 @pytest.mark.slow
-def test_a_window_from_a_level_to_a_level_is_solved():
+def test_a_window_between_two_levels_is_solved():
     task = LevelTask(1.6, Parity.OE, 2.0265300566195372, 2.4751285339189684)
     assert task.solved().k == pytest.approx([2.0265300566], abs=1e-9)
 
@@ -111,6 +111,6 @@ def test_particular_solutions_find_the_same_levels():
 
 
 @pytest.mark.parametrize(("a", "low", "high"), [(0.01, 0, 5), (30, 0, 5), (1, 5, 5), (1, -1, 5), (1, 0, 1e4)])
-def test_what_was_not_tried_is_refused(a, low, high):
+def test_untested_ranges_are_refused(a, low, high):
     with pytest.raises(InputError, match="give"):
         list(windows(Stadium(a), Parity.EE, low, high))

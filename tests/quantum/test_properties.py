@@ -1,4 +1,4 @@
-"""Cells, windows, Weyl's law and peaks against what they mean, at any a, parity and range."""
+"""Cells, windows, Weyl's law and peaks against their definitions, at any a, parity and range."""
 
 import math
 from collections import Counter
@@ -24,7 +24,7 @@ EDGE = np.linspace(0, 1, 200)
 
 
 def outline(cell) -> list[np.ndarray]:
-    """Return the four edges of a cell as polygons, one after another."""
+    """Return the four edges of a cell as consecutive polygons."""
     nothing, whole = np.zeros(200), np.ones(200)
     sides = ((EDGE, nothing), (whole, EDGE), (EDGE[::-1], whole), (nothing, EDGE[::-1]))
     return [cell.points(s, t) for s, t in sides]
@@ -38,7 +38,7 @@ def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
     for sides in cells:
         x, y = np.concatenate(sides).T
         own = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
-        area += abs(own)  # the lower part of the disc is a mirror image
+        area += abs(own)  # the lower part of the disc is mirrored
         for side in sides:
             ends[tuple(sorted(tuple(at) for at in side[[0, -1]].round(9).tolist()))] += 1
             lengths.append(np.hypot(*np.diff(side, axis=0).T).sum())
@@ -58,8 +58,8 @@ def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
     assert max(lengths) < max(1.7 * min(size, 0.4), min(size, 1.0) + 1e-9)
 
 
-def test_functions_have_their_energy_and_their_mass():
-    """The integrals of f^2 and |grad f|^2 over a quarter disc around (0.3, 0), r from there."""
+def test_functions_have_the_right_energy_and_mass():
+    """Integrals of f^2 and |grad f|^2 over a quarter disc around (0.3, 0), with r from there."""
     seen = []
 
     def fixed(points):
@@ -68,7 +68,7 @@ def test_functions_have_their_energy_and_their_mass():
 
     matrix = grid(quarter_disc(0.3, 0.5), 10, fixed).root.toarray()
     _, values, vectors = np.linalg.svd(matrix)
-    assert (values < 1e-9).sum() == 1  # the constant function alone has no energy
+    assert (values < 1e-9).sum() == 1  # only the constant function has no energy
     one = vectors[-1] * math.sqrt(math.pi / 4)  # the root of the mass of each node
     x, y = seen[0].T - np.array([[0.3], [0.0]])
     for f, mass, energy in (
@@ -83,8 +83,8 @@ def test_functions_have_their_energy_and_their_mass():
 
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, number=st.floats(5, 20_000))
-def test_weyls_law_of_edges_and_corners(a, parity, number):
-    """Walls and odd axes are edges of one kind, even axes of the other; corners are between two of them."""
+def test_weyls_law_adds_up_edges_and_corners(a, parity, number):
+    """Walls and odd axes are edges of one kind, even axes of the other. Corners join two edges."""
     smooth, stadium = weyl(Stadium(a), parity), Stadium(a)
     if parity is None:
         area, edge, constant = 4 * a + math.pi, 4 * a + 2 * math.pi, 1 / 6
@@ -105,7 +105,7 @@ def test_weyls_law_of_edges_and_corners(a, parity, number):
 @example(1.6, Parity.OE, 5.0, 2, 15.9)
 @example(1.6, Parity.OE, 5.0, 2, 16.1)
 def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
-    """Each has 64 levels; what is left is a window of its own if it has a quarter of them."""
+    """Each has 64 levels. A remainder of at least 16 levels is a window of its own."""
     smooth = weyl(Stadium(a), parity)
     first = max(smooth(low), 0.0)
     high = wavenumber(smooth, first + 64 * whole + rest)
@@ -126,8 +126,8 @@ ENDS = st.floats(0, 9)
 @example([1.0, 2.0, 3.0], 1.0, 2.0)
 @example([1.0, 2.0], 2.0, 3.0)
 @example([1.0, 2.0], 0.0, 1.0)
-def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
-    """Every other piece between two cuts, and the last, is a window."""
+def test_missing_levels_are_the_ranges_no_window_covers(cuts, low, high):
+    """Every other interval between cuts, and the last, is a window."""
     none = np.zeros(0)
     windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
     known = [LevelWindow(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
@@ -140,8 +140,8 @@ def test_missing_levels_are_those_that_no_window_covers(cuts, low, high):
 
 
 @pytest.mark.parametrize("parity", Parity)
-def test_levels_lie_between_those_of_two_rectangles(parity):
-    """One in the quarter and one around it: what is 0 at the walls of a part is a function of the whole."""
+def test_levels_are_between_those_of_two_rectangles(parity):
+    """One inside the quarter, one around it. A function that is 0 at the walls of a part extends by 0."""
     number, k = LevelTask(1.3, parity, 3.0, 6.0).on_grid(8, 1)
     quarters = np.array([0.5 if letter == "e" else 1.0 for letter in str(parity)])
     m = np.stack(np.meshgrid(range(20), range(20)), axis=-1) + quarters
@@ -155,10 +155,10 @@ def test_levels_lie_between_those_of_two_rectangles(parity):
 
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, k_max=st.floats(5, 100))
-def test_bouncing_balls_as_terms_are_as_strong_in_the_middle_of_the_window(a, parity, k_max):
+def test_bouncing_balls_as_terms_have_the_strength_at_the_middle_of_the_window(a, parity, k_max):
     k, longest = np.array([k_max / 2]), 22.0
     terms, waves = family_terms(Stadium(a), k_max, longest, parity), family(Stadium(a), k, longest, parity)
-    once = 4 if parity is None else 2  # up and down, in the whole or in a quarter
+    once = 4 if parity is None else 2  # up and down, in the whole or a quarter
     assert terms.length.tolist() == [*range(once, 23, once)]
     assert terms.repetitions.tolist() == [*range(1, len(terms.length) + 1)]
     assert set(terms.orbit) == {-1}
@@ -177,7 +177,7 @@ def terms():
                  rng.integers(1, 3, 40))  # fmt: skip
 
 
-def test_terms_count_levels_by_the_integral_of_their_density(terms):
+def test_the_level_count_of_terms_is_the_integral_of_their_density(terms):
     k = np.linspace(1, 5, 4001)
     density = (terms.amplitude * np.exp(1j * k[:, None] * terms.length)).real.sum(axis=1)
     added = ((density[1:] + density[:-1]) / 2 * np.diff(k)).sum()
@@ -185,7 +185,7 @@ def test_terms_count_levels_by_the_integral_of_their_density(terms):
 
 
 @pytest.mark.parametrize("levelled", [True, False])
-def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
+def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     x = np.linspace(2, 12, 500)
     orbits = of_terms(terms, x, 30.0)
     found = Spectrum(
@@ -225,7 +225,7 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
     [
         (lambda k: k, None),
         (lambda k: k[:10], None),
-        (lambda k: np.insert(k, 7, k[7]), None),  # two levels may be one
+        (lambda k: np.insert(k, 7, k[7]), None),  # two levels may coincide
         (lambda k: k[:9], "9 levels, too few"),
         (lambda k: np.where(k == k[3], np.inf, k), "above 0"),
         (lambda k: np.where(k == k[3], np.nan, k), "above 0"),
@@ -237,7 +237,7 @@ def test_peaks_are_all_tops_with_their_strongest_terms(terms, levelled):
     ],
 )
 @pytest.mark.parametrize("parity", [None, Parity.OE])
-def test_levels_are_judged_by_weyls_law(parity, change, told):
+def test_bad_levels_are_refused_by_weyls_law(parity, change, told):
     smooth = weyl(Stadium(1.6), parity)
     k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
     with nullcontext() if told is None else pytest.raises(InputError, match=told) as refused:

@@ -29,14 +29,14 @@ def rng():
     return np.random.default_rng(7)
 
 
-def test_equal_spacings_are_rigid():
+def test_equal_spacings_have_the_least_rigidity_and_variance():
     x = np.arange(500.0) + 0.25
     assert gap_ratios(x).tolist() == [1.0] * 498
     assert delta3(x, 20) == pytest.approx(1 / 12, rel=0.02)
     assert there(number_variance(x, 5)) < 0.26
 
 
-def test_delta3_is_the_least_mean_square_distance_of_the_staircase_from_a_line(rng):
+def test_delta3_is_the_mean_square_deviation_from_the_best_line(rng):
     x = np.sort(rng.random(40) * 40)
     length = 10.0
     found = []
@@ -50,7 +50,7 @@ def test_delta3_is_the_least_mean_square_distance_of_the_staircase_from_a_line(r
     assert delta3(x, length) == pytest.approx(np.mean(found), rel=1e-3)
 
 
-def test_random_numbers_are_poissons(rng):
+def test_random_numbers_have_poisson_statistics(rng):
     goe, poisson = expected()
     x = np.cumsum(rng.exponential(size=20_000))
     ratios = gap_ratios(x)
@@ -61,7 +61,7 @@ def test_random_numbers_are_poissons(rng):
 
 
 @pytest.mark.slow
-def test_random_matrices_are_goe(rng):
+def test_random_matrices_have_goe_statistics(rng):
     goe, _ = expected()
     found: list[Any] = []
     for _ in range(5):
@@ -77,8 +77,8 @@ def test_random_matrices_are_goe(rng):
     assert (np.abs(mean - wanted) < 6 * error + 0.01).all()
 
 
-def test_the_rigidity_of_random_matrices_is_that_of_their_number_variance():
-    """For long stretches it is (ln(2 pi L) + gamma - 5/4 - pi^2/8) / pi^2, with a rest of order 1/L."""
+def test_the_rigidity_of_random_matrices_follows_from_their_number_variance():
+    """For long stretches it is (ln(2 pi L) + gamma - 5/4 - pi^2/8) / pi^2, up to order 1/L."""
     for length in (50.0, 200.0):
         long = (math.log(2 * math.pi * length) + np.euler_gamma - 1.25 - math.pi**2 / 8) / math.pi**2
         assert goe_delta3(length) == pytest.approx(long, abs=0.11 / length)
@@ -94,7 +94,7 @@ def test_levels_are_unfolded_with_weyls_law_and_the_bouncing_balls():
     np.testing.assert_allclose(unfolded(k, stadium, Parity.OO, balls=True) - smooth, balls)
 
 
-def test_what_levels_are_too_few_for_is_left_out():
+def test_statistics_that_need_more_levels_are_left_out():
     found = statistics(np.linspace(3, 12, 25), Stadium(1.6), Parity.OO)
     assert found.delta3_20 is found.variance_20 is None
     assert found.delta3_1 is not None

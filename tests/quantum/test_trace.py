@@ -39,7 +39,7 @@ def test_orbits_by_parity_add_up_to_all(classes):
     np.testing.assert_allclose(parts, whole, atol=1e-10 * np.abs(whole).max())
 
 
-def test_terms_are_the_amplitudes_of_single_orbits(catalogue):
+def test_terms_are_amplitudes_of_single_orbits(catalogue):
     classes, codes, _ = answer(catalogue.path, read_classes, Selection(1.6))
     terms, k = orbit_terms(classes, 24.0), 7.3
     waves = (terms.amplitude * np.exp(1j * k * terms.length)).real
@@ -51,7 +51,7 @@ def test_terms_are_the_amplitudes_of_single_orbits(catalogue):
 
 
 @pytest.mark.parametrize("parity", [None, "oe"])
-def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, parity):
+def test_a_spectrum_covers_the_given_range_and_says_where_it_is_complete(catalogue, parity):
     found = catalogue.spectrum((9.0, 16.0), points=9, k_max=20.0, parity=parity)
     assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
     assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
@@ -65,13 +65,13 @@ def test_a_spectrum_is_what_was_asked_for_up_to_where_it_is_complete(catalogue, 
     assert f"'{command}'" in found.notes()[-1]
 
 
-def test_a_spectrum_is_complete_below_what_is_not_known(own):
+def test_a_spectrum_is_complete_up_to_the_first_unfinished_period(own):
     for p, change in ((4, "unresolved = 1"), (3, "state = 'filling'")):
         alter(own, f"UPDATE fill SET {change} WHERE p = {p}")
         assert answer(own, read_classes, Selection(1.6))[2] == p - 1
 
 
-def test_a_spectrum_without_orbits_says_what_brings_them(catalogue):
+def test_a_spectrum_without_orbits_names_the_command_that_fills_them(catalogue):
     with pytest.raises(InputError, match="'orbitdb fill --p 11 --a 3' finds some"):
         catalogue.spectrum((3, 4), a=3)
 
@@ -85,7 +85,7 @@ LIMITS = [
 
 
 @pytest.mark.parametrize(("name", "inside", "outside"), LIMITS)
-def test_what_is_asked_of_a_spectrum_has_its_limits(catalogue, name, inside, outside):
+def test_options_of_a_spectrum_have_limits(catalogue, name, inside, outside):
     usual = {"lengths": (3, 4), "points": 3, "k_max": 3.0}
     for value in inside:
         catalogue.spectrum(**usual | {name: value})
@@ -101,7 +101,7 @@ def test_peaks_name_orbits_of_their_length(catalogue):
     for peak in peaks:
         assert peak.total == pytest.approx(peak.repetitions * catalogue[peak.code].length)
         assert abs(peak.length - peak.total) < 2 * math.pi / found.k_max
-    assert found.k_max == 30.0  # as there are no levels
+    assert found.k_max == 30.0  # the default without levels
 
 
 def test_bouncing_balls_by_parity_add_up_to_all():
@@ -126,8 +126,8 @@ def test_a_peak_is_the_transform_of_its_cosine(classes):
 
 
 @pytest.mark.parametrize("times", [1, 2, 3])
-def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
-    """By matrices on a grid that ends softly; the softness is taken to 0."""
+def test_edge_corrections_are_traces_of_a_map_with_half_a_parabola(times):
+    """By matrices on a grid with a soft edge, extrapolated to zero softness."""
 
     def trace(soft):
         reach = math.sqrt(18 / soft)
@@ -144,7 +144,7 @@ def test_edges_are_traces_of_a_map_with_half_a_parabola(times):
     assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
 
 
-def test_edges_go_evenly_on_with_the_times():
+def test_edge_corrections_vary_smoothly_with_the_repetitions():
     rise = np.diff(EDGE)
     for part in (-rise.real, rise.imag):
         assert (part[1:] > 0).all()
@@ -173,7 +173,7 @@ WORDS = ["13", "1232131", "0103155", "1155", "013", "0201232", "11335"]
 
 
 def _foci(word: str, a: float) -> int:
-    """Follow a wavefront bounce by bounce: return how often it comes to a focus in one period."""
+    """Follow a wavefront bounce by bounce; return the number of foci in one period."""
     points = there(solve_word(word, a).points)
     path = np.roll(points, -1, axis=0) - points
     distance = np.hypot(*path.T)
@@ -192,7 +192,7 @@ def _foci(word: str, a: float) -> int:
 
 @pytest.mark.parametrize("word", WORDS)
 @pytest.mark.parametrize("a", [0.8, 1.6])
-def test_maslov_index_counts_the_foci_of_a_wavefront_and_two_a_bounce(word, a):
+def test_the_maslov_index_is_the_number_of_foci_plus_two_per_bounce(word, a):
     orbit = solve_word(word, a)
     if orbit.coordinates is None:
         assert orbit.amplitude(10.0) is None
@@ -202,7 +202,7 @@ def test_maslov_index_counts_the_foci_of_a_wavefront_and_two_a_bounce(word, a):
 
 @pytest.mark.parametrize("word", ["13", "013", "0103155"])
 @pytest.mark.parametrize("repetitions", [1, 2, 3])
-def test_amplitude_is_that_of_the_monodromy_matrix(word, repetitions):
+def test_the_amplitude_follows_from_the_monodromy_matrix(word, repetitions):
     orbit, k = solve_word(word, 1.6), 7.3
     length = there(orbit.length)
     matrices = bounce_matrices(Stadium(1.6), from_strings([word]), there(orbit.coordinates)[None])[0]
@@ -214,6 +214,6 @@ def test_amplitude_is_that_of_the_monodromy_matrix(word, repetitions):
     assert orbit.amplitude(k, repetitions) == pytest.approx(length * math.cos(phase) / math.pi / root)
 
 
-def test_orbits_are_gone_round_at_least_once():
+def test_an_amplitude_needs_at_least_one_repetition():
     with pytest.raises(ValueError, match="1 or more"):
         solve_word("13", 1.6).amplitude(3.0, 0)

@@ -21,7 +21,7 @@ A = 1.6
 
 @pytest.fixture(scope="module")
 def few():
-    """The waves of oo from k = 8 to 10 at a = 1.6."""
+    """The waves of parity oo from k = 8 to 10 at a = 1.6."""
     return list(waves(A, 8, 10, "oo"))
 
 
@@ -38,14 +38,14 @@ def quarter(a=A, size=60):
     )
 
 
-def test_waves_are_of_the_levels_of_norm_one_and_orthogonal(few):
+def test_waves_belong_to_levels_and_are_orthonormal(few):
     assert [wave.k for wave in few] == pytest.approx(levels(A, 10, 8, ["oo"]).k.tolist(), rel=1e-11)
     points, weights = quarter()
     values = np.stack([wave.psi(*points.T) for wave in few])
     np.testing.assert_allclose(4 * (values * weights) @ values.T, np.eye(len(few)), atol=1e-9)
 
 
-def test_waves_are_odd_or_even_and_nothing_outside(few):
+def test_waves_have_their_parity_and_are_nan_outside(few):
     x, y = np.array([0.3, 1.2, 2.4]), np.array([0.2, 0.7, 0.3])
     for parity, wave in ((Parity.OO, few[0]), (Parity.EO, next(waves(A, 3, 4, "eo")))):
         assert np.abs(wave.psi(x, y)).max() > 0.05
@@ -56,7 +56,7 @@ def test_waves_are_odd_or_even_and_nothing_outside(few):
     assert np.abs(few[0].psi(A + np.cos(1.0), np.sin(1.0))) < 1e-10
 
 
-def test_rellichs_identity(few):
+def test_rellichs_identity_holds(few):
     """The integral of (r . n) (d psi / d n)^2 along the boundary is 2 k^2."""
     stadium = Stadium(A)
     ends = np.cumsum([0, 2 * A, math.pi, 2 * A, math.pi])
@@ -83,7 +83,7 @@ def test_the_functions_of_a_rectangle_are_products_of_sines():
     np.testing.assert_allclose(found * np.sign(found[0] * exact[0]), exact, atol=1e-9)
 
 
-def test_the_functions_of_a_quarter_disc_are_those_of_bessel():
+def test_the_functions_of_a_quarter_disc_are_bessel_functions():
     from scipy.special import jn_zeros, jv
 
     edge = lambda points: (np.hypot(*points.T) > 1 - 1e-9) | (points[:, 0] < 1e-9) | (points[:, 1] < 1e-9)  # noqa: E731
@@ -98,7 +98,7 @@ def test_the_functions_of_a_quarter_disc_are_those_of_bessel():
     np.testing.assert_allclose(found * np.sign(found[0]), exact, atol=1e-9)
 
 
-def test_slopes_are_those_of_differences(few):
+def test_normal_derivatives_agree_with_differences(few):
     points, normal = boundary(Stadium(A), np.array([1.0, 4.0, 7.7, 11.0]))
     step = 1e-5
     one, other = points - step * normal, points - 2 * step * normal
@@ -107,7 +107,7 @@ def test_slopes_are_those_of_differences(few):
 
 
 @pytest.mark.slow
-def test_the_strength_of_an_orbit_is_the_mean_of_the_wave_along_it(few):
+def test_scar_strength_is_the_mean_of_psi_squared_along_the_orbit(few):
     orbit, wave = solve_word("0123", A), few[-1]
     points = there(orbit.points)
     s = (np.arange(20_000) + 0.5) / 20_000
@@ -126,7 +126,7 @@ def test_the_strength_of_an_orbit_is_the_mean_of_the_wave_along_it(few):
 
 
 @pytest.mark.slow
-def test_the_mean_strength_is_one_and_on_an_axis_two_or_nothing():
+def test_the_mean_scar_strength_is_one_or_two_or_zero_on_an_axis():
     every = {parity: list(waves(A, 2, 14, parity)) for parity in Parity}
     for word, wanted in (("13", {"ee": 2, "oe": 2, "eo": 0, "oo": 0}), ("013", dict.fromkeys(Parity, 1))):
         orbit = solve_word(word, A)
@@ -136,17 +136,17 @@ def test_the_mean_strength_is_one_and_on_an_axis_two_or_nothing():
             assert abs(np.mean(strength) - wanted[parity]) < 4 * error + 1e-12, (word, parity)
 
 
-def test_the_husimi_function_lies_where_the_momentum_is(few):
+def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
     s, sine = np.linspace(0.1, 12, 40), np.linspace(-0.95, 0.95, 21)
     found = few[0].husimi(s, sine)
     assert found.shape == (40, 21)
     assert found.max() == 1
-    np.testing.assert_allclose(found, found[:, ::-1], atol=1e-9)  # a real function: both ways round
+    np.testing.assert_allclose(found, found[:, ::-1], atol=1e-9)  # a real function has both directions
     whole = Stadium(A).perimeter
     np.testing.assert_allclose(few[0].husimi(s + whole / 2, sine), found, atol=1e-6)
 
 
-def test_scars_come_by_strength(few):
+def test_scars_are_sorted_by_strength(few):
     found = scars_of(solve_word("0123", A), 8, 10, [Parity.OO])
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
     assert {scar.k for scar in found} == {wave.k for wave in few}

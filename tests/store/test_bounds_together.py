@@ -1,4 +1,4 @@
-"""Several bounds on one measure hold together, in whatever order they are given."""
+"""Several bounds on one measure all apply, in any order."""
 
 import json
 from itertools import permutations
@@ -18,7 +18,7 @@ def written(end: float | None) -> str:
 
 
 @given(st.lists(ENDS, min_size=1, max_size=3))
-def test_the_narrowest_bounds_hold(ends):
+def test_the_narrowest_bounds_apply(ends):
     low = max((low for low, _ in ends if low is not None), default=None)
     high = min((high for _, high in ends if high is not None), default=None)
     for order in permutations(ends):
@@ -27,7 +27,7 @@ def test_the_narrowest_bounds_hold(ends):
 
 
 @pytest.mark.parametrize("order", list(permutations(["length=11:", "length=12:", "length=:15"])))
-def test_a_query_takes_all_of_them(cli, filled, order):
+def test_a_query_applies_all_bounds(cli, filled, order):
     ranges = [each for text in order for each in ("--range", text)]
     asked = ("query", "--status", "orbit", "--db", str(filled), "--json")
     rows = json.loads(cli(*asked, *ranges).out)

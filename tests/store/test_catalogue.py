@@ -1,4 +1,4 @@
-"""The database file: its schema, what is refused, what it takes and what survives."""
+"""The database file: schema, refusals, estimates of size and time, and what is kept."""
 
 import json
 import re
@@ -27,7 +27,7 @@ from orbitdb.symbols.pruning import count_admissible
 
 
 def plainly(statement: str | None) -> str:
-    """SQL without the blanks that mean nothing."""
+    """SQL with insignificant blanks removed."""
     return re.sub(r"\s*([(),])\s*", r"\1", " ".join((statement or "").split()))
 
 
@@ -36,7 +36,7 @@ def schema_of(connection: sa.Connection) -> dict[str, str]:
     return {name: plainly(statement) for name, statement in found}
 
 
-def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
+def test_a_new_file_has_the_schema_of_a_migrated_one(tmp_path):
     from alembic.autogenerate import compare_metadata
     from alembic.migration import MigrationContext
 
@@ -46,7 +46,7 @@ def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
     with writing_engine(path).begin() as connection:
         context = MigrationContext.configure(connection)
         differing = [each for each in compare_metadata(context, metadata) if each[0] != "remove_constraint"]
-        assert differing == []  # which texts are unique, SQLAlchemy need not know
+        assert differing == []  # SQLAlchemy does not know which texts are unique
         made, revision = schema_of(connection), context.get_current_revision()
     empty(tmp_path / "migrated.db").close()
     assert migrate(tmp_path / "migrated.db").after == SCHEMA_VERSION
@@ -60,7 +60,7 @@ def test_a_new_file_is_what_migrations_make_of_an_older_one(tmp_path):
     assert all("STRICT" in tables[name] for name in metadata.tables)
 
 
-def test_other_databases_folders_and_nothing_are_refused(tmp_path):
+def test_foreign_databases_folders_and_missing_files_are_refused(tmp_path):
     other = tmp_path / "other.db"
     alter(other, "CREATE TABLE somebody (elses INTEGER)")
     with pytest.raises(StoreError, match="another program"):
@@ -71,7 +71,7 @@ def test_other_databases_folders_and_nothing_are_refused(tmp_path):
         Catalogue(tmp_path / "missing.db")
 
 
-def test_newer_schema_is_refused(filled):
+def test_a_newer_schema_is_refused(filled):
     alter(filled, f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     with pytest.raises(StoreError, match="upgrade orbitdb"):
         Catalogue.create(filled)
@@ -85,19 +85,19 @@ def test_reading_never_writes(filled):
 
 
 @pytest.mark.parametrize("names", [["word", "colour"], ["word; DROP TABLE orbit"]])
-def test_unknown_columns_are_named(filled, names):
+def test_unknown_columns_are_refused_with_a_list_of_columns(filled, names):
     with pytest.raises(SelectionError, match="the columns are"):
         list(Catalogue(filled).rows(Selection(), names))
     with pytest.raises(SelectionError, match=r"the columns are|order"):
         list(Catalogue(filled).rows(Selection(), order=names[-1]))
 
 
-def test_names_that_an_expression_uses():
+def test_the_names_of_values_in_an_expression_are_found():
     assert names_in("p > :least and word <> ':no' and length < :most -- :nor\n") == {"least", "most"}
     assert names_in("p > 2") == set()
 
 
-def test_what_is_stored_is_not_needed_again(filled, tmp_path):
+def test_stored_periods_are_not_estimated_again(filled, tmp_path):
     everything = sum(map(count_admissible, range(2, 11)))
     assert need(tmp_path / "none.db", 1.6, range(2, 11), 1).words == everything
     rest = count_admissible(9) + count_admissible(10)
@@ -106,7 +106,7 @@ def test_what_is_stored_is_not_needed_again(filled, tmp_path):
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
 
 
-def test_the_sweeps_that_are_stored_are_not_needed_again_and_give_the_time(filled, monkeypatch):
+def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypatch):
     whole = sweep_need(filled, 1.6, range(2, 10), 1)
     assert whole.words == sum(map(count_admissible, range(2, 10)))
     made(filled, sweep_periods(filled, 1.6, range(2, 9)))
@@ -121,22 +121,22 @@ def test_the_sweeps_that_are_stored_are_not_needed_again_and_give_the_time(fille
     assert sweep_need(filled, 1.6, [9], 4, Selection(contains="13")).alone == rest.alone
 
 
-def test_many_processes_wait_for_the_one_that_writes(tmp_path):
-    """By how much depends on the method: the relaxation hardly writes for all its solving."""
+def test_writing_limits_the_gain_from_many_processes(tmp_path):
+    """The gain depends on the method, for the relaxation solves for long and writes little."""
     for method, gain in (("newton", 3.5), ("relaxation", 600)):
         alone, many = (need(tmp_path / "none.db", 1.6, [9], jobs, method).seconds for jobs in (1, 10**6))
         assert gain < alone / many < 1.3 * gain
 
 
 @pytest.mark.slow
-def test_the_room_is_estimated_to_a_factor_of_two(tmp_path):
+def test_the_size_of_a_file_is_estimated_within_a_factor_of_two(tmp_path):
     path = tmp_path / "orbits.db"
     expected = need(path, 1.6, range(2, 11), 1).bytes
     made(path, fill_periods(path, 1.6, range(2, 11)))
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
 
 
-def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
+def test_times_are_estimated_from_large_fills_only(filled, monkeypatch):
     monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
     large = [fill for fill in Catalogue(filled).fills(1.6) if fill.words >= 500]
     assert len(large) >= 2
@@ -145,11 +145,11 @@ def test_the_time_is_that_of_the_large_fills_alone(filled, monkeypatch):
     assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
     storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
     assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
-    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # what schema 2 did not know
+    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # unknown before schema 3
     assert need(filled, 1.6, [12], 1).seconds == need(filled.with_name("none.db"), 1.6, [12], 1).seconds
 
 
-def test_estimates_are_told_in_few_words():
+def test_estimates_are_shown_briefly():
     times = [duration(seconds) for seconds in (0.034, 1.4, 119, 120, 21_000, 1e6)]
     assert times == ["0.034 s", "1 s", "119 s", "2 minutes", "5.8 hours", "12 days"]
     assert [about(0.0046), about(1.0), about(17.3)] == ["under a second", "about 1 s", "about 17 s"]
@@ -157,7 +157,7 @@ def test_estimates_are_told_in_few_words():
     assert sizes == ["1 kB", "44 kB", "1 MB", "12 MB", "527 MB", "1.7 GB", "100 GB", "200 GB"]
 
 
-def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_path, monkeypatch):
+def test_a_full_disk_is_reported_before_anything_is_written(cli, tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.filling.estimate.BYTES", 1e15)
     outcome = cli("fill", "--p", "5")
     assert outcome.code == 3
@@ -168,21 +168,21 @@ def test_a_disk_that_is_too_small_is_told_before_anything_is_written(cli, tmp_pa
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0, 1.0))
 
 
-def test_the_journal_needs_room_beside_the_rows(tmp_path, monkeypatch):
+def test_the_journal_needs_as_much_room_as_the_rows(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=150))
     check_room(tmp_path / "orbits.db", Need(1, 75, 1.0, 1.0))
     with pytest.raises(StoreError, match="no room for"):
         check_room(tmp_path / "orbits.db", Need(1, 76, 1.0, 1.0))
 
 
-def test_a_large_fill_says_first_what_it_takes(cli):
+def test_a_large_fill_first_states_its_cost(cli):
     for command, needed in (("fill", "15 s and 348 MB"), ("sweep", "7 s")):
         outcome = cli(command, "--p", "15", "--jobs", "1", "--dry-run")
         assert outcome.code == 0
         assert f"8497721 words to come, about {needed}, in " in outcome.err
 
 
-def test_bytes_a_row_add_up_to_the_file(filled, cli):
+def test_bytes_per_row_add_up_to_the_file(filled, cli):
     with reading(filled) as moment:
         taken = room(moment.connection)
     (classes, per_class), (orbits, per_orbit) = (
@@ -202,7 +202,7 @@ def test_bytes_a_row_add_up_to_the_file(filled, cli):
     assert min(last["enumerating"], last["solving"], last["storing"]) > 0
 
 
-def test_a_word_that_is_an_orbit_from_the_beginning_has_no_birth_in_any_view(filled, cli):
+def test_an_orbit_at_every_a_has_no_birth_in_any_view(filled, cli):
     assert cli("births", "--p", "4", "--db", str(filled)).code == 0
     of_lives = ask(filled, "SELECT word, born FROM life WHERE p <= 4 ORDER BY word")
     of_words = "SELECT word, born FROM catalogue WHERE p <= 4 AND word = representative ORDER BY word"

@@ -1,4 +1,4 @@
-"""Codes in expressions, and classes that somebody has altered: what they find, and what is told."""
+"""Codes in expressions, and altered classes: what they match, and what is reported."""
 
 import pytest
 from contents import alter
@@ -19,7 +19,7 @@ def catalogue(varied):
     return Catalogue(varied)
 
 
-def test_a_class_by_a_word_that_is_none_is_refused(own):
+def test_a_class_with_an_invalid_word_is_refused(own):
     alter(own, "UPDATE cycle SET word = '0x3' WHERE word = '013'")
     with pytest.raises(StoreError, match=r"altered: .*'0x3'"):
         Catalogue(own).select(p=3)
@@ -48,8 +48,8 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert sum(catalogue.classes(chosen).chosen) == len(found)
 
 
-def test_the_longest_words_with_a_key_and_longer_ones_are_found(own):
-    """One by one, also where the words of a class are sorted, and long ones of several orders together."""
+def test_words_around_the_limit_of_keys_are_found(own):
+    """One by one, also with the words of a class sorted, and together with long words of other periods."""
     for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
         fill_word(own, word, 1.6)
         with Catalogue(own, 1.6) as catalogue:
@@ -61,7 +61,7 @@ def test_the_longest_words_with_a_key_and_longer_ones_are_found(own):
         assert {row.p for row in catalogue.select(contains="1" * 10)} == {20, 21, 22}
 
 
-def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
+def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
     for where in ("code('001')", "code('010', '13')"):
         assert [orbit.code for orbit in catalogue.select(where=where, status="geometric")] == ["001"]
 
@@ -82,7 +82,7 @@ def test_a_pruned_word_is_found_where_its_status_is_named(catalogue):
         ("code(:w)", "-P name=value"),
     ],
 )
-def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
+def test_a_bad_code_in_a_filter_is_refused(catalogue, where, said):
     with pytest.raises(SelectionError, match=said):
         catalogue.count(where=where)
 
@@ -99,11 +99,11 @@ def test_what_is_no_code_in_a_filter_is_refused(catalogue, where, said):
         ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
     ],
 )
-def test_a_comparison_with_a_rotation_that_names_no_row_is_told(where, told):
+def test_a_comparison_with_a_rotation_that_matches_no_row_is_reported(where, told):
     assert hint(where) == told
 
 
-def test_a_class_by_a_number_that_is_no_key_is_refused(own):
+def test_a_class_with_an_invalid_number_is_refused(own):
     alter(
         own,
         "UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')",

@@ -1,4 +1,4 @@
-"""Orbits found by a trajectory near them, or by a length."""
+"""Orbits found from a nearby trajectory, or from a length."""
 
 import math
 
@@ -33,7 +33,7 @@ def catalogue(filled_once):
 
 
 def start_of(points, turn=0.0):
-    """A start at the first of some bounces towards the second, turned a little."""
+    """A start at the first of some bounces towards the second, slightly turned."""
     x, y = points[1] - points[0]
     return (*points[0], math.atan2(y, x) + turn)
 
@@ -43,8 +43,8 @@ def name(found):
 
 
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
-def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
-    """So the trace ends in time: all that is told of it lies within the tolerance."""
+def test_an_exact_start_is_identified_to_the_end_of_its_trace(word):
+    """So the trace ends in time: everything it reports is within the tolerance."""
     orbit = solve_word(word, STADIUM)
     path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
     best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
@@ -54,8 +54,8 @@ def test_what_is_told_of_an_exact_start_is_the_orbit_to_the_end(word):
 
 
 @pytest.mark.slow
-def test_random_trajectories_are_those_of_the_reference(catalogue):
-    """And what is said of every orbit holds: within the tolerance as long as is told, and no longer."""
+def test_random_trajectories_agree_with_the_reference(catalogue):
+    """Every orbit named is within the tolerance as long as stated, and no longer."""
     rays = random_rays(STADIUM, 2, np.random.default_rng(5))
     expected = to_strings(itineraries(STADIUM, rays, 12).symbols)
     for x, y, vx, vy, word in zip(rays.x, rays.y, rays.vx, rays.vy, expected, strict=True):
@@ -76,8 +76,8 @@ def test_random_trajectories_are_those_of_the_reference(catalogue):
 
 
 @pytest.mark.parametrize("word", slow_but(["13"], ["13", "1232131", "1" * 20 + "5" * 20]))
-def test_the_bounces_of_an_orbit_name_it(catalogue, word):
-    """Closed or not, measured with errors, mirrored, or read backwards; of any period."""
+def test_the_bounces_of_an_orbit_identify_it(catalogue, word):
+    """Closed or not, measured with errors, mirrored or reversed, and of any period."""
     orbit = solve_word(word, STADIUM)
     once, points = np.random.default_rng(1), there(orbit.points)
     closed = np.concatenate([points, points[:1]])
@@ -95,7 +95,7 @@ def test_the_bounces_of_an_orbit_name_it(catalogue, word):
         assert best.orbit.representative == orbit.representative
 
 
-def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
+def test_the_longest_stretch_along_an_orbit_is_reported():
     words = ["033244"] * 2 + ["13"] + ["033244"] * 4 + ["13"] + ["033244"] * 3
     points = np.concatenate([solve_word(word, STADIUM).points for word in words])
     best = shadows(STADIUM, from_strings(["".join(words)])[0], points, 1e-6)[0]
@@ -112,10 +112,8 @@ def test_of_two_stretches_at_an_orbit_the_longer_one_is_told():
 @example(3, -0.2, 0, 0.2, 1)
 @example(4, 0.0, 300, 1.0, 10**30)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
-    catalogue, turns, off, number, tolerance, limit
-):
-    """Against all lengths, one by one; the nearest first, then low periods and least words."""
+def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, off, number, tolerance, limit):
+    """Checked against every length. The nearest come first, then low periods and least words."""
     known = sorted({*catalogue.rows(choose(status="orbit"), OF_CANDIDATES[:6])})
     length = turns * known[number % len(known)][3] + off
     wanted = []
@@ -132,7 +130,7 @@ def test_lengths_are_those_of_stored_orbits_and_their_repetitions(
     assert all(each.total == each.repetitions * each.length for each in found)
 
 
-def test_a_length_without_a_bound_is_within_the_tolerance_alone(own):
+def test_a_length_without_an_error_bound_uses_only_the_tolerance(own):
     length = there(Catalogue(own)["013"].length)
     alter(own, "UPDATE orbit SET length_error = NULL")  # as relaxation leaves it
     near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
@@ -142,7 +140,7 @@ def test_a_length_without_a_bound_is_within_the_tolerance_alone(own):
     assert [len(each) > 0 for each in near] == [True, False]
 
 
-def test_a_length_of_a_repetition_is_found_at_its_own_rounding(catalogue):
+def test_the_rounded_length_of_a_repetition_is_found(catalogue):
     for word in ("13", "0103155", "013"):
         one = catalogue[word]
         for times in (1, 3, 7, 1001):
@@ -191,7 +189,7 @@ def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     assert "\n" not in str(refused.value)
 
 
-def test_no_trajectory_into_a_joint_goes_on_behind_it():
+def test_no_trajectory_continues_past_a_joint():
     """Whether rounding takes it to the wall or to the semicircle."""
     rng = np.random.default_rng(4)
     for x, y in zip(rng.uniform(-1.6, 1.6, 40), rng.uniform(-0.9, 0.9, 40), strict=True):
@@ -201,8 +199,8 @@ def test_no_trajectory_into_a_joint_goes_on_behind_it():
 
 
 @pytest.mark.slow
-def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
-    """Given with six digits it may lie outside."""
+def test_a_start_on_the_boundary_is_bounce_0(catalogue):
+    """Given to six digits, it may be outside."""
     orbit = catalogue["1232131"]
     x, y, angle = (round(value, 6) for value in start_of(orbit.points))
     for start in ((x * 1.0000001, y, angle), (x * 0.9999999, y, angle)):
@@ -211,6 +209,6 @@ def test_a_start_on_the_boundary_has_its_own_bounce_as_number_0(catalogue):
         assert name(found.shadowed[0]) == least_rotation("1232131")
 
 
-def test_between_the_walls_there_is_no_orbit(catalogue):
+def test_bouncing_balls_shadow_no_orbit(catalogue):
     found = catalogue.identify(start=(0.2, 0, math.pi / 2))
     assert (found.shadowed, found.total, set(found.sequence)) == ((), 0, {"0", "2"})

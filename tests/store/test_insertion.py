@@ -1,4 +1,4 @@
-"""Rows on their way into SQLite: as many as there are, each value of its type, and their ids."""
+"""Rows inserted into SQLite: their number, types and ids."""
 
 import sqlite3
 from typing import Any
@@ -28,7 +28,7 @@ def connection(tmp_path):
     writer.close()
 
 
-def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
+def test_null_is_stored_as_null_and_existing_rows_are_left_alone(connection):
     numbers = list(range(ROWS))
     length = [None if number % 3 else number / 7 for number in numbers]
     blobs = [None if number % 3 else bytearray([number] * 8) for number in numbers]
@@ -37,25 +37,25 @@ def test_null_is_null_and_rows_that_are_there_are_left_alone(connection):
     given = [[NULL if value is None else value for value in column] for column in wanted]
     columns = dict(zip(orbit.c.keys(), given, strict=True))
     insert(connection, orbit, columns)
-    insert(connection, orbit, columns)  # they are there: nothing is inserted again
+    insert(connection, orbit, columns)  # all present: nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
     assert found == list(zip(*wanted, strict=True))
 
 
 @pytest.mark.parametrize("short", [1, 2])
-def test_columns_must_be_of_one_length(connection, short):
+def test_columns_must_have_the_same_length(connection, short):
     columns = [[1] * (ROWS - (place == short)) for place in range(3)]
     with pytest.raises(ValueError, match="zip"):
         insert(connection, pruned, dict(zip(("id", "p", "word"), columns, strict=True)))
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
-def test_no_rows_at_all(connection):
+def test_no_rows_can_be_inserted(connection):
     insert(connection, pruned, {"id": [], "p": [], "word": [], "rules": []})
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
-def test_a_row_that_lacks_a_value_is_refused_and_not_dropped(connection):
+def test_a_row_without_a_required_value_raises(connection):
     rows: dict[str, list[Any]] = {"id": [1, 2], "p": [3, 3], "word": ["001", "010"], "rules": ["1", NULL]}
     with pytest.raises(sqlite3.IntegrityError, match=r"NOT NULL constraint failed: pruned\.rules"):
         insert(connection, pruned, rows)
@@ -66,8 +66,8 @@ def test_columns_may_come_in_any_order(connection):
     assert connection.execute(sa.select(pruned)).all() == [(-1, 3, "001", "1")]
 
 
-def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
-    """They count up in the order of their arrival, those of pruned words down."""
+def test_long_words_get_ids_in_order_of_arrival(tmp_path):
+    """Ids count up in order of arrival, those of pruned words down."""
     path = tmp_path / "orbits.db"
     migrate(path)
     words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]
@@ -80,6 +80,6 @@ def test_long_words_of_several_classes_have_numbers_of_their_own(tmp_path):
     assert ask(path, "SELECT id, p FROM pruned ORDER BY id DESC") == [(-LONG, 22), (-LONG - 1, 30)]
 
 
-def test_ids_of_long_words_are_above_those_of_every_period():
-    """So that what is counted of a period by its ids holds no long word."""
+def test_ids_of_long_words_are_above_those_of_all_periods():
+    """So counting a period by its range of ids never includes a long word."""
     assert keys_of_period(MAX_KEYED)[1] < LONG

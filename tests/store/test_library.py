@@ -43,7 +43,7 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
     assert set(dir(orbitdb)) >= {"Catalogue", "Stadium", "solve_word"}
 
 
-def test_classes_are_orbits_unless_another_status_is_named(varied):
+def test_classes_are_orbits_by_default(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
     assert orbits.chosen.sum() == catalogue.count(choose(1.0, p=6, status="orbit"))
@@ -52,7 +52,7 @@ def test_classes_are_orbits_unless_another_status_is_named(varied):
         catalogue.classes(status="dynamical")
 
 
-def test_coordinates_that_were_not_read_are_not_made_up(catalogue):
+def test_coordinates_that_were_not_read_are_none(catalogue):
     subset = catalogue.select(p=3)
     assert subset.coordinates is None
     with pytest.raises(ValueError, match="coordinates=True"):
@@ -63,7 +63,7 @@ def test_words_are_keys_in_any_rotation(catalogue):
     assert "3123" in catalogue
     assert catalogue["3123"].coordinates.tolist() == np.roll(catalogue["1233"].coordinates, 1).tolist()
     assert catalogue["(1)^2 3"].code == "113"
-    for word in ("31", "113", "12313"):  # of three symmetries
+    for word in ("31", "113", "12313"):  # with three different symmetries
         assert catalogue[word].symmetry == solve_word(word, 1.6).symmetry is not None
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
@@ -72,11 +72,11 @@ def test_words_are_keys_in_any_rotation(catalogue):
 
 
 @pytest.mark.parametrize(("word", "status"), [("1001", "geometric"), ("1232131", "orbit"), ("20", "family")])
-def test_a_word_that_is_not_stored_is_answered_as_by_the_command_line(catalogue, word, status):
+def test_a_word_that_is_not_stored_is_solved(catalogue, word, status):
     orbit = catalogue[word]
     assert (orbit.code, orbit.status, orbit.stored, word in catalogue) == (word, status, False, False)
     assert orbit == solve_word(word, 1.6)
-    assert catalogue["001"].stored  # pruned words of three symbols are
+    assert catalogue["001"].stored  # pruned words of three symbols are stored
 
 
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
@@ -114,7 +114,7 @@ def test_parts_of_a_subset_are_subsets(catalogue):
 
 
 @pytest.mark.slow
-def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(varied, catalogue, cli, tmp_path):
+def test_data_frames_and_arrow_tables_equal_an_export(varied, catalogue, cli, tmp_path):
     from pyarrow import parquet
 
     subset = catalogue.select(p=3, status="orbit,geometric", coordinates=True)
@@ -132,14 +132,14 @@ def test_a_subset_as_a_data_frame_and_as_an_arrow_table_is_what_is_exported(vari
 
 
 @pytest.mark.slow
-def test_what_a_row_does_not_have_is_missing_in_a_data_frame(catalogue):
+def test_missing_values_of_a_row_are_missing_in_a_data_frame(catalogue):
     frame = catalogue.select(p=3, status="orbit,geometric").to_pandas()
     assert frame["symmetry"].isna().tolist() == (frame["status"] != "orbit").tolist()
     assert frame["symmetry"].notna().any()
     assert catalogue.select(p=3, status="geometric").to_pandas()["symmetry"].dtype == "string"
 
 
-def test_what_is_not_installed_is_named_with_what_brings_it(catalogue, monkeypatch):
+def test_a_missing_library_is_named_with_its_extra(catalogue, monkeypatch):
     subset = catalogue.select(p=3)
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(ModuleNotFoundError, match=r"to_pandas\(\) needs pandas: pip install 'orbitdb"):
@@ -150,12 +150,12 @@ def test_what_is_not_installed_is_named_with_what_brings_it(catalogue, monkeypat
         subset.plot()
 
 
-def test_a_subset_shows_itself_in_a_notebook(catalogue):
+def test_a_notebook_shows_a_subset_as_a_table_with_pictures(catalogue):
     subset = catalogue.select(p="3-4", order="length")
     html = subset._repr_html_()
     assert html.count("<svg") == 10
     assert f"and {len(subset) - 10} more" in html
-    table = ElementTree.fromstring(f"<div>{html}</div>").find("table/tbody")  # every element is closed
+    table = ElementTree.fromstring(f"<div>{html}</div>").find("table/tbody")  # every element must be closed
     cells = [(cell.text, "left" in cell.attrib["style"]) for cell in there(table)[0]]
     texts = "013", "3", "orbit", "10.8506847", "4.3928510", "1.464284", "0.404846", "4", "xT"
     assert cells[1:] == [(text, n in (0, 2, 8)) for n, text in enumerate(texts)]
@@ -168,7 +168,7 @@ def test_a_subset_shows_itself_in_a_notebook(catalogue):
     assert nothing == "<p>0 orbits of period 3 at a = 1.6 with length &gt;= 99</p>"
 
 
-def test_a_notebook_waits_only_for_what_it_draws(catalogue, tmp_path, monkeypatch):
+def test_a_notebook_solves_only_orbits_it_draws(catalogue, tmp_path, monkeypatch):
     path = tmp_path / "long.db"
     Catalogue.create(path)
     for rest in ("11", "113"):
@@ -180,7 +180,7 @@ def test_a_notebook_waits_only_for_what_it_draws(catalogue, tmp_path, monkeypatc
     assert "<svg" in catalogue.select(p=3, status="orbit", coordinates=True)._repr_html_()
 
 
-def test_a_catalogue_says_what_it_holds_and_closes_behind_a_block(varied, begin_fill, tmp_path):
+def test_the_repr_of_a_catalogue_states_its_periods(varied, begin_fill, tmp_path):
     with Catalogue(varied, a=1.0) as catalogue:
         assert repr(catalogue) == "<Catalogue orbits.db: periods 2-6 at a = 1; periods 2-6 at a = 1.6>"
         assert catalogue.fills() == catalogue.fills(1.0) != []
@@ -198,7 +198,7 @@ def test_a_catalogue_says_what_it_holds_and_closes_behind_a_block(varied, begin_
     assert "no catalogue at" in repr(catalogue) or "cannot be" in repr(catalogue)
 
 
-def test_criteria_are_named_for_completion():
+def test_criteria_are_named_parameters_for_completion():
     for method in (Catalogue.select, Catalogue.classes, Catalogue.count, Catalogue.rows):
         assert {"p", "status", "where", "length", "margin"} < set(inspect.signature(method).parameters)
 
@@ -208,7 +208,7 @@ def test_iteration_length_and_membership_agree(varied):
     words = list(catalogue)
     assert len(words) == len(set(words)) == len(catalogue) == 1 + 8 + 32 + 96 + 252
     assert all(least_rotation(word) == word for word in words)
-    assert all(word in catalogue for word in words[::9])  # each look is a query
+    assert all(word in catalogue for word in words[::9])  # each test is a query
 
 
 def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
@@ -221,7 +221,7 @@ def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
         pickle.loads(pickle.dumps(again))
 
 
-def test_a_catalogue_speaks_of_its_a(varied):
+def test_a_catalogue_answers_for_its_a(varied):
     at_one = Catalogue(varied, a=1.0)
     assert at_one["13"].length == pytest.approx(8, rel=1e-15)
     assert at_one.select(p=2).selection.a == 1.0
@@ -231,7 +231,7 @@ def test_a_catalogue_speaks_of_its_a(varied):
     assert (len(empty), bool(empty), "13" in empty) == (0, True, False)
 
 
-def test_criteria_are_those_of_a_selection():
+def test_criteria_make_a_selection():
     assert choose(2.0, "2-4", "orbit", contains="02", margin=(None, 0.1)) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges={"margin": (None, 0.1)}
     )
@@ -243,14 +243,14 @@ def test_criteria_are_those_of_a_selection():
 
 
 @pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
-def test_one_row_is_told_in_the_singular_and_more_in_the_plural(status):
+def test_descriptions_use_singular_and_plural(status):
     chosen = choose(1.6, status=status, time_reversal="self", exists=(1,))
     one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
     assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
     assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]
 
 
-def test_a_range_without_bounds_is_none(catalogue):
+def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
     assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"

@@ -1,4 +1,4 @@
-"""Catalogues of schema 6: copied, brought to the newest schema, and sound afterwards."""
+"""Catalogues of schema 6 are copied, brought to the newest schema, and sound afterwards."""
 
 import shutil
 import sqlite3
@@ -23,7 +23,7 @@ from orbitdb.symbols.words import key, keys, parse, word_of
 
 LONG_WORDS = [parse("1^30 5^29"), parse("1^12 3^11 02")]
 KEYED = parse("1^10 3^10")
-"""As long as words with a key of their own can be."""
+"""The longest kind of word that has a key."""
 
 PRUNED = {
     "012": "1",
@@ -47,7 +47,7 @@ def least_of(p: int) -> list[str]:
 
 @pytest.fixture(scope="module")
 def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A catalogue of schema 6 with something in every table, and fills half done."""
+    """A catalogue of schema 6 with rows in every table and half-finished fills."""
     path = tmp_path_factory.mktemp("older") / "old.db"
     with closing(empty(path)) as plain:
         words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313", KEYED] + LONG_WORDS
@@ -103,7 +103,7 @@ def asked(path: Path, statement: str) -> list[tuple[Any, ...]]:
 
 
 def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """All that a catalogue of either schema holds, whatever the numbers of its classes are."""
+    """Return the contents of a catalogue of either schema, independent of class ids."""
     with closing(sqlite3.connect(path)) as plain:
         if plain.execute("PRAGMA user_version").fetchone() == (6,):
             pruned = "SELECT p, word, rules FROM sequence WHERE cycle IS NULL"
@@ -132,7 +132,7 @@ def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     return found
 
 
-def test_nothing_is_lost(older):
+def test_a_migration_loses_nothing(older):
     before = held(older)
     assert migrate(older) == (6, SCHEMA_VERSION, older.with_name("old.db.schema-6"))
     after = held(older)
@@ -146,7 +146,7 @@ def test_nothing_is_lost(older):
     need_newest(older)
 
 
-def test_long_and_pruned_words_get_ids_of_their_own(older):
+def test_long_and_pruned_words_get_their_own_ids(older):
     migrate(older)
     long = asked(older, f"SELECT id, word FROM cycle WHERE id >= {LONG}")
     assert [row[0] for row in long] == [LONG, LONG + 1]
@@ -189,7 +189,7 @@ def test_files_before_schema_6_are_refused(older, version):
         "UPDATE sequence SET cycle = NULL WHERE p = 4",
     ],
 )
-def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
+def test_a_failed_migration_leaves_the_file_unchanged(older, statement):
     alter(older, statement)
     before = asked(older, "SELECT type, name, sql FROM sqlite_master")
     with pytest.raises(StoreError) as error:
@@ -199,7 +199,7 @@ def test_a_migration_that_fails_leaves_the_file_as_it_was(older, statement):
     assert asked(older, "PRAGMA user_version") == [(6,)]
 
 
-def test_what_users_add_stays(older):
+def test_tables_added_by_users_stay(older):
     alter(
         older,
         "CREATE TABLE mine (cycle REFERENCES cycle (id))",
@@ -224,7 +224,7 @@ def varied_older(varied: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(varied_older, cli):
+def test_bounds_migrate_an_older_catalogue_only_to_store(varied_older, cli):
     before = varied_older.read_bytes()
     shown = cli("bounds", "--window", "3", "--db", str(varied_older))
     assert shown.code == 0
@@ -236,7 +236,7 @@ def test_bounds_leave_an_older_catalogue_as_it_is_unless_they_are_to_be_stored(v
     assert stored.err.startswith(f"{varied_older}: schema 6 -> {SCHEMA_VERSION}")
 
 
-def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli):
+def test_a_fill_migrates_an_older_catalogue(varied_older, cli):
     outcome = cli("fill", "--p", "3", "--a", "2", "--db", str(varied_older))
     assert outcome.code == 0
     assert "old.db.schema-6" in outcome.err
@@ -245,7 +245,7 @@ def test_a_fill_brings_an_older_catalogue_to_the_newest_schema(varied_older, cli
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_two_processes_migrate_at_once(older):
+def test_two_processes_can_migrate_at_once(older):
     before = held(older)
     processes = [start("migrate", "--db", older) for _ in range(2)]
     for process in processes:
@@ -273,7 +273,7 @@ def told(statement):
         os.kill(os.getpid(), signal.SIGKILL)
 for line in sys.stdin:
     left = int(line)
-    child = os.fork()  # else each would import all that it needs
+    child = os.fork()  # which saves imports
     if not child:
         sqlite3.connect = counted
         migrate.migrate(path)
@@ -285,8 +285,8 @@ for line in sys.stdin:
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-def test_a_migration_that_is_killed_leaves_old_or_new(older):
-    """Killed behind every few statements, from the copy to the commit and the last one."""
+def test_a_killed_migration_leaves_the_old_or_the_new_schema(older):
+    """Killed after every few statements, from the copy to the commit and the very last."""
     whole, before = older.read_bytes(), held(older)
     versions, statements = [6], 0
     process = subprocess.Popen(

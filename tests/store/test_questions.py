@@ -1,4 +1,4 @@
-"""Whatever is asked of a catalogue, in any order and form: the rows that a list in plain Python gives."""
+"""Any question to a catalogue, in any order and form, gives the rows of a plain Python list."""
 
 import contextlib
 import csv
@@ -30,12 +30,12 @@ LISTS = ("rules", "coordinates")
 
 
 AT_A_TIME = {"order.STEP": 100, "row_blocks.ROWS": 50, "question.BLOCK": 30, "fitting.BATCH": 20}
-"""Rows or classes, far fewer than else, so that whatever is read or sorted comes in several parts."""
+"""Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """A catalogue, and all of it as a list."""
+    """A catalogue, and all its rows as a list."""
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
     with pytest.MonkeyPatch.context() as patch:
         for name, count in AT_A_TIME.items():
@@ -45,14 +45,14 @@ def asked(tmp_path_factory):
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)
 @example({"status": "orbit,geometric,dynamical"}, "p", None, 0, ("code", "rules", "coordinates"))
-@example({"length": (10.4, 10.4)}, "p", None, 0, ("code",))  # the very length of 13
+@example({"length": (10.4, 10.4)}, "p", None, 0, ("code",))  # exactly the length of 13
 @example({"contains": "13"}, "-lambda_c", 5, 3, COLUMNS)
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))
 @example({"status": "all"}, "length", 10**30, 1, ("code",))
 @example({"p": "3-5", "status": "orbit,geometric"}, "element,-length", None, 0, ("code", "element"))
 @example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
-def test_rows_and_their_number_are_those_of_a_list(asked, criteria, order, limit, offset, names):
+def test_rows_and_counts_agree_with_a_list(asked, criteria, order, limit, offset, names):
     catalogue, rows = asked
     found = list(catalogue.rows(choose(**criteria), names, order, limit, offset))
     assert found == model.columns_of(expected(rows, criteria, order, limit, offset), names)
@@ -60,7 +60,7 @@ def test_rows_and_their_number_are_those_of_a_list(asked, criteria, order, limit
 
 
 @pytest.mark.parametrize("kind", ["exists", "not_at"])
-def test_at_a_birth_or_a_death_and_on_either_side(asked, kind):
+def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
     catalogue, rows = asked
     asks = [choose(exists=at) if kind == "exists" else choose(not_at=at) for at in EDGES]
     found = [catalogue.count(each) for each in asks]
@@ -70,7 +70,7 @@ def test_at_a_birth_or_a_death_and_on_either_side(asked, kind):
 
 @given(criteria=CRITERIA, order=ORDERS)
 @example({"p": "2-30", "status": "orbit,geometric"}, "code")
-def test_arrays_are_those_of_a_list(asked, criteria, order):
+def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
     subset = catalogue.select(choose(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
@@ -89,7 +89,7 @@ OF_CLASSES = ("p", "class_size", "walls", "length", "lyapunov")
 
 
 @given(criteria=CRITERIA.filter(lambda each: each.get("status") in (None, "orbit")))
-def test_classes_are_those_of_the_words_of_a_list(asked, criteria):
+def test_classes_agree_with_a_list(asked, criteria):
     catalogue, rows = asked
     wanted = expected(rows, criteria | {"status": "orbit"})
     counts = Counter((row["representative"], *(row[name] for name in OF_CLASSES)) for row in wanted)
@@ -101,7 +101,7 @@ def test_classes_are_those_of_the_words_of_a_list(asked, criteria):
 
 
 @given(criteria=CRITERIA, names=st.sampled_from([("status", "p"), ("symmetry", "walls"), ("p",)]))
-def test_tallies_are_those_of_a_list(asked, criteria, names):
+def test_tallies_agree_with_a_list(asked, criteria, names):
     catalogue, rows = asked
     wanted = model.columns_of(expected(rows, criteria), names)
     found = answer(catalogue.path, tally, choose(**criteria), names)
@@ -111,7 +111,7 @@ def test_tallies_are_those_of_a_list(asked, criteria, names):
 
 @given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(2, 40))
 @example({"a": 1.6, "margin": (None, 0.0)}, "born", 2)
-def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
+def test_histograms_agree_with_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
     known = [value for value in values if value is not None]
@@ -130,7 +130,7 @@ def test_bins_hold_the_rows_of_a_list(asked, criteria, column, bins):
 
 
 def options(criteria):
-    """Return criteria as a command takes them."""
+    """Return criteria as options of a command."""
     spans = {name: criteria[name] for name in model.RANGES if name in criteria}
     texts = {name: ":".join("" if end is None else repr(end) for end in span) for name, span in spans.items()}
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
@@ -143,7 +143,7 @@ def options(criteria):
 
 
 def read_back(path, form, names):
-    """Return the rows of a file, as the formats have them."""
+    """Return the rows of a file, read according to its format."""
     if form == "jsonl":
         return [tuple(json.loads(line).values()) for line in path.read_text().splitlines()]
     if form == "csv":
@@ -162,7 +162,7 @@ def read_back(path, form, names):
 
 
 def as_written(value, name, form):
-    """Return a value as a format has it: none, and what stands in a cell."""
+    """Return a value as a format writes it, missing values included."""
     if form == "csv":
         cell = " ".join(map(str, value)) if isinstance(value, list) else value
         return "" if value is None else str(cell)
@@ -177,7 +177,7 @@ def as_written(value, name, form):
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, names=NAMES)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @example({"p": "2-5", "status": "orbit,geometric"}, "p", None, ("rules", "code", "element", "coordinates"))
-def test_files_hold_the_rows_of_a_list(asked, tmp_path, form, criteria, order, limit, names):
+def test_exported_files_agree_with_a_list(asked, tmp_path, form, criteria, order, limit, names):
     catalogue, rows = asked
     wanted = expected(rows, criteria, order, limit)
     plain = tuple(name for name in names if name != "coordinates") or ("code",)
@@ -198,7 +198,7 @@ FORMS = st.sampled_from(["json", "jsonl", "csv", "tsv"])
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES, form=FORMS)
 @example({"status": "all", "p": "2-30"}, "p", None, 0, COLUMNS, "tsv")
-def test_a_query_shows_the_rows_of_a_list(asked, criteria, order, limit, offset, names, form):
+def test_queries_agree_with_a_list(asked, criteria, order, limit, offset, names, form):
     catalogue, rows = asked
     wanted = expected(rows, criteria, order, limit, offset)
     names = tuple(name for name in names if name != "coordinates") or ("code",)
@@ -226,11 +226,11 @@ CANCELLED = [
 
 
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
-def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, monkeypatch):
+def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as catalogue:
         selection, looks = choose(**criteria), itertools.count()
-        size = catalogue.count(selection)  # so that SQLite has read the schema
+        size = catalogue.count(selection)  # makes SQLite read the schema
         whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)
         asked = next(looks)
         assert asked > 0
@@ -243,5 +243,5 @@ def test_a_question_ends_wherever_it_is_cancelled(filled_once, criteria, order, 
             except CancelledError:
                 ended += 1
             else:
-                assert found == whole  # nothing was left to be done
+                assert found == whole  # nothing was left to do
         assert ended >= max(1, asked - 2)

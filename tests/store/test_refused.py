@@ -1,4 +1,4 @@
-"""What somebody tries first in Python, and what is said of names, expressions and files that will not do."""
+"""Common first attempts in Python, and what is said about unsuitable names, expressions and files."""
 
 import sqlite3
 from contextlib import closing
@@ -38,13 +38,13 @@ def test_a_stadium_may_be_given_by_its_a(a):
 
 
 @pytest.mark.parametrize("a", [1, np.int64(1), np.float32(1), np.longdouble(1)], ids=repr)
-def test_any_number_is_a_half_length(a):
+def test_any_type_of_number_is_a_half_length(a):
     assert solve_word("13", a).length == 8.0
     assert Stadium(a) == Stadium(1.0)
 
 
 @pytest.mark.parametrize("a", [-1, 0, 1e-7, 1e7, np.nan, np.inf, "1.6", True, 1j, [1.6], np.ones(2), 10**400])
-def test_what_is_no_half_length_is_refused(catalogue, a):
+def test_bad_half_lengths_are_refused(catalogue, a):
     for call in (Stadium, lambda a: solve_word("13", a), lambda a: solve(from_strings(["13"]), a),
                 lambda a: catalogue.select(a=a), lambda a: Catalogue(catalogue.path, a)):  # fmt: skip
         with pytest.raises(InputError, match=r"^a = .* is not a half length: give a number from 1e-06 to 1e"):
@@ -52,7 +52,7 @@ def test_what_is_no_half_length_is_refused(catalogue, a):
 
 
 @pytest.mark.parametrize("key", [5, 0, None, b"13", ["13"], slice(2, 5), np.int64(13)], ids=repr)
-def test_what_is_no_text_is_no_key(catalogue, key):
+def test_keys_must_be_text(catalogue, key):
     assert key not in catalogue
     for call in (
         catalogue.__getitem__,
@@ -74,7 +74,7 @@ def test_words_that_cannot_be_solved_are_refused(words):
         solve(words, 1.6)
 
 
-def test_a_subset_is_named_by_criteria_or_a_selection(catalogue):
+def test_a_subset_is_given_by_criteria_or_a_selection(catalogue):
     assert catalogue.count(p=3, status="orbit") == len(catalogue.select(p=3, status="orbit")) == 8
     for call in (catalogue.select, catalogue.classes, catalogue.count, catalogue.table):
         with pytest.raises(TypeError, match="name a subset by criteria such as p=3"):
@@ -84,26 +84,26 @@ def test_a_subset_is_named_by_criteria_or_a_selection(catalogue):
 
 
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
-def test_a_range_has_a_bound_that_is_a_number(text):
+def test_a_range_needs_a_numeric_bound(text):
     with pytest.raises(SelectionError, match="write it as length=3:10, length=3: or length=:10"):
         parse_bound(text)
 
 
-def test_a_text_without_its_end_is_told_as_it_was_typed():
+def test_an_unterminated_string_is_quoted_as_typed():
     with pytest.raises(SelectionError) as error:
         check("code = '013", {})
     assert str(error.value) == """where "code = '013": unrecognized token: "'013\""""
 
 
-def test_a_number_with_a_name_is_like_the_words_that_read_as_it(varied):
+def test_a_bound_number_matches_the_code_with_its_digits(varied):
     with closing(Catalogue(varied)) as catalogue:
         chosen = choose(a=1.6, where="code LIKE :code", parameters={"code": 13})
         (found,) = catalogue.select(chosen)
         assert found.code == "13"
 
 
-def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
-    """Longer numbers are none, though their end says an admissible word; nor are those of pruned words."""
+def test_a_class_number_must_encode_a_word_of_its_period(varied):
+    """Numbers with extra digits are refused even if they end in an admissible word, as are pruned words."""
     with closing(Catalogue(varied)) as catalogue:
         classes = catalogue.classes(a=1.6, p=5, status="orbit")
     for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
@@ -116,20 +116,20 @@ def test_the_number_of_a_class_is_that_of_a_word_of_its_period(varied):
             list(read_terms(replace(classes, number=one), 1.6))
 
 
-def test_the_elements_of_a_class_lead_to_its_words(own):
+def test_the_elements_of_a_class_must_lead_to_its_words(own):
     alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
     with pytest.raises(StoreError, match="no image of"), closing(Catalogue(own)) as catalogue:
         list(catalogue.rows(choose(a=1.6), ("code", "coordinates")))
 
 
-def test_nothing_replaced_is_nothing(varied):
+def test_replacing_in_null_gives_null(varied):
     with closing(Catalogue(varied)) as catalogue:
         for call in ("replace(NULL, '1', '2')", "replace(code, NULL, '2')", "replace(code, '1', NULL)"):
             assert catalogue.count(a=1.6, where=f"{call} IS NULL") == catalogue.count(a=1.6) > 0
 
 
-def test_a_question_that_a_signal_interrupts_ends_as_by_ctrl_c(tmp_path):
-    """SQLite tells it as an error of its own."""
+def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
+    """SQLite reports it as an error of its own."""
     with closing(sqlite3.connect(":memory:")) as plain:
         plain.create_function("stop", 0, plain.interrupt)
         endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT stop() FROM n"
@@ -137,11 +137,11 @@ def test_a_question_that_a_signal_interrupts_ends_as_by_ctrl_c(tmp_path):
             plain.execute(endless).fetchall()
 
 
-def test_where_no_copy_can_be_written_nothing_is_migrated(varied, tmp_path):
+def test_without_a_copy_nothing_is_migrated(varied, tmp_path):
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
     make_older(path)
-    ask(path, "PRAGMA journal_mode = WAL")  # as the program leaves every file
+    ask(path, "PRAGMA journal_mode = WAL")  # the mode in which the program leaves files
     before = path.read_bytes()
     (tmp_path / "old.db.schema-6").mkdir()
     with pytest.raises(StoreError, match=r"old\.db\.schema-6 cannot be written \(.+\); nothing was changed"):
@@ -149,12 +149,12 @@ def test_where_no_copy_can_be_written_nothing_is_migrated(varied, tmp_path):
     assert path.read_bytes() == before
 
 
-def test_a_module_of_this_package_that_is_missing_is_no_extra():
+def test_a_missing_module_of_this_package_is_not_taken_for_an_extra():
     with pytest.raises(ModuleNotFoundError, match=r"No module named 'orbitdb\.nothing'"):
         load("orbitdb.nothing", "nothing", "plots")
 
 
-def test_rows_that_lack_something_are_told_and_not_proved(own):
+def test_incomplete_rows_are_reported_and_not_certified(own):
     alter(own, "UPDATE orbit SET residual = -1")
     (step,) = certify(own, Selection(1.6, periods=((3, 3),)))
     (check,) = step.checks

@@ -1,4 +1,4 @@
-"""Results by period, histograms, proved bounds: what the library gives, commands print, and rows give."""
+"""Results by period, histograms and proved bounds, from the library, commands and rows."""
 
 import re
 from collections import Counter
@@ -24,7 +24,7 @@ def catalogue(filled_once):
     return Catalogue(filled_once, a=1.6)
 
 
-def test_table_1_of_the_paper(catalogue):
+def test_counts_reproduce_table_1_of_the_paper(catalogue):
     found = catalogue.table()
     assert found["N_c"] == [1, 8, 32, 80, 188, 376, 1424]
     assert found["N"] == [2, 24, 130, 400, 1154, 2632, 11522]
@@ -39,7 +39,7 @@ def test_fills_count_the_words_that_break_each_rule(catalogue):
         assert (fill.primitive, fill.pruned) == (len(words), tuple(broken[rule] for rule in range(1, 7)))
 
 
-def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue, varied):
+def test_a_subset_gives_the_results_of_the_catalogue(catalogue, varied):
     chosen = catalogue.select(p="2-8")
     entropies, averages = catalogue.entropy(p="2-8"), catalogue.lyapunov(p="2-8")
     for name in ("p", "N", "K_0", "h_zeta"):
@@ -47,11 +47,11 @@ def test_rows_of_a_subset_give_what_the_catalogue_gives(catalogue, varied):
     found = chosen.averages()
     for name in found.columns:
         np.testing.assert_allclose(_numbers(found[name]), _numbers(averages[name]), rtol=1e-14, atol=1e-15)
-    for each in (catalogue, Catalogue(varied, a=1.0)):  # of words through a joint, too
+    for each in (catalogue, Catalogue(varied, a=1.0)):  # includes words through a joint
         assert each.select(p="2-8").table().columns == each.table().columns
 
 
-def test_a_part_of_the_rows_is_averaged_without_sum_rules(catalogue):
+def test_averages_of_a_part_have_no_sum_rules(catalogue):
     chosen = catalogue.select(p="2-8", status="orbit")
     found = chosen[chosen.length < 14].averages()
     assert set(found["lambda_d_sum_rule"]) == {None}
@@ -59,7 +59,7 @@ def test_a_part_of_the_rows_is_averaged_without_sum_rules(catalogue):
     assert found["lambda_d"][0] == catalogue.lyapunov(p=2)["lambda_d"][0]
 
 
-def test_what_is_missing_is_said(catalogue):
+def test_missing_periods_are_noted(catalogue):
     found = catalogue.entropy(p="7-12")
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == [None, None]
@@ -69,7 +69,7 @@ def test_what_is_missing_is_said(catalogue):
         catalogue.lyapunov(weight="none")
 
 
-def test_what_the_sums_over_divisors_lack_is_said(tmp_path):
+def test_divisors_that_sums_lack_are_noted(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
     made(catalogue.path, fill_periods(catalogue.path, 1.6, [3, 4, 6]))
     found = catalogue.table()
@@ -79,7 +79,7 @@ def test_what_the_sums_over_divisors_lack_is_said(tmp_path):
     ]  # fmt: skip
 
 
-def test_a_result_shows_itself(catalogue):
+def test_a_result_is_shown_as_a_table(catalogue):
     found = catalogue.table(p="2-4")
     assert repr(found).splitlines()[0].split() == list(found.columns)
     cells = re.findall("<td>(.*?)</td>", found._repr_html_())
@@ -102,7 +102,7 @@ def test_bins_have_round_edges(filled_once):
 
 
 @pytest.mark.parametrize(("least", "most", "logarithmic"), [(1, 1000, False), (1, 1001, True), (0, 1, False)])
-def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least, most, logarithmic):
+def test_bins_are_logarithmic_if_values_span_decades(filled, least, most, logarithmic):
     alter(
         filled,
         f"UPDATE orbit SET margin = {least} WHERE margin > 0",
@@ -115,7 +115,7 @@ def test_bins_are_even_in_the_logarithm_where_values_span_decades(filled, least,
     assert (margins.counts[-1], margins.counts[0]) == (1, margins.counts.sum() - 1)
 
 
-def test_what_is_proved_is_kept_once_and_read_back(filled, cli):
+def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     for options in (["--window", "4", "--prove"], ["--window", "6"], ["--a", "0.5", "--window", "4"]):
         assert cli("bounds", *options, "--db", str(filled)).code == 0
     catalogue = Catalogue(filled)

@@ -1,4 +1,4 @@
-"""Rows have what their status demands; each number that is missing or impossible is seen by itself."""
+"""Rows have what their status requires; each missing or impossible number is detected alone."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ BARE = {"solver": "relaxation", "error": None, "length_error": None, "lyapunov_e
         NOTHING | {"status": "unresolved"},
     ],
 )
-def test_whole_rows(row):
+def test_whole_rows_are_sound(row):
     assert is_whole(row, 2)
     assert not is_whole(row | {"solver": "magic"}, 2)
     assert not is_whole(row | {"status": "odd"}, 2)
@@ -51,19 +51,19 @@ def test_whole_rows(row):
     ],
     ids=str,
 )
-def test_rows_that_lack_something_or_have_what_cannot_be(change):
+def test_rows_with_missing_or_impossible_values_are_not_sound(change):
     assert not is_whole(ORBIT | change, 2)
 
 
 @pytest.mark.parametrize("name", [*NUMBERS, "coordinates"])
 @pytest.mark.parametrize("status", ["dynamical", "unresolved"])
-def test_words_that_are_no_orbits_have_no_numbers_of_one(name, status):
+def test_words_that_are_not_orbits_have_no_numbers(name, status):
     row = NOTHING | {"status": status, "margin": -0.1, name: BLOB if name == "coordinates" else -0.1}
     assert is_whole(row, 2) == (name == "margin")
     assert is_whole(NOTHING | {"status": status}, 2) == (status == "unresolved")
 
 
-def test_words_elements_and_coordinates_that_are_none_are_named():
+def test_invalid_words_and_coordinates_are_named():
     need_words(["013", "02"], [3, 2])
     need_words([], [])
     assert coordinates_of([BLOB, BLOB], 2).tolist() == [[0.5, -0.25]] * 2
@@ -79,14 +79,14 @@ def test_words_elements_and_coordinates_that_are_none_are_named():
         assert named in str(error.value)
 
 
-def test_sound_words_are_admissible_primitive_and_of_their_order():
+def test_sound_words_are_admissible_primitive_and_of_their_period():
     words = ["013", "13", "0x3", "001", "131", "131313", "013"]
     assert sound_words(words, 3).tolist() == [0, 4, 6]
     assert sound_words(["131313", "132132", "012301"], 6).tolist() == []
     assert sound_words(["x"], 1).tolist() == []
 
 
-def test_of_many_rows_each_is_judged_by_itself():
+def test_rows_are_judged_one_by_one():
     far = {"coordinates": np.array([0.5, 1e8]).tobytes()}
     rows = [ORBIT, ORBIT | far, NOTHING | {"status": "unresolved"}, ORBIT | {"coordinates": BLOB[:8]}, ORBIT]
     assert are_whole({name: [row[name] for row in rows] for name in ORBIT}, 2).tolist() == [1, 0, 1, 0, 1]

@@ -1,4 +1,4 @@
-"""What is not filled, or in part, is never told as zero, in one wording everywhere."""
+"""Unfilled or partly filled periods never count as zero, and are described the same everywhere."""
 
 import json
 
@@ -39,18 +39,20 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
         (KNOWN, [(21, 10**9)], 1.6, [1.6], "periods 21-1000000000 |go up to period 20|--code"),
     ],
 )
-def test_what_is_not_filled_what_is_and_what_fills_it(known, periods, a, filled_at, named):
+def test_the_message_names_what_is_unfilled_what_is_filled_and_the_command(
+    known, periods, a, filled_at, named
+):
     said = there(describe_unfilled(known, periods, a, filled_at))
     assert [each for each in named.split("|") if each not in said] == []
 
 
 @pytest.mark.parametrize("periods", [[(2, 8)], [], [(0, 1)]])
-def test_of_what_is_filled_nothing_is_said(periods):
+def test_filled_periods_get_no_message(periods):
     assert describe_unfilled(KNOWN, periods, 1.6, [1.6]) is None
     assert describe_unfilled([fill(9, "filling")], [(9, 9)], 1.6, [1.6]) is None
 
 
-def test_a_subset_does_not_claim_zero_of_what_is_not_filled(varied):
+def test_a_subset_does_not_count_unfilled_periods_as_zero(varied):
     catalogue = Catalogue(varied)
     assert repr(catalogue.select(p=9, status="orbit")) == (
         "<period 9 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): "
@@ -64,7 +66,7 @@ def test_a_subset_does_not_claim_zero_of_what_is_not_filled(varied):
     )
 
 
-def test_the_only_a_of_a_catalogue_is_meant_where_none_is_named(tmp_path):
+def test_the_only_a_of_a_catalogue_is_the_default(tmp_path):
     path = tmp_path / "orbits.db"
     assert Catalogue.create(path).a == 1.6
     fill_word(path, "13", 0.5)
@@ -87,21 +89,21 @@ READERS = ["query --status orbit", "query --json", "table", "entropy", "lyapunov
 
 
 @pytest.mark.parametrize("command", slow_but(READERS[:4], READERS))
-def test_no_command_tells_what_is_not_filled_as_zero(cli, varied, tmp_path, monkeypatch, command):
+def test_no_command_counts_unfilled_periods_as_zero(cli, varied, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     for more, said in (["--p", "13", "--a", "1.6"], GAP), (["--a", "3"], NOWHERE):
         done = cli(*command.split(), *more, "--db", str(varied))
         lines = done.err.replace(f" --db {varied}", "").splitlines()
         assert done.code == 1
         assert lines[0].startswith(said)
-        assert len(lines) == 1 + (command == "verify" and said == GAP)  # it says that the file is sound, too
+        assert len(lines) == 1 + (command == "verify" and said == GAP)  # it also says the file is sound
         assert "no orbits" not in done.err
 
 
 @pytest.mark.parametrize(
     "command", slow_but(["table"], [*READERS[:6], "query --code 13", "plot orbit --code 13 --force -o f.svg"])
 )
-def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
+def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     cli("fill", "--p", "4", "--a", "1")
     done = cli(*command.split())
@@ -112,13 +114,13 @@ def test_commands_ask_at_the_only_a(cli, tmp_path, monkeypatch, command):
     assert cli(*command.split()).says(2, "a = 1, 2", "--a")
 
 
-def test_births_are_missed_where_they_are_asked_for(varied):
+def test_missing_births_are_reported_only_if_needed(varied):
     assert answer(varied, without_births, choose(p="3-4"), ("born",)) == [3, 4]
     assert answer(varied, without_births, choose(), order="dies desc") == [2, 3, 4, 5, 6]
     assert answer(varied, without_births, choose(p="3-4")) == []
 
 
-def test_births_of_a_period_under_way_count_nothing(tmp_path, cli):
+def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):
     assert cli("births", "--p", "5").code == 0
     assert Catalogue(tmp_path / "orbits.db").counts(a=0.7).chosen == (2, 3, 4, 5)
     alter(tmp_path / "orbits.db", "UPDATE birth_fill SET state = 'filling' WHERE p = 5")
@@ -145,7 +147,7 @@ def notes(outcome):
 
 
 @pytest.mark.parametrize("command", slow_but(["query"], ["query", "export"]))
-def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
+def test_rows_of_a_partial_period_are_shown_with_a_note(cli, partial, command):
     whole = cli(command, "--format", "csv", "--p", "2-8")
     assert notes(whole) == []
     asked = cli(command, "--format", "csv", "--p", "2-9")
@@ -156,7 +158,7 @@ def test_rows_of_a_part_are_shown_and_said_to_be_one(cli, partial, command):
 
 
 @pytest.mark.parametrize("command", slow_but(["lyapunov"], ["table", "entropy", "lyapunov"]))
-def test_averages_are_over_whole_periods(cli, partial, command):
+def test_averages_use_whole_periods_only(cli, partial, command):
     whole, asked = cli(command, "--p", "2-8"), cli(command)
     assert notes(whole) == []
     assert notes(asked) == [LEFT_OUT]
@@ -164,7 +166,7 @@ def test_averages_are_over_whole_periods(cli, partial, command):
 
 
 @pytest.mark.slow
-def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_fill):
+def test_a_stability_cut_needs_all_lower_periods(cli, filled, begin_fill):
     begin_fill(filled, 9).close()
     below = cli("lyapunov", "--cut", "8", "--p", "2-8", "--json")
     above = cli("lyapunov", "--cut", "8", "--json")
@@ -178,13 +180,13 @@ def test_an_average_cut_by_stability_needs_all_lower_periods(cli, filled, begin_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["entropy", "lyapunov", "sheet", "phase-space", "lengths"])
-def test_figures_say_it(cli, partial, tmp_path, kind):
+def test_figures_report_partial_periods(cli, partial, tmp_path, kind):
     few = ["--limit", "4"] if kind == "sheet" else []
     drawn = cli("plot", kind, "--p", "7-9", *few, "-o", str(tmp_path / "figure.png"))
     assert notes(drawn) == [LEFT_OUT if kind in ("entropy", "lyapunov") else SENTENCE]
 
 
-def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
+def test_an_exported_file_records_partial_periods(cli, partial, tmp_path):
     for name, periods, expected in (("part.csv", "9", [9]), ("whole.csv", "8", [])):
         cli("export", str(tmp_path / name), "--p", periods)
         kept = json.loads((tmp_path / f"{name}-metadata.json").read_text())
@@ -193,7 +195,7 @@ def test_a_file_keeps_what_was_partial(cli, partial, tmp_path):
 
 @pytest.fixture(params=["not begun", "begun"])
 def busy(request, filled, begin_fill):
-    """A catalogue with p = 2..8 in which a fill of p = 9 goes a batch further behind every question."""
+    """A catalogue with p = 2..8 in which a fill of p = 9 advances one batch after every query."""
     begun = request.param == "begun"
     going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])
     at_work = False
@@ -211,13 +213,13 @@ def busy(request, filled, begin_fill):
 
 
 @pytest.mark.parametrize("command", slow_but(["lyapunov"], ["query", "entropy", "lyapunov", "verify"]))
-def test_what_a_command_says_is_of_one_moment(cli, busy, command):
+def test_a_command_describes_one_moment(cli, busy, command):
     asked = cli(command, "--p", "8-9")
     said = LEFT_OUT if command in ("entropy", "lyapunov") else SENTENCE
     assert notes(asked) == [said] * len(busy)
 
 
-def test_whole_periods_are_read_without_their_neighbours_parts(partial):
+def test_whole_periods_are_read_without_partial_ones(partial):
     found = answer(partial, read_whole, Selection())
     assert found.periods == list(range(2, 9))
     assert found.classes.p.max() == found.highest == 8

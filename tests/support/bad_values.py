@@ -1,4 +1,4 @@
-"""What people, programs and bad luck write behind the options, and expressions made by a grammar."""
+"""Bad values of options, from people, programs and bad luck, and random expressions from a grammar."""
 
 import random
 from pathlib import Path
@@ -52,7 +52,7 @@ FORMATS = ["csv", "tsv", "json", "jsonl", "table", "xml", "", "CSV", "\udcff", "
 
 
 def paths(folder: Path, ending: str) -> list[str]:
-    """Return names of files that can, or cannot, be written."""
+    """Return names of files, some of which cannot be written."""
     names = [f"ok{ending}", ending, f"{'n' * 300}{ending}", f"missing/x{ending}", f"\udcff{ending}", "noext",
              f"file/x{ending}", f"new\nline{ending}", f"\x1b[31m{ending}", f"folder{ending}"]  # fmt: skip
     nowhere = ["", ".", "/", "/dev/full", "/dev/null", f"a\x00b{ending}"]
@@ -60,13 +60,13 @@ def paths(folder: Path, ending: str) -> list[str]:
 
 
 def make_paths(folder: Path, ending: str) -> None:
-    """Make what stands in the way of some of the `paths`."""
+    """Create the obstacles to some of the `paths`."""
     (folder / "file").write_text("not a folder")
     (folder / f"folder{ending}").mkdir()
 
 
 def databases(folder: Path) -> list[str]:
-    """Return names that are no catalogues, or none that can be used; make what is there of them."""
+    """Create files that are not usable catalogues; return their names and others."""
     import os
     import sqlite3
 
@@ -118,7 +118,7 @@ def expression(rng: random.Random, depth: int = 3) -> str:
 
 
 def damaged(rng: random.Random) -> str:
-    """Return an expression, one in three with something put into it or taken from it."""
+    """Return an expression; one in three has something inserted or removed."""
     text = expression(rng)
     if rng.random() < 0.33:
         place = rng.randrange(len(text) + 1)

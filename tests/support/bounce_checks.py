@@ -1,7 +1,7 @@
-"""What must hold of one stored orbit, and what may be off: bounce by bounce, in Python's own numbers.
+"""The conditions on a stored orbit and their tolerances, bounce by bounce, in plain Python numbers.
 
-The formulas are those that the docstrings of `orbitdb.verification.invariants` give; nothing of its code is
-used, and no array but the Hessian.
+The formulas are those in the docstrings of `orbitdb.verification.invariants`. None of its code is used, and
+no array except the Hessian.
 """
 
 import sys
@@ -17,7 +17,7 @@ VAGUE = 1e-2
 
 @dataclass(frozen=True)
 class Row:
-    """A stored row; its word has symbols 0..5, and x are its coordinates."""
+    """A stored row; `word` has symbols 0..5, and `x` are its coordinates."""
 
     a: float
     word: tuple[int, ...]
@@ -34,7 +34,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Bounce:
-    """One bounce: paths and sines of arrival and departure, and by how much angles may be off."""
+    """One bounce: path lengths, cosines and sines of arrival and departure, and error bounds of angles."""
 
     curved: bool
     cosines: tuple[float, float]
@@ -45,7 +45,7 @@ class Bounce:
 
 
 def place(a: float, symbol: int, x: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return where a bounce is, and the tangent in which its coordinate grows."""
+    """Return the position of a bounce, and the tangent along which its coordinate grows."""
     if symbol in (0, 2):
         return (x, symbol - 1.0), (1.0, 0.0)
     side = 1 if symbol in (3, 5) else -1
@@ -76,17 +76,17 @@ def bounces(row: Row) -> list[Bounce]:
 
 
 def rounding(row: Row) -> float:
-    """Return how far rounding may carry a place on the table."""
+    """Return how far rounding may move a position on the table."""
     return 4 * EPS * (row.a + 2)
 
 
 def off(row: Row) -> float:
-    """Return how far a bounce may be from where the orbit has it."""
+    """Return how far a bounce may be from its place on the orbit."""
     return row.error + rounding(row)
 
 
 def walls(row: Row) -> tuple[float, float]:
-    """Return how far the worst bounce is beyond its wall, or behind the one after which it comes."""
+    """Return how far the worst bounce is beyond its wall, or out of order in its run, and the tolerance."""
     margin = least_margin(row)
     beyond = abs(margin) if row.boundary else -margin
     back = [
@@ -104,7 +104,7 @@ def least_margin(row: Row) -> float:
 
 
 def reflection(row: Row) -> tuple[float, float]:
-    """Return the force at the bounce where it is most above what angles that are off allow."""
+    """Return force and tolerance at the bounce where their ratio is largest."""
     pairs = [
         (abs(b.cosines[0] - b.cosines[1]), sum((s + t) * t for s, t in zip(b.sines, b.tilts, strict=True)))
         for b in bounces(row)
@@ -113,7 +113,7 @@ def reflection(row: Row) -> tuple[float, float]:
 
 
 def residuals(row: Row) -> tuple[float, float]:
-    """Return by how much the residual differs from the largest force."""
+    """Return the difference of the residual and the largest force, and its tolerance."""
     found = bounces(row)
     force = max(abs(b.cosines[0] - b.cosines[1]) for b in found)
     shortest = min(path for b in found for path in b.paths)
@@ -121,12 +121,12 @@ def residuals(row: Row) -> tuple[float, float]:
 
 
 def stretches(row: Row) -> list[float]:
-    """Return by how much the link behind each bounce may be too long or too short."""
+    """Return the error bound on the length of the link after each bounce."""
     return [2 * off(row) + 4 * EPS * b.paths[1] for b in bounces(row)]
 
 
 def diagonal(row: Row) -> list[tuple[float, float, float]]:
-    """Return of each bounce sin^2 / l of both links, the sines on a semicircle, and by how much it is off."""
+    """Return sin^2 / l of both links at each bounce, the sines if curved, and their error bound."""
     stretch, entries = stretches(row), []
     for i, b in enumerate(bounces(row)):
         own = loose = 0.0
@@ -138,7 +138,7 @@ def diagonal(row: Row) -> list[tuple[float, float, float]]:
 
 
 def couplings(row: Row) -> list[tuple[float, float]]:
-    """Return sin sin' / l of the link behind each bounce, and by how much (cos cos' - t . t') / l is off."""
+    """Return sin sin' / l of the link after each bounce, and the error bound of (cos cos' - t . t') / l."""
     found, stretch, entries = bounces(row), stretches(row), []
     for i, b in enumerate(found):
         other, path = found[(i + 1) % len(found)], b.paths[1]
@@ -150,7 +150,7 @@ def couplings(row: Row) -> list[tuple[float, float]]:
 
 
 def lengths(row: Row) -> tuple[float, float]:
-    """Return by how much the length differs from the sum of the links; at the orbit it is stationary."""
+    """Return the difference of the length and the sum of links, and its tolerance near a stationary path."""
     paths = [b.paths[1] for b in bounces(row)]
     firm = sum(own + sines + loose for own, sines, loose in diagonal(row))
     firm += sum(2 * (coupling + loose) for coupling, loose in couplings(row))
@@ -159,7 +159,7 @@ def lengths(row: Row) -> tuple[float, float]:
 
 
 def exponents(row: Row) -> tuple[float, float]:
-    """Return lambda from kicks and drifts between the feet of the centres, and by how much it may be off."""
+    """Return lambda from kicks and drifts between the feet of the centres, and its error bound."""
     found, stretch = bounces(row), stretches(row)
     p = len(found)
     sines = [sum(b.sines) / 2 if b.curved else 0.0 for b in found]
@@ -182,7 +182,7 @@ def exponents(row: Row) -> tuple[float, float]:
 
 
 def lambdas(row: Row) -> tuple[float, float] | None:
-    """Return by how much lambda differs from that of the bounces, None if these do not tell it."""
+    """Return the difference of lambda and that of the bounces, with its tolerance, or None if too vague."""
     middle, spread = exponents(row)
     return (
         (abs(row.lyapunov - middle), row.lyapunov_error + spread) if spread < VAGUE * (1 + middle) else None
@@ -190,9 +190,9 @@ def lambdas(row: Row) -> tuple[float, float] | None:
 
 
 def determinant(row: Row) -> tuple[bool, float, float] | None:
-    """Tell if the Hessian's signature is wrong, and by how much ln |det H| differs from what lambda says.
+    """Tell whether the Hessian's signature is wrong; compare ln |det H| with lambda.
 
-    None if an eigenvalue could have either sign.
+    Returns the difference and its tolerance, too, or None if an eigenvalue could have either sign.
     """
     p, found = len(row.word), bounces(row)
     entries, beside = diagonal(row), couplings(row)
@@ -222,7 +222,7 @@ def determinant(row: Row) -> tuple[bool, float, float] | None:
 
 
 def checked(row: Row) -> dict[str, tuple[int, float, float]]:
-    """Return of each check how many rows it tells of, what is off, and its share of what is allowed."""
+    """Return for each check the number of rows checked, the deviation, and its share of the tolerance."""
     distances = {
         "walls": walls(row),
         "margins": (abs(row.margin - least_margin(row)), off(row)),

@@ -1,4 +1,4 @@
-"""Catalogues made by fills or changed by hand, and what they hold, in forms that can be compared."""
+"""Catalogues made by fills or altered by hand, and their contents in comparable forms."""
 
 import sqlite3
 from collections.abc import Callable, Iterable
@@ -25,7 +25,7 @@ _TABLES = {
 
 
 def made(path: Path, *fills: Iterable[object]) -> Path:
-    """Create a catalogue, and take fills that have not begun to their end."""
+    """Create a catalogue and run fills in it."""
     Catalogue.create(path)
     for fill in fills:
         for _ in fill:
@@ -34,7 +34,7 @@ def made(path: Path, *fills: Iterable[object]) -> Path:
 
 
 def alter(path: Path, *statements: str) -> None:
-    """Change a file by hand, as somebody who may do all that SQLite can."""
+    """Alter a file by hand, with all that SQLite allows."""
     with closing(sqlite3.connect(path)) as plain, plain:
         plain.execute("PRAGMA writable_schema = ON")
         for statement in statements:
@@ -42,13 +42,13 @@ def alter(path: Path, *statements: str) -> None:
 
 
 def ask(path: Path, query: str) -> list[tuple[Any, ...]]:
-    """Return the rows that a query finds."""
+    """Return the rows of a query."""
     with closing(sqlite3.connect(path)) as plain:
         return plain.execute(query).fetchall()
 
 
 def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Everything stored but times, row numbers and provenance."""
+    """Return everything stored except times, row ids and provenance."""
     with closing(sqlite3.connect(path)) as plain:
         found = {
             "catalogue": plain.execute(
@@ -70,7 +70,7 @@ def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Every row but times and provenance, with the numbers of its rows, in the order they are stored."""
+    """Return every row except times and provenance, with row ids, in stored order."""
     with closing(sqlite3.connect(path)) as plain:
         assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
         return {
@@ -80,13 +80,13 @@ def rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def is_sound(path: Path) -> bool:
-    """Tell whether SQLite finds the file sound, after taking up what its journal holds."""
+    """Tell whether SQLite finds the file sound, after recovering its journal."""
     with closing(sqlite3.connect(path)) as plain:
         return plain.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
 
 
 def agrees(path: Path) -> int:
-    """Check that cursors have the classes stored, with words and orbits; return how many words."""
+    """Check that the classes up to each cursor are stored with their words and orbits; count the words."""
     with closing(sqlite3.connect(path, timeout=30, isolation_level=None)) as plain:
         if not plain.execute("PRAGMA user_version").fetchone()[0]:
             return 0
@@ -119,6 +119,6 @@ def checks(path: Path, selection: Selection | None = None, **options: Any) -> di
 
 
 def answer(path: Path, ask: Callable[..., Answer], *arguments: Any, **options: Any) -> Answer:
-    """Put a question to a catalogue as it is at one moment."""
+    """Ask a catalogue a question at one moment."""
     with reading(path) as moment:
         return ask(moment, *arguments, **options)

@@ -1,4 +1,4 @@
-"""Edge words and windows as text, and the codes that edge words stand for."""
+"""Edge words and windows as text, and the codes of edge words."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def text_of(letters: Letters) -> str:
 
 
 def edge_words(words: np.ndarray) -> Letters:
-    """Return the edges of admissible words, shape (N, p): edge i leads from bounce i to the one behind it.
+    """Return the edges of admissible words, shape (N, p); edge i leads from bounce i to the next.
 
     Parameters
     ----------
@@ -43,9 +43,9 @@ def edge_words(words: np.ndarray) -> Letters:
 
 
 def code_of(edges: str) -> str:
-    """Return the code of a cyclic edge word, beginning with the bounce before its first edge.
+    """Return the code of a cyclic edge word, starting with the bounce before its first edge.
 
-    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle:
+    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle, so
     the code goes round twice.
     """
     word = letters_of(edges)
@@ -64,12 +64,12 @@ def code_of(edges: str) -> str:
 
 
 def windows_of(*texts: str) -> Windows:
-    """Return windows of one length, each written with a bar at its mark."""
+    """Read windows of equal length, each with a bar at its mark."""
     marks = np.array([text.index("|") for text in texts], dtype=np.intp)
     return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
 
 
 def texts_of(windows: Windows) -> list[str]:
-    """Return windows as text, a bar at the mark."""
+    """Return windows as text with a bar at the mark."""
     marked = zip(map(text_of, windows.letters), windows.mark, strict=True)
     return [f"{text[:mark]}|{text[mark:]}" for text, mark in marked]

@@ -1,4 +1,4 @@
-"""What is read back from the axes of a figure."""
+"""Reading figures back from their axes."""
 
 from typing import Any
 
@@ -13,13 +13,13 @@ COLOURS = {BLUE, ORANGE, GREEN, PURPLE, INK, GREY, FAINT}
 
 
 def named(ax: Axes, label: str) -> Floats:
-    """Return the points of the line whose label begins so, shape (2, n)."""
+    """Return the points of the line whose label starts with `label`, shape (2, n)."""
     (found,) = (each for each in ax.lines if str(each.get_label()).startswith(label))
     return np.array(found.get_data(), dtype=float)
 
 
 def legend(ax: Axes) -> list[str]:
-    """Return what a legend of the axes says; its lines can be told apart by colour, dash and marker."""
+    """Return the texts of the legend; check that its lines differ in colour, dash or marker."""
     named = dict(zip(*ax.get_legend_handles_labels()[::-1], strict=True))
     lines = [each for each in named.values() if hasattr(each, "get_marker")]
     looks = {(to_hex(each.get_color()), each.get_linestyle(), each.get_marker()) for each in lines}
@@ -28,7 +28,7 @@ def legend(ax: Axes) -> list[str]:
 
 
 def paths_of(ax: Axes, count: int) -> list[tuple[Floats, str]]:
-    """Return the closed paths of so many bounces, and their colours."""
+    """Return the closed paths of `count` bounces, and their colours."""
     points = [(np.asarray(each.get_xydata()), to_hex(each.get_color())) for each in ax.lines]
     return [
         (each[:-1], colour)
@@ -38,7 +38,7 @@ def paths_of(ax: Axes, count: int) -> list[tuple[Floats, str]]:
 
 
 def heights(filled: Any) -> set[float]:
-    """Return all heights of the edge of a band."""
+    """Return all heights on the edge of a band."""
     return set(filled.get_paths()[0].vertices[:, 1].round(9).tolist())
 
 
@@ -48,7 +48,7 @@ def texts(ax: Axes) -> dict[str, tuple[float, float]]:
 
 
 def says(ax: Axes, x: str, y: str) -> None:
-    """Check the labels of the axes, and that lines have colours of the house."""
+    """Check the labels of the axes, and that lines use the package's colours."""
     assert (ax.get_xlabel(), ax.get_ylabel()) == (x, y)
     assert {to_hex(each.get_color()) for each in ax.lines} <= COLOURS
 

@@ -1,4 +1,4 @@
-"""Trajectories that start at random, written down bounce by bounce, and how evenly numbers are spread."""
+"""Random trajectories, recorded bounce by bounce, and a test of uniformity."""
 
 from dataclasses import dataclass
 
@@ -11,8 +11,8 @@ from orbitdb.trajectories.rays import Rays, bounce
 def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
     """Draw n rays from the invariant measure of the bounces.
 
-    The position is uniform in arclength, the sine of the angle to the normal uniform, so that every
-    later bounce is as fair a sample as the first.
+    The position is uniform in arclength and the sine of the angle to the normal uniform, so each later bounce
+    has the same distribution.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
 
 @dataclass(frozen=True)
 class Itineraries:
-    """The symbols and coordinates of the bounces behind given ones, and the path to each, shape (N, p)."""
+    """Symbols and coordinates of the bounces after given ones, and the path to each, shape (N, p)."""
 
     symbols: np.ndarray
     coordinates: np.ndarray
@@ -44,7 +44,7 @@ class Itineraries:
 
 
 def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
-    """Follow trajectories, and one bounce more, which says whether the last one is single."""
+    """Follow trajectories, and one extra bounce, which shows whether the last one is single."""
     hits = [bounce(rays, stadium.a)]
     for _ in range(steps):
         hits.append(bounce(hits[-1].rays, stadium.a))
@@ -55,7 +55,7 @@ def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
 
 
 def is_uniform(values: np.ndarray, low: float, high: float) -> bool:
-    """Kolmogorov's and Smirnov's test at the level 1e-3."""
-    from scipy.stats import kstest  # takes as long as many a test
+    """Run a Kolmogorov-Smirnov test at the level 1e-3."""
+    from scipy.stats import kstest  # importing it takes as long as many tests
 
     return bool(kstest(values, "uniform", (low, high - low)).pvalue > 1e-3)

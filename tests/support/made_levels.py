@@ -1,4 +1,4 @@
-"""Levels that are spaced as Weyl's law has it, stored as if they had been found."""
+"""Levels spaced by Weyl's law, stored as if they had been computed."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from orbitdb.quantum.levels import LevelWindow
 from orbitdb.store.writing.writer import Writer, keep_levels
 
 WINDOWS = ((0.0, 5.0), (5.0, 9.0), (10.0, 11.0))
-"""Of k; between 9 and 10 there is a gap."""
+"""Windows of k, with a gap between 9 and 10."""
 
 
 def keep_made_levels(path: Path) -> dict[str, list[float]]:

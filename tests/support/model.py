@@ -1,4 +1,4 @@
-"""A catalogue as plain Python: a list of dicts, made of its tables by hand, to compare every answer with."""
+"""A catalogue as a plain list of dicts, built from its tables by hand, to compare every answer with."""
 
 import re
 import sqlite3
@@ -16,7 +16,7 @@ Row = dict[str, Any]
 
 
 class Rows(list[Row]):
-    """Rows that are not written out where a test fails."""
+    """Rows; a short repr keeps them out of the output of failed tests."""
 
     def __repr__(self) -> str:
         return f"<{len(self)} rows>"
@@ -31,7 +31,7 @@ INTEGERS = ("p", "element", "class_size", "walls", "maslov", "cycle", "iteration
 
 
 def rows_of(path: Path) -> Rows:
-    """Return what is known of every word at every a in the natural order, and of pruned words at each."""
+    """Return every word at every a in natural order, and pruned words at each a."""
     with closing(sqlite3.connect(path)) as plain:
         plain.row_factory = sqlite3.Row
         changes = defaultdict(list)
@@ -49,7 +49,7 @@ def rows_of(path: Path) -> Rows:
 
 
 def natural(row: Row) -> tuple[Any, ...]:
-    """Return what rows are sorted by in the end."""
+    """Return the key of the natural order."""
     none = row["representative"] is None
     return row["a"], row["p"], none, row["representative"] or row["code"], row["element"] or 0
 
@@ -103,7 +103,7 @@ def _pruned(stored: sqlite3.Row, a: float) -> Row:
 
 
 def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]) -> list[Row]:
-    """Return the rows that criteria choose, an expression by its own test."""
+    """Return the rows that criteria choose; an expression is replaced by its own test."""
     statuses = (criteria.get("status") or "").split(",")
     periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
     where = conditions.get(criteria.get("where", ""))
@@ -138,7 +138,7 @@ def lives(row: Row, at: float) -> bool:
 
 
 def left_open(row: Row, at: float) -> bool:
-    """Tell whether some a is a change of a word, within twice its error."""
+    """Tell whether some a is within twice the error of a change of a word."""
     return any(abs(a - at) <= 2 * error for a, error, _ in row["changes"])
 
 
@@ -147,7 +147,7 @@ def _within(value: float | None, low: float | None, high: float | None) -> bool:
 
 
 def in_order(rows: list[Row], order: str) -> list[Row]:
-    """Return rows by columns, the last one first, as each sort keeps the order of equal rows; none last."""
+    """Sort rows by columns, last column first because sorts are stable; missing values come last."""
     for part in reversed(order.split(",")):
         name, _, direction = part.strip().lstrip("-").partition(" ")
         falling = part.strip().startswith("-") != (direction == "desc")
@@ -162,7 +162,7 @@ def _comparable(value: Any) -> Any:
 
 
 def cut(rows: list[Row], limit: int | None, offset: int) -> list[Row]:
-    """Return so many rows behind the first ones."""
+    """Return at most `limit` rows from `offset` on."""
     return rows[offset:] if limit is None else rows[offset : offset + limit]
 
 

@@ -1,4 +1,4 @@
-"""Catalogues of schema 6, which had one row a word."""
+"""Catalogues of schema 6, which had one row per word."""
 
 import sqlite3
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ _CHANGED = ("cycle", "sequence", "pruned", "element", "fill", "alembic_version")
 
 
 def empty(path: Path) -> sqlite3.Connection:
-    """Make a catalogue of schema 6 that holds nothing, and connect to it."""
+    """Create an empty catalogue of schema 6, and connect to it."""
     plain = sqlite3.connect(path, isolation_level=None)
     plain.executescript(f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 6; {BASELINE}")
     plain.executescript(f"{REVISIONS}; INSERT INTO alembic_version VALUES ('0006')")
@@ -22,7 +22,7 @@ def empty(path: Path) -> sqlite3.Connection:
 
 
 def add_classes(plain: sqlite3.Connection, words: Iterable[str]) -> list[int]:
-    """Store the classes of some least words as schema 6 did, with all their words; return their numbers."""
+    """Store the classes of some least words as schema 6 did, with all their words; return their ids."""
     numbers = []
     for word in words:
         stabiliser = symmetry.class_of(word).stabiliser
@@ -41,7 +41,7 @@ def add_classes(plain: sqlite3.Connection, words: Iterable[str]) -> list[int]:
 
 
 def make_older(path: Path) -> None:
-    """Turn a catalogue into what schema 6 had: a row for each word."""
+    """Convert a catalogue to schema 6, with a row for each word."""
     new = path.with_name(f"{path.name}.new")
     with closing(sqlite3.connect(path)) as plain:
         plain.execute("PRAGMA journal_mode = DELETE")

@@ -1,4 +1,4 @@
-"""orbitdb as users start it, in processes of its own that can be stopped, killed and starved."""
+"""orbitdb as users start it, in its own processes, which can be stopped, killed and starved."""
 
 import contextlib
 import io
@@ -22,7 +22,7 @@ import sys
 from orbitdb.filling import fill
 from orbitdb.cli.main import run
 from orbitdb.store.file import database
-database.BUSY_TIMEOUT = 60.0  # seconds: where three fill and the machine is busy, some wait longer than 5
+database.BUSY_TIMEOUT = 60.0  # seconds; with three fills on a busy machine, some wait longer than 5
 for name in fill.METHODS:
     fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, {words})
 print("ready", flush=True)
@@ -31,7 +31,7 @@ run()
 
 
 def small_blocks(words: int = 64) -> list[str]:
-    """Return the command with blocks of so many words, which says ``ready`` when all is imported."""
+    """Return a command with blocks of `words` words, which prints ``ready`` after its imports."""
     return [sys.executable, "-P", "-c", _SMALL.format(words=words)]
 
 
@@ -43,7 +43,7 @@ def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any
 
 
 def start(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any) -> Going:
-    """Start a command in a process group of its own, as a shell does."""
+    """Start a command in its own process group, as a shell does."""
     return subprocess.Popen(
         [*command, *map(str, arguments)],
         stdin=subprocess.DEVNULL,
@@ -56,20 +56,20 @@ def start(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: A
 
 
 def wait_until_ready(process: Going) -> None:
-    """Wait for the first line of a command that was started with `small_blocks`."""
+    """Wait for the first line of a command started with `small_blocks`."""
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
 
 
 def alive(group: int) -> list[int]:
-    """Return the processes of a group that are at work."""
+    """Return the running processes of a group."""
     listed = subprocess.run(["ps", "-eo", "pid=,pgid=,stat="], capture_output=True, text=True, check=True)
     members = [line.split() for line in listed.stdout.splitlines()]
     return [int(pid) for pid, pgid, state in members if int(pgid) == group and not state.startswith("Z")]
 
 
 def nobody_left(process: Going) -> bool:
-    """Tell whether all processes of a command that has ended end with it, in a moment."""
+    """Tell whether all processes of an ended command end soon."""
     deadline = time.monotonic() + 30
     while alive(process.pid) and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -77,25 +77,25 @@ def nobody_left(process: Going) -> bool:
 
 
 def workers_of(process: int) -> list[int]:
-    """Return the processes that solve for another one."""
+    """Return the worker processes of a process."""
     command = ["ps", "-o", "pid=", "--ppid", str(process)]
     listed = subprocess.run(command, capture_output=True, text=True, check=False).stdout
     found = []
     for pid in map(int, listed.split()):
-        with contextlib.suppress(OSError):  # it may have ended
+        with contextlib.suppress(OSError):  # may have ended
             if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text():
                 found.append(pid)
     return found
 
 
 def kill_group(process: Going) -> None:
-    """Kill a command and all its processes at once, as a machine that goes down does."""
+    """Kill a command and all its processes at once, like a crashing machine."""
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
 
 
 def seeded(seed: int) -> random.Random:
-    """Return a source of random moments; the seed is printed, and shown if the test fails."""
+    """Return a source of random moments; the seed is printed and shown if the test fails."""
     print(f"seed {seed}")
     return random.Random(seed)
 
@@ -111,7 +111,7 @@ for each in run_here(json.loads(sys.argv[1]), Path(sys.argv[2])):
 
 
 def run_here(commands: Sequence[Sequence[str]], path: Path) -> Iterator[tuple[list[str], int, str]]:
-    """Run commands one after the other; give what each was, its exit code and stderr."""
+    """Run commands in turn; yield each with its exit code and stderr."""
     from orbitdb.cli.main import execute
 
     for arguments in commands:
@@ -124,7 +124,7 @@ def run_here(commands: Sequence[Sequence[str]], path: Path) -> Iterator[tuple[li
 def run_several(
     commands: Sequence[Sequence[str]], path: Path, **options: Any
 ) -> list[tuple[list[str], int, str]]:
-    """Run commands one after the other in one process; return what each was, its exit code and stderr."""
+    """Run commands in turn in one process; return each with its exit code and stderr."""
     asked = json.dumps([list(arguments) for arguments in commands])
     done = run(asked, path, command=[sys.executable, "-P", "-c", _SEVERAL], **options)
     assert done.returncode == 0, done.stderr
@@ -132,7 +132,7 @@ def run_several(
 
 
 def commands() -> list[str]:
-    """Return the names of its commands."""
+    """Return the names of all commands."""
     from orbitdb.cli.app import program
 
     known = [command for command in program().registered_commands if not command.hidden]

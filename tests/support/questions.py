@@ -1,4 +1,4 @@
-"""Questions to ask of a catalogue, as Hypothesis draws them; what they choose stands in `model`."""
+"""Questions to a catalogue, as drawn by Hypothesis; `model` has the answers."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,17 +14,17 @@ from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.store.asking.conditions import COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
-"""Where, by hand, every third class that is stored with its births dies and is born again, and the error."""
+"""Where every third class with stored births is made to die and be reborn, and the error."""
 
 EDGES = [at + times * ERROR for at in (DIED, REBORN) for times in (-3, -2, -1, 0, 1, 2, 3)]
-"""At a death and at a birth, and on either side; two errors away they are told."""
+"""At a death and a birth, and on either side; from two errors on, the sides differ."""
 LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1",
         "13" * 10 + "0", "1232131" * 3 + "131", "13" * 11 + "31", "0103" * 6 + "13")  # fmt: skip
-"""Words that have no key, of three periods, some in the wrong order: pruned ones, large and small classes."""
+"""Words too long for a key, of several periods, unsorted: pruned words, large and small classes."""
 
 
 def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:
-    """Return a test of some columns that no row without them passes, as in SQL."""
+    """Return a test that also fails for rows where one of the columns is missing, as in SQL."""
     return lambda row: None not in [row[name] for name in names] and test(row)
 
 
@@ -84,7 +84,7 @@ NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_siz
 
 
 def catalogue_to_ask(path: Path) -> Catalogue:
-    """Fill two a, births with deaths to p = 5, a part of a period, pruned words and long ones."""
+    """Fill two a, births with deaths to p = 5, part of a period, pruned words and long ones."""
     catalogue = Catalogue.create(path)
     known = fill_periods(path, 1.6, range(2, 6)), fill_periods(path, 1.0, range(2, 4))
     made(path, *known, fill_births(path, range(2, 6)), fill_geometric(path, [3, 4]))
@@ -106,6 +106,6 @@ def expected(
     limit: int | None = None,
     offset: int = 0,
 ) -> list[model.Row]:
-    """Return the rows that a question has for an answer."""
+    """Return the rows that answer a question."""
     found = model.in_order(model.chosen(rows, criteria, WHERE), order)
     return model.cut(found, limit, offset)

@@ -1,4 +1,4 @@
-"""Which cases of a test the default run takes; the others are marked slow, or left out of CI."""
+"""The cases of a test that the default run includes; others are marked slow, or left out of CI."""
 
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -9,7 +9,7 @@ import pytest
 def slow_but(
     kept: int | Collection[Any], values: Iterable[Any], mark: pytest.MarkDecorator = pytest.mark.slow
 ) -> list[Any]:
-    """Return the values of one parameter, or tuples of several; all but some, or the first, are marked."""
+    """Return values, or tuples of several; all are marked except the kept ones, or the first `kept`."""
     every = list(values)
     some = every[:kept] if isinstance(kept, int) else kept
     parts = [(value, value if isinstance(value, tuple) else (value,)) for value in every]
@@ -17,5 +17,5 @@ def slow_but(
 
 
 def fuzz_but(kept: Collection[Any], values: Iterable[Any]) -> list[Any]:
-    """Return the values, all but the kept ones left out of CI."""
+    """Return values; only the kept ones run in CI."""
     return slow_but(kept, values, pytest.mark.fuzz)

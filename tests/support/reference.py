@@ -1,8 +1,8 @@
-"""Orbits a second time, from nothing but plane geometry and mpmath.
+"""An independent computation of orbits, from plane geometry and mpmath alone.
 
 Nothing of orbitdb is used here. An orbit is a stationary point of the total length in the paper's p
-coordinates; Newton's method with the full p x p Hessian finds it from a solution in doubles. Lambda
-comes from the product of p flights and p reflections.
+coordinates. Newton's method with the full p x p Hessian finds it from a solution in doubles. Lambda comes
+from the product of p flights and p reflections.
 """
 
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ Placed = tuple[Vector, Vector, Vector]
 
 
 def point(symbol: int, x: mpf, a: mpf) -> Placed:
-    """Return a bounce's place on the table and its first two derivatives in the coordinate."""
+    """Return the position of a bounce and its first two derivatives in the coordinate."""
     if symbol in (0, 2):
         return (x, mpf(symbol - 1)), (mpf(1), mpf(0)), (mpf(0), mpf(0))
     outward = -1 if symbol in (1, 4) else 1
@@ -42,7 +42,7 @@ def _dot(u: tuple[mpf, mpf], v: tuple[mpf, mpf]) -> mpf:
 
 
 def _link(start: Placed, end: Placed) -> tuple[mpf, mpf, mpf, mpf, mpf, mpf]:
-    """Return a link's length and its derivatives: d1, d2, d11, d22, d12 in its two ends."""
+    """Return the length of a link and its derivatives d1, d2, d11, d22, d12 in its two ends."""
     (p, dp, ddp), (q, dq, ddq) = start, end
     step = (q[0] - p[0], q[1] - p[1])
     size = mp.sqrt(_dot(step, step))
@@ -93,7 +93,7 @@ def monodromy_trace(word: str, a: mpf, coordinates: list[mpf]) -> mpf:
 
 
 def stationary(word: str, a: mpf, coordinates: list[float]) -> list[mpf]:
-    """Return the coordinates where the length is stationary, near some, by Newton's method."""
+    """Return nearby coordinates where the length is stationary, by Newton's method."""
     x = [mpf(value) for value in coordinates]
     for _ in range(12):
         _, gradient, matrix = length_derivatives(word, a, x)
@@ -105,7 +105,7 @@ def stationary(word: str, a: mpf, coordinates: list[float]) -> list[mpf]:
 
 
 def refine(word: str, a: float, coordinates: list[float]) -> Reference:
-    """Find the orbit near a solution in doubles to `DIGITS` digits.
+    """Find the orbit near a solution in doubles, to `DIGITS` digits.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def refine(word: str, a: float, coordinates: list[float]) -> Reference:
     Raises
     ------
     ArithmeticError
-        If Newton's method does not converge quadratically from there.
+        If Newton's method does not converge from there.
     """
     with mp.workdps(DIGITS + 15):
         half_length = mpf(a)
@@ -142,9 +142,9 @@ def joint_coordinate(joint: str, symbol: str) -> tuple[mpf, mpf]:
 
 
 def birth_error(word: str, bounce: int, joint: str, a: float, start: list[float]) -> mpf:
-    """Return how far a birth is from the one to 50 digits, bounces counted from 1.
+    """Return the distance of a birth from its 50-digit value; bounces are counted from 1.
 
-    The orbit is followed from a solution in doubles, the birth found by the secant method.
+    The orbit is followed from a solution in doubles, and the secant method finds the birth.
     """
     with mp.workdps(DIGITS + 15):
         c0, c1 = joint_coordinate(joint, word[bounce - 1])

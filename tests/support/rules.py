@@ -1,10 +1,10 @@
-"""The paper's geometric rules read a second time, naively."""
+"""The paper's geometric rules, implemented again naively."""
 
 import re
 
 
 def broken_by_hand(word: str) -> list[int]:
-    """Look for the forbidden pieces in the word written three times, which shows every cyclic piece."""
+    """Search for forbidden pieces in the word written three times, which contains every cyclic piece."""
     p, text = len(word), word * 3
     found = set()
     if "00" in text or "22" in text:

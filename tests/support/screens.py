@@ -1,4 +1,4 @@
-"""The terminal UI without a terminal: driven by keys, and looked at."""
+"""The terminal UI without a terminal, driven by keys."""
 
 import asyncio
 import time
@@ -30,17 +30,17 @@ async def browsing(
     notifications: bool = False,
     state: Path | None = None,
 ) -> AsyncIterator[tuple[Any, Pilot[Any]]]:
-    """Run the app without a terminal; give it and its pilot."""
+    """Run the app without a terminal; yield it with its pilot."""
     app: Any = BrowseApp(path, selection or Selection(), code, state)
-    app.NOTIFICATION_TIMEOUT = 600.0  # so that a slow machine still finds them
+    app.NOTIFICATION_TIMEOUT = 600.0  # a slow machine must still find them
     async with app.run_test(size=size, notifications=notifications) as pilot:
         await settle(pilot)
         yield app, pilot
 
 
 async def settle(pilot: Pilot[Any]) -> None:
-    """Wait until the workers have told all they know."""
-    await pilot.pause()  # a dialog that closes may start a worker, and that one sends a message
+    """Wait for the workers and their messages."""
+    await pilot.pause()  # a closing dialog may start a worker, which sends a message
     await pilot.app.workers.wait_for_complete()
     await pilot.pause()
 
@@ -51,19 +51,19 @@ async def press(pilot: Pilot[Any], *keys: str) -> None:
 
 
 async def write(pilot: Pilot[Any], text: str, *keys: str, field: str = "Input") -> None:
-    """Write a field anew, and press keys that follow."""
+    """Replace the text of a field, then press keys."""
     pilot.app.screen.query_one(field, Input).value = text
     await press(pilot, *keys)
 
 
 async def ask(pilot: Pilot[Any], key: str, text: str) -> None:
-    """Open a dialog by its key, and give it a line."""
+    """Open a dialog by its key, and enter a line."""
     await pilot.press(key)
     await write(pilot, text, "enter")
 
 
 async def send(app: BrowseApp, key: str, shows: type[Screen[Any]]) -> None:
-    """Send a key and wait for a screen; while it fills, the process is never idle."""
+    """Send a key and wait for a screen; during a fill the process is never idle."""
     app.post_message(events.Key(key, key if len(key) == 1 else None))
     await until(lambda: isinstance(app.screen, shows))
 
@@ -85,7 +85,7 @@ def row_of(app: BrowseApp) -> Row:
 
 
 def screen_lines(app: BrowseApp) -> list[str]:
-    """Return the lines of the screen as texts."""
+    """Return the lines of the screen."""
     strips = app.screen._compositor.render_strips()
     return ["".join(segment.text for segment in strip) for strip in strips]
 

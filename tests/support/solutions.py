@@ -1,4 +1,4 @@
-"""Solved periods, kept for all tests of a process, and random words."""
+"""Solved periods, cached for all tests of a process, and random words."""
 
 from functools import cache
 
@@ -17,7 +17,7 @@ from orbitdb.symbols.words import unpack
 
 @cache
 def words_of(p: int) -> np.ndarray:
-    """All admissible primitive words of order p as least rotations, in order."""
+    """All admissible primitive words of period p as sorted least rotations."""
     return unpack(np.unique(all_images(all_least_words(Span.whole(p)).codes, p)), p)
 
 

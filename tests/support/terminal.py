@@ -1,4 +1,4 @@
-"""A real terminal: commands run in a pseudo-terminal, and what its screen shows at the end."""
+"""Commands in a pseudo-terminal, and what its screen shows at the end."""
 
 import json
 import os
@@ -19,19 +19,19 @@ _LEFT_STANDING = re.compile(r"\x1b\[J[^\r\x1b]+\r(?!\n|\r\x1b\[J)")
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
 _ON_AT_FIRST = {"25", "7"}
-"""Modes of every terminal: the cursor is shown, and long lines are wrapped."""
+"""Initial modes of every terminal: visible cursor, wrapped lines."""
 
 
 @dataclass(frozen=True)
 class Session:
-    """What a command has written to its terminal.
+    """The output of a command in its terminal.
 
     Attributes
     ----------
     code : int or None
         Exit code; None if a signal ended it.
     written : tuple of (str, int)
-        All that was written, escape sequences included, in parts, each with the columns of the window then.
+        All output in parts, escape sequences included, each with the width of the window then in columns.
     """
 
     code: int | None
@@ -39,14 +39,14 @@ class Session:
 
     @property
     def raw(self) -> str:
-        """All that was written, escape sequences included."""
+        """All output, escape sequences included."""
         return "".join(raw for raw, _ in self.written)
 
     @cached_property
     def lines(self) -> list[str]:
-        """What is still to be seen at the end on a screen as high as need be, without empty lines there."""
+        """The final lines of a screen of sufficient height, without empty lines at the end."""
         parts = [(_ALTERNATE.sub("", raw), columns) for raw, columns in self.written]
-        # Each bar is erased to the end of the screen, cell by cell: one that is too high takes seconds.
+        # Each bar is erased cell by cell to the end of the screen, so excess height takes seconds.
         high = 24 + sum(line_count(raw, columns) for raw, columns in parts)
         screen = pyte.Screen(parts[0][1], high)
         stream = pyte.Stream(screen)
@@ -61,34 +61,34 @@ class Session:
 
     @property
     def text(self) -> str:
-        """All that was written, without the escape sequences."""
+        """All output without escape sequences."""
         return _ESCAPE.sub("", self.raw)
 
     @property
     def had_bar(self) -> bool:
-        """Whether a line that says how far it is was shown at some time."""
+        """Whether a progress line was ever shown."""
         return _ERASE in self.raw
 
     @property
     def erased(self) -> bool:
-        """Whether each such line was erased before anything else was written, however long that is."""
+        """Whether each progress line was erased, however long, before any other output."""
         return not _LEFT_STANDING.search(self.raw)
 
     @property
     def restored(self) -> bool:
-        """Whether it left the terminal as it was: cursor, screen, mouse and keyboard."""
+        """Whether cursor, screen, mouse and keyboard were restored at the end."""
         last = dict(_MODE.findall(self.raw))
         modes = all((state == "h") == (mode in _ON_AT_FIRST) for mode, state in last.items())
         return modes and self.raw.count("\x1b[>") == self.raw.count("\x1b[<u")
 
     @property
     def plain(self) -> bool:
-        """Whether it wrote no escape sequence but the one that erases its own line."""
+        """Whether the only escape sequence is the one that erases the progress line."""
         return "\x1b" not in self.raw.replace(_ERASE, "")
 
 
 def line_count(raw: str, columns: int) -> int:
-    """Return no fewer lines than a text that was written takes."""
+    """Return an upper bound on the number of lines that a text takes."""
     return sum(1 + sum(len(part) // columns for part in line.split("\r")) for line in raw.split("\n"))
 
 
@@ -108,7 +108,7 @@ def spawn(
     command: Sequence[str] = COMMAND,
     **variables: str,
 ) -> pexpect.spawn:
-    """Start a command in a pseudo-terminal; an empty variable is one that is not set."""
+    """Start a command in a pseudo-terminal; empty variables are unset."""
     kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "COLUMNS", "LINES")}
     wanted = {**kept, "TERM": "xterm-256color", **variables}
     return pexpect.spawn(
@@ -123,8 +123,8 @@ def spawn(
 
 
 def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
-    """Return what a command that has closed its terminal has written, part by part, as in `Session`."""
-    child.wait()  # it may still be on its way out, and `close` has little patience
+    """Return the session of a command that has closed its terminal."""
+    child.wait()  # it may still be exiting, and `close` has little patience
     child.close()
     return Session(child.exitstatus, written)
 
@@ -154,15 +154,15 @@ for columns, to, arguments in json.loads(sys.argv[1]):
 
 @dataclass(frozen=True)
 class Run:
-    """A command, and where it writes.
+    """A command, and where its output goes.
 
     Attributes
     ----------
     arguments : sequence of str
     columns : int
-        Of the window.
+        Width of the window.
     out, err : Path or None
-        The files that stdout and stderr go to instead of the terminal.
+        Files for stdout and stderr instead of the terminal.
     """
 
     arguments: Sequence[str]
@@ -172,9 +172,9 @@ class Run:
 
 
 def run_several_in_terminal(runs: Sequence[Run], **variables: str) -> list[Session]:
-    """Run commands one after the other in one process in a pseudo-terminal.
+    """Run commands in turn in one process in a pseudo-terminal.
 
-    Periods are cut into small blocks, and what shows how far they are is shown at once.
+    Periods are cut into small blocks, and progress lines appear at once.
     """
     asked = [
         [run.columns, [path and str(path) for path in (run.out, run.err)], list(run.arguments)]

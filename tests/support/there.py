@@ -1,4 +1,4 @@
-"""What the library may leave out, where a test knows that it is there."""
+"""Narrowing of optional values that a test knows to be present."""
 
 from typing import TypeVar
 

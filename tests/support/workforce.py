@@ -29,7 +29,7 @@ class Deadly:
 
 
 class Failing:
-    """A block that cannot be solved."""
+    """A block that raises."""
 
     def __call__(self) -> None:
         raise ZeroDivisionError("by nothing\nat all")
@@ -37,7 +37,7 @@ class Failing:
 
 @dataclass(frozen=True)
 class Waiting:
-    """A block that says in a folder who solves it, and is answered when that lets it."""
+    """A block that records the process that solved it, and answers when a file in the folder allows it."""
 
     block: Task[Any]
     number: int

@@ -49,7 +49,7 @@ def test_the_group_acts_on_words_and_coordinates(p):
             assert (act_on_coordinates(h, image, moved) == act_on_coordinates(g ^ h, words, x)).all()
 
 
-def test_generators_move_the_points_as_they_say():
+def test_generators_mirror_or_reverse_the_points():
     words = ALL[6]
     x = np.random.default_rng(6).uniform(-1, 1, words.shape)
     points = STADIUM.points(words, x)
@@ -59,8 +59,8 @@ def test_generators_move_the_points_as_they_say():
         assert np.abs(image - expected * mirror).max() < 1e-15
 
 
-def test_known_images():
-    # the run 11 runs across the end of the word
+def test_images_of_two_words_are_known():
+    # the run 11 crosses the end of the word
     assert images_of("1232131") == [
         "1232131", "3212313", "4030134", "5010315", "4312324", "5132125", "1310301", "3130103",
     ]  # fmt: skip
@@ -68,7 +68,7 @@ def test_known_images():
 
 
 @pytest.mark.parametrize("p", slow_but(range(2, 6), range(2, 9)))
-def test_a_batch_is_classified_as_its_words_are(p):
+def test_a_batch_is_classified_like_its_words(p):
     words = ALL[p]
     classes = classify(pack(words), p)
     representatives = to_strings(unpack(classes.representative, p))
@@ -96,7 +96,7 @@ def test_members_share_one_class(word):
     ("elements", "group"),
     [((), "1"), ((0, 4), "T"), ((4, 5), "x,T,xT"), ((3, 4), "xy,T,xyT"), ((1, 2, 4), "x,y,xy,T,xT,yT,xyT")],
 )
-def test_elements_stand_in_their_smallest_group(elements, group):
+def test_the_smallest_group_of_elements_is_found(elements, group):
     assert label(smallest_group(elements)) == group
     assert len(GROUPS) == 16  # subgroups of Z2 x Z2 x Z2
     assert all(smallest_group(g for g in range(8) if mask >> g & 1) == mask for mask in GROUPS)

@@ -1,4 +1,4 @@
-"""Words: reading and writing them, rotations, and packed integers."""
+"""Words: reading and writing, rotations, and packed integers."""
 
 import sqlite3
 from contextlib import closing, suppress
@@ -51,7 +51,7 @@ def rotations(word: str) -> list[str]:
         (f"1^{MAX_ORDER}", "1" * MAX_ORDER),
     ],
 )
-def test_parse_reads(text, word):
+def test_parse_reads_run_notation(text, word):
     assert parse(text) == word
 
 
@@ -75,7 +75,7 @@ def test_parse_reads(text, word):
         ("", "the code is empty"),
     ],
 )
-def test_parse_names_symbol_and_place(text, message):
+def test_errors_of_parse_name_symbol_and_place(text, message):
     with pytest.raises(WordError) as error:
         parse(text)
     assert str(error.value).startswith(message)
@@ -93,19 +93,19 @@ def test_parse_names_symbol_and_place(text, message):
         f"1^{MAX_ORDER - 1} 3^2",
     ],
 )
-def test_bombs_are_refused(bomb):
+def test_codes_that_expand_to_huge_words_are_refused(bomb):
     with pytest.raises(WordError, match=f"more than {MAX_ORDER}"):
         parse(bomb)
 
 
 @pytest.mark.slow
-def test_a_long_plain_word_has_a_limit_too():
+def test_the_length_of_a_plain_word_is_limited():
     assert len(parse("13" * (MAX_ORDER // 2))) == MAX_ORDER
     with pytest.raises(WordError, match=f"has {MAX_ORDER + 1} symbols"):
         parse("1" * (MAX_ORDER + 1))
 
 
-def test_messages_stay_short():
+def test_error_messages_stay_short():
     with pytest.raises(WordError) as error:
         parse("1" * 100_000 + "7")
     assert "place 100001" in str(error.value)
@@ -127,7 +127,7 @@ units = st.recursive(
 
 
 @given(units, st.integers(0, 99), st.text(f"{SYMBOLS}()^ 6½٣\udcff", max_size=2))
-def test_codes_are_words_or_refused(unit, place, wrong):
+def test_codes_give_words_or_an_error(unit, place, wrong):
     text, word = unit
     assert parse(text) == word
     place %= len(text)
@@ -143,12 +143,12 @@ def test_run_notation_is_short():
 
 
 @given(st.one_of(words, powered))
-def test_least_rotation_is_the_least(word):
+def test_the_least_rotation_is_the_minimum_of_all_rotations(word):
     assert least_rotation(word) == min(rotations(word))
 
 
 @given(words, st.integers(1, 5))
-def test_primitivity(word, count):
+def test_roots_and_primitivity_agree_with_rotations(word, count):
     root = primitive_root(word)
     assert root * (len(word) // len(root)) == word
     assert is_primitive(word) == (len(set(rotations(word))) == len(word))
@@ -162,7 +162,7 @@ def test_primitivity(word, count):
         lambda p: st.lists(st.text(SYMBOLS, min_size=p, max_size=p), min_size=1)
     )
 )
-def test_arrays_and_packed_words_are_the_strings(strings):
+def test_arrays_and_packed_words_agree_with_strings(strings):
     symbols = from_strings(strings)
     p = symbols.shape[1]
     assert to_strings(symbols) == strings
@@ -173,7 +173,7 @@ def test_arrays_and_packed_words_are_the_strings(strings):
     assert least == [least_rotation(word) for word in strings]
 
 
-def test_no_words_at_all():
+def test_empty_batches_are_allowed():
     assert to_strings(np.zeros((0, 5), dtype=np.uint8)) == []
     assert len(least_rotations(np.zeros(0, dtype=np.int64), 5)) == 0
 
@@ -184,7 +184,7 @@ batches = st.integers(1, 20).flatmap(lambda p: st.lists(st.text("013", min_size=
 @given(batches, st.text("0134%_", max_size=8), st.booleans())
 @example(["0131"], "%", True)
 @example(["0130130101301310"], "%", True)
-def test_texts_with_wildcards_are_those_of_sqlite(some, pattern, wanted):
+def test_wildcards_match_as_in_sqlite(some, pattern, wanted):
     with closing(sqlite3.connect(":memory:")) as plain:
         likes = [plain.execute("SELECT ? LIKE ?", (word, pattern)).fetchone()[0] == wanted for word in some]
     like = Like(pattern, wanted)
@@ -193,7 +193,7 @@ def test_texts_with_wildcards_are_those_of_sqlite(some, pattern, wanted):
 
 
 @given(batches, st.data())
-def test_factors_are_found_across_the_end_and_in_two_rounds_at_most(some, data):
+def test_factors_are_found_across_the_end_in_up_to_two_rounds(some, data):
     least = [min(word[turn:] + word[:turn] for turn in range(len(word))) for word in some]
     longer = st.sampled_from(least).map(lambda word: 3 * word)
     start, size = data.draw(st.integers(0, 20)), data.draw(st.integers(1, 41))

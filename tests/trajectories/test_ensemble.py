@@ -1,4 +1,4 @@
-"""Random trajectories: the billiard's laws, its invariant measure, and lambda from two directions."""
+"""Random trajectories: billiard laws, invariant measure, and lambda computed in two ways."""
 
 import math
 from functools import cache, partial
@@ -25,7 +25,7 @@ def as_rays(arcs, a):
 
 
 @pytest.mark.parametrize("a", [1e-6, 0.3, 1e6])
-def test_measure_of_the_bounces_on_semicircles_is_invariant(a):
+def test_the_measure_of_bounces_on_semicircles_is_invariant(a):
     arcs = random_arcs(20_000, np.random.default_rng(12))
     for _ in range(30):
         arcs = advance(arcs, a).arcs
@@ -37,7 +37,7 @@ def test_measure_of_the_bounces_on_semicircles_is_invariant(a):
 
 @given(widths, seeds)
 @settings(max_examples=settings().max_examples // 2)
-def test_steps_between_semicircles_are_bounces_with_the_walls_left_out(a, seed):
+def test_steps_between_semicircles_agree_with_single_bounces(a, seed):
     arcs = random_arcs(30, np.random.default_rng(seed))
     step = advance(arcs, a)
     few = step.walls < 200
@@ -60,7 +60,7 @@ def test_steps_between_semicircles_are_bounces_with_the_walls_left_out(a, seed):
 
 
 @pytest.mark.parametrize("a", slow_but([1e-6, 1e6], WIDTHS))
-def test_long_runs_stay_sane_and_on_the_circle(a):
+def test_long_trajectories_stay_finite_and_on_the_boundary(a):
     arcs, beam = random_arcs(500, np.random.default_rng(2)), Beam.begin(np.zeros(500), np.ones(500))
     arcs, beam = follow(arcs, beam, a, 500)
     np.testing.assert_allclose(arcs.x**2 + arcs.y**2, 1, atol=1e-14)
@@ -75,8 +75,8 @@ def test_long_runs_stay_sane_and_on_the_circle(a):
     np.testing.assert_allclose(rays.vx**2 + rays.vy**2, 1, atol=1e-13)
 
 
-def test_whispering_gallery_keeps_its_angle():
-    """At 1e-9 from the tangent a path crawls along the semicircle by chords all equal."""
+def test_a_whispering_gallery_path_keeps_its_angle():
+    """At 1e-9 from the tangent, a path follows the semicircle in equal chords."""
     graze = 1e-9
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -graze, 1.0)))
     angles = []
@@ -89,10 +89,10 @@ def test_whispering_gallery_keeps_its_angle():
     np.testing.assert_allclose(np.diff(angles), 2 * graze, rtol=1e-5)
 
 
-def test_growth_is_that_of_the_product_of_bounce_matrices():
-    """Lambda from one direction: the paper's matrices, walls and all, from points measured anew.
+def test_growth_agrees_with_the_product_of_bounce_matrices():
+    """Lambda from one tangent vector, with the paper's matrices at every bounce and independent points.
 
-    They act on (d theta, d y) = (slope, y), and each has a -1 that the beam leaves out.
+    The matrices act on (d theta, d y) = (slope, y). Each has a factor -1 that the beam leaves out.
     """
     a, n, steps = 1.6, 300, 5
     start = random_arcs(n, np.random.default_rng(3))
@@ -124,13 +124,13 @@ def test_growth_is_that_of_the_product_of_bounce_matrices():
 
 
 @pytest.mark.parametrize("a", slow_but([1e-3], [1e-3, 0.2, 1.0, 1.6, 30.0, 1e3]))
-def test_mean_free_path_is_that_of_the_invariant_measure(a):
+def test_the_mean_free_path_agrees_with_the_invariant_measure(a):
     found = simulate(Stadium(a), 1_000_000, seed=7)
     assert abs(found.mean_free_path - Stadium(a).mean_free_path) < 5 * found.mean_free_path_error
     assert found.mean_free_path_error < 0.05
 
 
-def test_seed_decides_and_every_part_is_a_result():
+def test_the_seed_fixes_the_result_and_progress_gives_partial_results():
     parts = list(references(Stadium(1.6), 300_000, seed=3, trajectories=128))
     assert len(parts) > 3
     assert [done for done, _ in parts] == sorted(done for done, _ in parts)
@@ -148,7 +148,7 @@ def test_seed_decides_and_every_part_is_a_result():
 
 
 @pytest.mark.parametrize("wrong", [{"bounces": 0}, {"trajectories": 1}, {"trajectories": 0}])
-def test_senseless_numbers_are_refused(wrong):
+def test_bad_numbers_of_bounces_and_trajectories_are_refused(wrong):
     with pytest.raises(ValueError, match="two trajectories"):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
 
@@ -163,8 +163,8 @@ def found_by_seeds(a):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
-def test_the_mean_free_path_is_off_by_as_much_as_its_error_says(a):
-    """Over many seeds; a plain ratio of sums is off by up to seven errors, mostly to one side."""
+def test_the_stated_error_of_the_mean_free_path_is_realistic(a):
+    """Over many seeds. A plain ratio of sums would be off by up to seven errors, mostly to one side."""
     stadium = Stadium(a)
     found = found_by_seeds(a)
     off = np.array(
@@ -176,7 +176,7 @@ def test_the_mean_free_path_is_off_by_as_much_as_its_error_says(a):
 
 
 @pytest.mark.parametrize("a", slow_but([1.6], [0.3, 1.6, 5.0]))
-def test_exponents_scatter_by_as_much_as_their_errors_say(a):
+def test_the_stated_errors_of_exponents_match_their_scatter(a):
     found = found_by_seeds(a)
     for name in ("lambda_d", "lambda_c"):
         values = np.array([getattr(one, name) for one in found])
@@ -186,15 +186,15 @@ def test_exponents_scatter_by_as_much_as_their_errors_say(a):
 
 
 @pytest.mark.parametrize(("a", "bounces"), [(0.1, 1000), (1.6, 9000), (0.1, 50_000)])
-def test_as_many_bounces_are_made_as_are_asked_for(a, bounces):
+def test_the_number_of_bounces_is_close_to_the_one_asked_for(a, bounces):
     made = [simulate(Stadium(a), bounces, seed).bounces for seed in range(5)]
     assert np.median(made) == pytest.approx(bounces, rel=0.2)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
 @pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
-def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
-    """From the spread of 16 or 32 groups an error is known to a sixth or an eighth of itself, no better."""
+def test_errors_of_short_simulations_are_precise(a, bounces, legwise):
+    """The spread of 16 or 32 groups would give an error only to a sixth or an eighth of itself."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate
     found = [run(Stadium(a), bounces, seed=seed) for seed in range(40)]
     errors = np.array([one.mean_free_path_error for one in found])
@@ -202,13 +202,13 @@ def test_errors_of_short_runs_are_known_well_themselves(a, bounces, legwise):
     assert min(one.groups for one in found) >= LEAST
 
 
-def test_many_bounces_are_made_by_the_usual_number_of_trajectories():
+def test_many_bounces_use_the_usual_number_of_trajectories():
     assert simulate(Stadium(), 8268, 3) == simulate(Stadium(), 8268, 3, TRAJECTORIES)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
-def test_errors_are_in_the_units_of_their_values(legwise):
-    """Exact means turn a growth per step into both exponents: value and error by the same factor."""
+def test_errors_have_the_units_of_their_values(legwise):
+    """Exact means turn growth per step into both exponents, scaling value and error by the same factor."""
     stadium = Stadium(0.7)
     found = simulate_legs(stadium, 20_000, (2.0, 0.0)) if legwise else simulate(stadium, 20_000)
     for each in (found.lambda_d / found.lambda_c, found.lambda_d_error / found.lambda_c_error):

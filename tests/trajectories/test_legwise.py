@@ -1,4 +1,4 @@
-"""Trajectories leg by leg: the map against single bounces, the averages against those of tangent vectors."""
+"""Trajectories leg by leg: the map against single bounces, averages against tangent vectors."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 
 def run_of(arcs):
-    """Return the runs that first bounces begin, with the path that led to them."""
+    """Return the runs that start with given first bounces, with the path leading to them."""
     out = arcs.vx * arcs.x + arcs.vy * arcs.y
     vx, vy = arcs.vx - 2 * out * arcs.x, arcs.vy - 2 * out * arcs.y
     impact = arcs.x * vy - arcs.y * vx
@@ -21,7 +21,7 @@ def run_of(arcs):
 
 
 @pytest.mark.parametrize("a", slow_but([0.1], [0.1, 1.6, 7.0]))
-def test_leg_map_is_that_of_the_bounces(a):
+def test_the_leg_map_agrees_with_single_bounces(a):
     arcs = random_arcs(500, np.random.default_rng(2))
     for one in range(500):
         here = Arcs(*(each[[one]] for each in arcs))
@@ -38,8 +38,8 @@ def test_leg_map_is_that_of_the_bounces(a):
         assert after.beta[0] == pytest.approx(leg.runs.beta[0], abs=1e-9)
 
 
-def test_terms_of_a_leg_are_what_its_matrices_grow_by():
-    """A beam of convergence b: first of known b, then of any that it may have."""
+def test_the_terms_of_a_leg_are_the_growth_of_its_matrices():
+    """A beam of convergence b, first with b known, then with the range of possible b."""
     a, rng = 0.9, np.random.default_rng(6)
     first = next_leg(random_runs(300, rng), a)
     y, slope = np.ones(300), rng.random(300) / first.drift
@@ -63,7 +63,7 @@ def test_terms_of_a_leg_are_what_its_matrices_grow_by():
         assert ((wide.low <= beams.low) & (beams.high <= wide.high)).all()
 
 
-def test_the_error_of_what_is_known_adds_to_that_of_the_sample():
+def test_the_errors_of_exact_means_and_sample_are_combined():
     plain, wrong = (simulate_legs(Stadium(1.6), 100, (2.8, error)) for error in (0.0, 0.01))
     known = 0.01 / (1.6 + np.pi / 2)
     assert wrong.lambda_d_error == pytest.approx(np.hypot(plain.lambda_d_error, known), rel=1e-6)
@@ -72,7 +72,7 @@ def test_the_error_of_what_is_known_adds_to_that_of_the_sample():
 @pytest.mark.parametrize(
     ("a", "lambda_l"), slow_but(1, [(1.6, 2.81181711), (0.5, 1.85931011), (6.0, 4.03309448)])
 )
-def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
+def test_averages_agree_with_a_hundred_times_as_many_bounces(a, lambda_l):
     growth = exact_means(a).growth
     found = simulate_legs(Stadium(a), 1_000_000, (growth.value, growth.error), seed=8)
     assert abs(found.lambda_d * (a + np.pi / 2) - lambda_l) < 4 * found.lambda_d_error * (a + np.pi / 2)
@@ -83,7 +83,7 @@ def test_averages_are_those_of_a_hundred_times_as_many_bounces(a, lambda_l):
 
 
 @pytest.mark.parametrize("a", [1.0, pytest.param(0.005, marks=pytest.mark.slow)])
-def test_tangent_vectors_grow_as_legs_say(a):
+def test_legwise_averages_agree_with_tangent_vectors(a):
     growth = exact_means(a).growth
     legwise = simulate_legs(Stadium(a), 300_000, (growth.value, growth.error))
     plain = simulate(Stadium(a), 1_000_000)
@@ -91,7 +91,7 @@ def test_tangent_vectors_grow_as_legs_say(a):
     assert legwise.lambda_d_error < plain.lambda_d * 0.01
 
 
-def test_seed_decides_and_senseless_numbers_are_refused():
+def test_the_seed_fixes_the_result_and_bad_numbers_are_refused():
     seen = []
     one = simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3, progress=lambda done, found: seen.append(done))
     assert one == simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 3)

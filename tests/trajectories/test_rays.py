@@ -1,4 +1,4 @@
-"""Rays bounce by bounce: the law of reflection, the invariant measure, symbols, and followed paths."""
+"""Rays bounce by bounce: the law of reflection, symbols, and followed paths."""
 
 import math
 
@@ -25,7 +25,7 @@ def normals(rays, a):
 
 
 def reflected(rays, a):
-    """Return the direction in which the rays came to their bounce."""
+    """Return the directions in which the rays arrived at their bounces."""
     nx, ny = normals(rays, a)
     out = 2 * (rays.vx * nx + rays.vy * ny)
     return rays.vx - out * nx, rays.vy - out * ny
@@ -33,7 +33,7 @@ def reflected(rays, a):
 
 @given(widths, seeds)
 @settings(max_examples=settings().max_examples // 2)
-def test_every_bounce_obeys_the_law_of_reflection_on_the_boundary(a, seed):
+def test_every_bounce_is_on_the_boundary_and_obeys_the_law_of_reflection(a, seed):
     before = random_rays(Stadium(a), 50, np.random.default_rng(seed))
     for _ in range(20):
         hit = bounce(before, a)
@@ -57,7 +57,7 @@ def test_every_bounce_obeys_the_law_of_reflection_on_the_boundary(a, seed):
         before = after
 
 
-def test_what_is_off_the_circle_is_put_back_by_one_bounce():
+def test_one_bounce_returns_a_ray_to_the_circle():
     t, graze, off, a = np.linspace(-1.4, 1.4, 9), 1e-3, 1 + 1e-7, 1.6
     way = t + math.pi / 2 + graze
     rays = Rays(a + off * np.cos(t), off * np.sin(t), off * np.cos(way), off * np.sin(way), np.ones(9))
@@ -66,7 +66,7 @@ def test_what_is_off_the_circle_is_put_back_by_one_bounce():
     assert np.hypot(after.vx, after.vy) == pytest.approx(1, abs=1e-12)
 
 
-def test_bouncing_ball_goes_on_for_ever_and_a_steep_path_in_one_step():
+def test_bouncing_balls_never_end_and_a_steep_path_is_one_step():
     upright = Rays(*(np.array([v]) for v in (0.3, -1.0, 0.0, 1.0, 0.0)))
     found = itineraries(Stadium(1.6), upright, 1001)
     assert to_strings(found.symbols)[0] == "20" * 500 + "2"
@@ -80,8 +80,8 @@ def test_bouncing_ball_goes_on_for_ever_and_a_steep_path_in_one_step():
 
 
 @pytest.mark.parametrize(("p", "a"), [(2, 1.6), (3, 0.4), (5, 1.6), (6, 4.0), (7, 1.6), (8, 0.7)])
-def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
-    """Rays started on all solved orbits write down their words and coordinates."""
+def test_solved_orbits_can_be_followed_and_read_back(p, a):
+    """Rays started on all solved orbits reproduce their words and coordinates."""
     stadium = Stadium(a)
     orbits = solve(words_of(p), stadium)
     real = orbits.status == "orbit"
@@ -99,7 +99,7 @@ def test_orbits_of_the_catalogue_are_followed_and_read_back(p, a):
     assert np.all(np.abs(found.path.sum(axis=1) - orbits.length[real]) < p * error)
 
 
-def test_a_path_into_a_joint_may_be_followed_up_to_it():
+def test_a_path_into_a_joint_can_be_followed_up_to_the_joint():
     def followed(height, **most):
         return trace_start(Stadium(1.6), (0, 0, math.atan2(height, 1.6)), 1e-3, **most)
 
@@ -113,7 +113,7 @@ def test_a_path_into_a_joint_may_be_followed_up_to_it():
     assert to_strings(followed(-5, bounces=1).symbols[None]) == ["20"]
 
 
-def test_a_polygon_that_ends_where_it_began_is_closed():
+def test_a_polygon_that_ends_where_it_starts_is_closed():
     points = [(0, -1), (0.5, 1), (0.3, -1), (0, -1)]
     assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
     joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall

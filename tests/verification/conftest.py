@@ -1,4 +1,4 @@
-"""A small catalogue of two a that several modules verify, each its own copy."""
+"""A small catalogue at two a that several modules verify, each on its own copy."""
 
 import shutil
 from pathlib import Path
@@ -21,5 +21,5 @@ def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def small(small_once: Path, tmp_path: Path) -> Path:
-    """A catalogue with p = 5 and 6 at two a, pruned words and a long one, the test's own."""
+    """A copy of a catalogue with p = 5 and 6 at two a, pruned words and a long word."""
     return Path(shutil.copy(small_once, tmp_path / "orbits.db"))

@@ -1,4 +1,4 @@
-"""Values that somebody alters in a sound file, of every table that a command shows: `verify` finds each."""
+"""Values altered by hand in a sound file, in every table that a command shows: `verify` finds each."""
 
 import shutil
 import sqlite3
@@ -31,7 +31,7 @@ EIGHT = "(SELECT max(id) FROM cycle WHERE p = 7 AND class_size = 8)"
 
 
 def renumbered(old: str, new: str) -> str:
-    """Return what gives a class another id, wherever it is named."""
+    """Return statements that give a class another id wherever it occurs."""
     tables = ("orbit", "change", "certificate")
     others = "".join(f"; UPDATE {name} SET cycle = {new} WHERE cycle = {old}" for name in tables)
     return f"UPDATE cycle SET id = {new} WHERE id = {old}{others}"
@@ -212,7 +212,7 @@ ALTERATIONS = {
     "alembic_version deleted": ("DELETE FROM alembic_version", "schema"),
     "alembic_version changed": ("UPDATE alembic_version SET version_num = '0001'", "schema"),
 }  # fmt: skip
-"""By name, what is done to the file, and the check that must fail."""
+"""By name, the statements that alter the file, and the check that must fail."""
 
 COMMANDS = [
     ["fill", "--p", "5"],
@@ -230,7 +230,7 @@ COMMANDS = [
 
 
 OF_LEVELS = [["levels", "--k", "0:4", "--parity", "oo"]]
-"""In a file of their own: they take a second to be found again."""
+"""In a separate file, because checking levels takes a second."""
 
 
 def made(path: Path, commands: list[list[str]]) -> Path:
@@ -256,7 +256,7 @@ def sound_levels(tmp_path_factory) -> Path:
 
 
 def found_wrong(path: Path) -> dict[str, str | None]:
-    """Return the checks that fail, and what they name."""
+    """Return the failing checks, with what they name."""
     return {name: check.first for name, check in checks(path).items() if check.failures}
 
 
@@ -269,13 +269,13 @@ def altered(path: Path, statement: str) -> None:
             plain.execute(each)
 
 
-def test_a_file_of_everything_is_sound(sound, cli):
+def test_a_file_with_rows_in_every_table_is_sound(sound, cli):
     assert found_wrong(sound) == {}
     listed = cli("births", "--deaths", "--json", "--db", str(sound))
-    assert (listed.code, listed.out) == (0, "[]\n")  # none of the period under way
+    assert (listed.code, listed.out) == (0, "[]\n")  # nothing of the unfinished period
 
 
-def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
+def test_only_births_of_chosen_periods_are_checked_again(sound):
     of_them = "SELECT count(*) FROM change JOIN cycle ON id = cycle WHERE p BETWEEN 4 AND 6"
     ((rows,),) = ask(sound, of_them)
     assert checks(sound, Selection(periods=((4, 6),)))["changes"].rows == rows > 2
@@ -293,21 +293,21 @@ def test_births_of_the_chosen_periods_alone_are_decided_again(sound):
         ("lower = lower - 1e-6, upper = upper - 1e-6", False),
     ],
 )
-def test_balls_may_leave_open_what_doubles_decide_and_no_more(sound, tmp_path, monkeypatch, change, allowed):
+def test_bounds_by_balls_may_be_weaker_but_not_stronger(sound, tmp_path, monkeypatch, change, allowed):
     for proof, right in (("balls", allowed), ("doubles", False)):
         path = Path(shutil.copy(sound, tmp_path / "altered.db"))
         altered(path, f"UPDATE entropy_bound SET {change} WHERE edges = 5 AND proof = '{proof}'")
         assert ("entropy" not in found_wrong(path)) == right
-    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer ones would take hours
+    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer windows would take hours
     assert "entropy" not in found_wrong(tmp_path / "altered.db")
 
 
-def test_a_file_of_levels_is_sound(sound_levels):
+def test_a_file_with_levels_is_sound(sound_levels):
     assert found_wrong(sound_levels) == {}
 
 
 @pytest.mark.parametrize("name", ["fill", "births", "sweep", "bounds", "verify --rigorous"])
-def test_what_another_command_has_written_is_found(sound, tmp_path, name):
+def test_rows_attributed_to_the_wrong_command_are_found(sound, tmp_path, name):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))
     altered(path, f"""UPDATE run SET parameters = replace(parameters, '"{name}"', '"simulate"')""")
     with reading(path) as moment:
@@ -318,7 +318,7 @@ def test_what_another_command_has_written_is_found(sound, tmp_path, name):
 @pytest.mark.parametrize(
     "change", ["started = 'once'", "version = ''", "parameters = 'no JSON'", "parameters = '[]'"]
 )
-def test_a_run_that_says_nothing_is_named_and_no_other(sound, tmp_path, change):
+def test_only_the_run_without_provenance_is_named(sound, tmp_path, change):
     path = Path(shutil.copy(sound, tmp_path / "altered.db"))
     altered(path, f"UPDATE run SET {change} WHERE id = 1")
     with reading(path) as moment:
@@ -327,7 +327,7 @@ def test_a_run_that_says_nothing_is_named_and_no_other(sound, tmp_path, change):
 
 
 @pytest.mark.parametrize("name", ALTERATIONS)
-def test_what_is_altered_by_hand_is_found(request, tmp_path, name):
+def test_every_alteration_by_hand_is_found(request, tmp_path, name):
     statement, check = ALTERATIONS[name]
     source = request.getfixturevalue("sound_levels" if name.startswith("level") else "sound")
     path = Path(shutil.copy(source, tmp_path / "altered.db"))

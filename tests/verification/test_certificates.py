@@ -1,4 +1,4 @@
-"""Certificates: what they promise, who gets none, and how certification goes on."""
+"""Certificates: what they prove, which rows get none, and how certification resumes."""
 
 import json
 
@@ -13,12 +13,12 @@ from orbitdb.verification.recomputation import certify
 from orbitdb.verification.verify import report
 
 CLASSES = 498
-"""Of p = 2..8."""
+"""Number of classes with p = 2..8."""
 
 
 @pytest.mark.parametrize("step", slow_but([3], [1, 3]))
-def test_certificates_hold_what_they_promise(small, cli, step):
-    """The radius lies between the true error, by 50 digits from plane geometry, and the stored bound."""
+def test_certified_radii_are_between_the_true_error_and_the_stored_bound(small, cli, step):
+    """The radius is between the true error, from 50 digits and plane geometry, and the stored bound."""
     outcome = cli("verify", "--rigorous", "--a", "1.6", "--json")
     assert outcome.code == 0
     (certificates,) = (row for row in json.loads(outcome.out) if row["check"] == "certificates")
@@ -50,7 +50,7 @@ def test_orbits_through_a_joint_are_certified(small, cli):
 
 
 @pytest.mark.slow
-def test_certification_goes_on_where_it_was_stopped(filled):
+def test_certification_resumes_where_it_stopped(filled):
     steps = certify(filled, Selection())
     first = next(steps)
     steps.close()
@@ -67,7 +67,7 @@ def test_certification_goes_on_where_it_was_stopped(filled):
     assert ask(filled, "SELECT count(DISTINCT run) FROM certificate") == [(1,)]
 
 
-def test_an_altered_row_gets_no_certificate_and_loses_the_one_it_had(small, cli):
+def test_an_altered_row_gets_no_certificate_and_loses_its_old_one(small, cli):
     ((cycle, word),) = ask(small, "SELECT id, word FROM cycle WHERE p = 5 ORDER BY id LIMIT 1")
     alter(
         small,

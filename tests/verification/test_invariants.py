@@ -1,4 +1,4 @@
-"""What the checks of stored orbits let pass: all that the rows' own bounds allow, and little more."""
+"""The checks of stored orbits accept everything within the rows' own bounds, and little more."""
 
 from dataclasses import replace
 
@@ -17,11 +17,11 @@ from orbitdb.verification.invariants import check_consistency, with_bounds
 
 CHECKS = ("walls", "margins", "reflection", "residuals", "lengths", "lambda", "signature", "Hessian")
 USED = {"margins": 0.99, "reflection": 0.7, "lengths": 0.15, "lambda": 0.05, "Hessian": 0.002}
-"""Shares of what is allowed that some of the moved rows come to."""
+"""Shares of the tolerance that some moved rows reach."""
 
 
 def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:
-    """Return rows whose bounces are off by what their bounds say, and whose length and lambda are exact."""
+    """Return rows whose bounces are off by their full bounds, with exact length and lambda."""
     size, nothing = np.abs(move).max(axis=1), np.zeros(len(orbits))
     places = orbits.coordinates + move
     links = Links.of(stadium, orbits.words, places)
@@ -37,7 +37,7 @@ def moved_by(orbits: Orbits, stadium: Stadium, move: np.ndarray) -> Orbits:
 
 
 @pytest.mark.parametrize(("a", "p", "size"), [(0.3, 7, 1e-6), (6.0, 5, 1e-4)])
-def test_rows_that_need_their_bounds_pass_and_come_near_them(a, p, size):
+def test_rows_at_their_bounds_pass_and_nearly_exhaust_them(a, p, size):
     stadium = Stadium(a)
     orbits = solve(representatives(p), stadium)
     ends = np.where(STRAIGHT[orbits.words], a, HALF_PI) - np.abs(orbits.coordinates)
@@ -55,7 +55,7 @@ def test_rows_that_need_their_bounds_pass_and_come_near_them(a, p, size):
 
 
 def off_by(orbits: Orbits, size: float, error: float) -> Orbits:
-    """Return rows with bounces and numbers that are off by some size, and with an error that is said."""
+    """Return rows whose bounces and numbers are off by `size`, with `error` as the stated bounds."""
     rng, told = np.random.default_rng(3), np.full(len(orbits), error)
     numbers = {name: getattr(orbits, name) + size * rng.uniform(1, 2, len(orbits)) for name in NUMBERS[:4]}
     places = orbits.coordinates + size * rng.uniform(-1, 1, orbits.coordinates.shape)
@@ -69,14 +69,14 @@ def row_of(orbits: Orbits, i: int, a: float) -> Row:
 
 
 @pytest.mark.parametrize(("a", "p"), [pytest.param(0.3, 6, marks=pytest.mark.slow), (1.0, 4), (1.6, 6)])
-def test_what_is_off_and_what_may_be_off_are_those_of_the_bounces_one_by_one(a, p):
-    """Rows that tell all, rows that tell not all, and some off by little where only rounding is allowed."""
+def test_deviations_and_tolerances_agree_with_a_check_bounce_by_bounce(a, p):
+    """Some rows can be checked in full, some only in part. Some are slightly off with zero bounds."""
     stadium = Stadium(a)
     exact = solve(representatives(p), stadium)
     exact = exact.rows(np.isin(exact.status, EXISTING))
     exact = exact.rows(np.arange(0, len(exact), max(1, len(exact) // 6)))
     told = dict.fromkeys(CHECKS, 0)
-    mirrored = replace(exact, coordinates=-exact.coordinates)  # whose runs go backwards
+    mirrored = replace(exact, coordinates=-exact.coordinates)  # their runs go backwards
     for size, error in ((1e-7, 0.0), (1e-4, 2e-4), (2e-3, 1e-3), (2e-2, 1e-2), (0.1, 3e-2)):
         rows = off_by(mirrored if size == 0.1 else exact, size, error)
         alone = {name: Check(name, 0) for name in CHECKS}
@@ -100,8 +100,8 @@ def test_what_is_off_and_what_may_be_off_are_those_of_the_bounces_one_by_one(a, 
 
 
 @pytest.mark.parametrize("a", [0.5, 3.0])
-def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
-    """Rows as the relaxation leaves them, off where the forces tell it least; others keep what they have."""
+def test_bounds_derived_for_rows_without_them_hold_and_are_sharp(a):
+    """Rows as the relaxation leaves them, moved where forces show it least. Other rows keep their bounds."""
     stadium = Stadium(a)
     exact = solve(representatives(6), stadium)
     exact = exact.rows(exact.status == "orbit")
@@ -130,6 +130,6 @@ def test_bounds_that_are_made_up_for_rows_hold_and_are_near(a):
     spread = [exponents(row_of(found, i, a))[1] for i in range(len(found))]
     np.testing.assert_allclose(found.lyapunov_error, spread, rtol=1e-6)
     in_run = (found.words == np.roll(found.words, -1, axis=1)).any(axis=1)
-    with np.errstate(all="ignore"):  # of bounces on one point nothing is known
+    with np.errstate(all="ignore"):  # coinciding bounces divide by 0
         lost = with_bounds(replace(still, error=none[bare], coordinates=0 * found.coordinates), stadium)
     assert np.isinf(lost.error[in_run]).sum() == in_run.sum() > 0

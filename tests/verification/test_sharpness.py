@@ -1,4 +1,4 @@
-"""How sharp the checks of orbits are: none that is sound is suspected, what is off in one number is found."""
+"""The sharpness of the checks of orbits: sound ones pass, and an error in a single number is found."""
 
 import sqlite3
 import struct
@@ -23,7 +23,7 @@ STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
 
 
 @pytest.mark.parametrize("a", slow_but([1e-6, 1.6], STADIUMS))
-def test_no_sound_orbit_is_suspected_at_any_a(a):
+def test_every_sound_orbit_passes_at_any_a(a):
     stadium = Stadium(a)
     for p in (2, 3, 6, 7):
         orbits = solve(representatives(p), stadium)
@@ -34,7 +34,7 @@ def test_no_sound_orbit_is_suspected_at_any_a(a):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("code", ["1^1000 5^1000", "1 2 (02)^300 3 2 (02)^300", "1^7 5^6"])
-def test_long_orbits_are_not_suspected(code):
+def test_long_orbits_pass(code):
     orbits = solve(from_strings([parse(code)]), Stadium())
     assert orbits.status.tolist() == ["orbit"]
     found = {check.name: check for check in check_consistency(orbits, Stadium())}
@@ -49,9 +49,9 @@ def flipped(blob: bytes, coordinate: int, bit: int) -> bytes:
 
 
 def flip_every_bit(path: Path) -> None:
-    """Flip another bit in the first coordinate of each of 64 orbits.
+    """Flip a different bit in the first coordinate of each of 64 orbits.
 
-    Coordinates of 0 are left, for flips of their sign or lowest bits make no other orbit.
+    Zero coordinates are left out, because flipping their sign or lowest bits does not change the orbit.
     """
     rows = ask(
         path,
@@ -68,7 +68,7 @@ def flip_every_bit(path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_every_single_bit_of_a_coordinate_is_found(filled):
+def test_every_flipped_bit_of_a_coordinate_is_found(filled):
     flip_every_bit(filled)
     found = checks(filled)
     assert found["values"].failures + found["bits"].failures == 64
@@ -93,7 +93,7 @@ def test_a_solution_has_the_same_bits_in_any_batch(a, p):
 
 
 def moved(orbits: Orbits, name: str, by: float) -> Orbits:
-    """Move one number of the first row by so many times its error bound."""
+    """Move one number of the first row by a multiple of its error bound."""
     bound = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}[name]
     values = getattr(orbits, name).copy()
     values[0] += by * getattr(orbits, bound)[0]
@@ -110,7 +110,7 @@ def moved(orbits: Orbits, name: str, by: float) -> Orbits:
 )
 @pytest.mark.parametrize("a", [0.5, 1.6])
 def test_consistency_alone_finds_a_moved_number(a, name, suspected):
-    """A thousand bounds are enough: the checks by plane geometry are that sharp."""
+    """A shift of a thousand bounds is enough for the checks by plane geometry."""
     stadium = Stadium(a)
     orbits = solve(representatives(7), stadium)
     orbits = orbits.rows(orbits.status == "orbit")
@@ -126,7 +126,7 @@ EPS = np.finfo(float).eps
 
 @pytest.fixture(scope="module")
 def solved() -> Orbits:
-    """Orbits, orbits through a joint, and words that are none, as they are stored."""
+    """Orbits, orbits through a joint, and words without an orbit, as they are stored."""
     orbits = solve(representatives(6), Stadium(1.0))
     kept = np.isin(orbits.status, EXISTING)
     empty = {name: np.where(kept, getattr(orbits, name), np.nan) for name in NUMBERS if name != "margin"}
@@ -136,7 +136,7 @@ def solved() -> Orbits:
 
 
 def changed(orbits: Orbits, name: str, row: int, value: float) -> Orbits:
-    """Return rows of which one has another value, or another first coordinate."""
+    """Return rows with one value changed, or one first coordinate."""
     values = getattr(orbits, name).copy()
     values[(row, 0) if values.ndim == 2 else row] = value
     return replace(orbits, **{name: values})
@@ -147,7 +147,7 @@ def first(orbits: Orbits, name: str, row: int) -> float:
 
 
 @pytest.mark.parametrize("name", BOUNDED)
-def test_of_bounds_the_share_is_told_that_is_used(solved, name):
+def test_the_check_of_bounds_states_the_share_used(solved, name):
     row = int(np.flatnonzero(solved.status == "orbit")[3])
     allowed = 2 * first(solved, BOUNDED[name], row)
     for by in (0.5, 1.5):
@@ -159,15 +159,15 @@ def test_of_bounds_the_share_is_told_that_is_used(solved, name):
         assert found["statuses"].failures == found["unresolved"].failures == 0
 
 
-def test_margins_have_the_side_of_the_status(solved):
-    """At a joint it may be either."""
+def test_the_sign_of_a_margin_must_match_the_status(solved):
+    """At a joint it may have either sign."""
     others = replace(solved, margin=-solved.margin)
     statuses, *_ = check_against(others, solved)
     assert statuses.failures == (solved.status != "boundary").sum() < len(solved)
 
 
 @pytest.mark.parametrize("name", ["coordinates", "iterations", *NUMBERS])
-def test_a_last_bit_is_found(solved, name):
+def test_a_change_of_the_last_bit_is_found(solved, name):
     assert check_bits(solved, solved).failures == 0
     for status in ("orbit", "dynamical"):
         row = int(np.flatnonzero(solved.status == status)[2])
@@ -177,8 +177,8 @@ def test_a_last_bit_is_found(solved, name):
         assert (found.failures, found.first) == (1, to_strings(solved.words)[row])
 
 
-def test_proofs_know_how_far_a_number_may_be(solved):
-    """A margin may be off by the error of a place and its rounding, others by their own bounds."""
+def test_proofs_accept_exactly_the_allowed_deviations(solved):
+    """A margin may be off by the error of a position and its rounding, other numbers by their own bounds."""
     stadium, rows = Stadium(1.0), solved.rows(np.flatnonzero(np.isin(solved.status, EXISTING))[:6])
     check, proved, radius, bits = prove(rows, stadium)
     assert proved.all()

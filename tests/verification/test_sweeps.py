@@ -1,4 +1,4 @@
-"""Stored sweeps and births: whole periods are checked, whatever is in the making beside them."""
+"""Stored sweeps and births: whole periods are checked, whatever else is unfinished."""
 
 import shutil
 import sqlite3
@@ -29,7 +29,7 @@ from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import verify
 
 BEGUN = "state = 'filling', sums = NULL, blocks = 0"
-"""As a sweep is before it is done."""
+"""Turns a sweep into an unfinished one."""
 
 BOTH = [Selection(1.6), Selection(1.0)]
 
@@ -42,7 +42,7 @@ def swept_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
-    """Alter a sweep of p = 4 and 5 at a = 1.6 and p = 4 at a = 1; return what is then found of it."""
+    """Return a function that alters p = 5 among sweeps of p = 4 and 5 at two a, and returns their checks."""
     path = tmp_path / "orbits.db"
     shutil.copy(swept_once, path)
 
@@ -59,7 +59,7 @@ def told(checks: list[Check]) -> list[tuple[str, str | None]]:
     return [(check.name, check.first) for check in checks if check.failures]
 
 
-def test_what_is_sound_passes_and_is_counted_once(swept):
+def test_sound_sweeps_pass_and_are_counted_once(swept):
     found = swept()
     assert not told(found)
     assert [sum(check.rows for check in found if check.name == name) for name in ("sweeps", "sums")] == [3, 3]
@@ -84,16 +84,16 @@ def test_what_is_sound_passes_and_is_counted_once(swept):
         (f"classes = 81, {BEGUN}", "more words have a status than there are"),
     ],
 )
-def test_counts_that_cannot_be_are_found(swept, change, first):
+def test_impossible_counts_are_found(swept, change, first):
     assert told(swept(change))[0] == ("sweeps", f"p = 5 at a = 1.6: {first}")
 
 
-def test_a_period_in_the_making_may_have_counted_little(swept):
+def test_an_unfinished_sweep_may_have_low_counts(swept):
     assert not told(swept(f"{BEGUN}, cursor = NULL, words = 0, n_c = 0, classes = 0"))
 
 
 @pytest.mark.parametrize("change", ["n_c = -2", "sums = x'00'"])
-def test_what_no_sweep_has_written_hides_no_other_a(swept, change):
+def test_an_unreadable_sweep_does_not_hide_other_a(swept, change):
     found = swept(change)
     ((name, first),) = told(found)
     assert name == "sweeps"
@@ -101,12 +101,12 @@ def test_what_no_sweep_has_written_hides_no_other_a(swept, change):
     assert [check.rows for check in found if check.name == "sums"] == [1]
 
 
-def test_sums_without_the_least_and_greatest_of_orbits_are_found(swept):
+def test_sums_without_ranges_are_found(swept):
     found = swept("sums = substr(sums, 1 + 8 * 2 * 3)")  # of three measures
     assert told(found) == [("sums", "p = 5 at a = 1.6")]
 
 
-def test_sums_are_those_of_new_solutions_to_their_rounding(swept, tmp_path):
+def test_sums_agree_with_new_solutions_up_to_rounding(swept, tmp_path):
     with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
         ((blob,),) = plain.execute("SELECT sums FROM sweep WHERE p = 5 AND sums NOT NULL").fetchall()
     *rest, last = struct.unpack(f"<{len(blob) // 8}d", blob)
@@ -146,11 +146,11 @@ def begun_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def begun(begun_once: Path, tmp_path: Path) -> Path:
-    """A catalogue with the births of p = 5, and with those of p = 4 as if they were being found."""
+    """A catalogue with the births of p = 5, and with those of p = 4 unfinished."""
     return Path(shutil.copy(begun_once, tmp_path / "orbits.db"))
 
 
-def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
+def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
@@ -168,7 +168,7 @@ def test_a_period_in_the_making_hides_none_behind_it(begun, monkeypatch):
         assert (found.rows, found.failures) == (17, 0)
 
 
-def test_only_the_births_of_chosen_periods_are_looked_at(begun):
+def test_only_births_of_chosen_periods_are_checked(begun):
     list(fill_births(begun, [6]))
     for chosen, expected in (((), [5, 6]), ([choose(p=6)], [6]), ([choose(p=7), choose(a=1, p="4-5")], [5])):
         with reading(begun) as moment:
@@ -179,8 +179,8 @@ def test_only_the_births_of_chosen_periods_are_looked_at(begun):
     assert (counted["births"], counted["lives"]) == (17, 17)
 
 
-def test_a_class_that_died_and_was_born_again_is_sound_and_counts_once(begun):
-    """Short words do not: by hand, as classes of p = 9 do."""
+def test_a_class_that_died_and_was_reborn_is_sound_and_counts_once(begun):
+    """Made by hand, because only longer words do so, such as classes of p = 9."""
 
     def alter(*statements: str) -> None:
         with closing(sqlite3.connect(begun)) as plain, plain:

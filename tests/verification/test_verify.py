@@ -1,4 +1,4 @@
-"""Verification: a sound catalogue passes, and whatever is altered by hand is found."""
+"""Verification passes a sound catalogue and finds whatever is altered by hand."""
 
 import json
 import re
@@ -51,7 +51,7 @@ FIRST_ORBIT = "(SELECT min(cycle) FROM orbit WHERE status = 'orbit' AND stadium 
 SOME_CLASS = "(SELECT id FROM cycle WHERE p = 6 ORDER BY id LIMIT 1 OFFSET 4)"
 
 
-def test_pruned_words_among_the_chosen_have_no_class_to_check(small):
+def test_pruned_words_have_no_class_to_check(small):
     chosen = Selection(contains="11", periods=((2, 5),), a=1.6)
     numbers = ask(
         small, "SELECT DISTINCT cycle FROM catalogue WHERE p <= 5 AND a = 1.6 AND code || code LIKE '%11%'"
@@ -90,12 +90,12 @@ SPOKEN_OF = {
 }  # fmt: skip
 
 
-def test_every_promise_is_that_of_its_check():
+def test_every_promise_describes_its_check():
     assert {name for name, promise in PROMISES.items() if SPOKEN_OF[name] not in promise} == set()
 
 
 @pytest.mark.slow
-def test_elsewhere_is_told_and_not_a_failure(small, cli):
+def test_rows_from_another_version_are_noted_and_pass(small, cli):
     alter(small, "UPDATE run SET version = '0.0.1'")
     outcome = cli("verify")
     assert outcome.code == 0
@@ -105,7 +105,7 @@ def test_elsewhere_is_told_and_not_a_failure(small, cli):
 
 
 def as_if_relaxed(path, chosen):
-    """Make rows look as if a run had found them by relaxation, at both a."""
+    """Make rows at both a look as if found by relaxation."""
     nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
@@ -116,7 +116,7 @@ def as_if_relaxed(path, chosen):
 
 
 @pytest.mark.slow
-def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
+def test_only_relaxation_may_leave_rows_without_bounds(small, cli):
     as_if_relaxed(small, f"cycle = {FIRST_ORBIT}")
     outcome = cli("verify", "--rigorous")
     assert outcome.code == 0
@@ -125,8 +125,8 @@ def test_rows_without_bounds_are_the_relaxation_s_alone(small, cli):
     assert "values" in broken(small)
 
 
-def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
-    """As the relaxation leaves them; here those of more than 5 bounces."""
+def test_rows_too_long_to_derive_bounds_are_skipped(small, monkeypatch):
+    """Rows as the relaxation leaves them; here those of more than 5 bounces."""
     monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
     ((before,),) = ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1 AND error NOTNULL")
     of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
@@ -137,8 +137,8 @@ def test_rows_too_long_for_bounds_of_their_own_are_left(small, monkeypatch):
     assert found["lengths"].rows == before - 1
 
 
-def test_what_cannot_be_compared_is_left(small):
-    """Counts of a fill that goes on, and bits of another version."""
+def test_values_that_cannot_be_compared_are_skipped(small):
+    """Counts of an unfinished fill, and bits from another version."""
     counts = (
         "primitive",
         *(f"rule_{n}" for n in range(1, 7)),
@@ -161,8 +161,8 @@ def test_what_cannot_be_compared_is_left(small):
 
 
 @pytest.mark.slow
-def test_a_value_that_no_command_can_read_fails_a_check_among_the_others(tmp_path, cli):
-    """The births that count the orbits of a fill stop at the word; the table has all the other checks."""
+def test_an_unreadable_value_fails_one_check_among_the_others(tmp_path, cli):
+    """Counting a fill's orbits from births stops at the bad word; all other checks are in the table."""
     path = tmp_path / "orbits.db"
     for command in (["fill", "--p", "5"], ["births", "--p", "5"]):
         assert cli(*command, "--db", str(path)).code == 0
@@ -187,19 +187,19 @@ def test_a_sample_still_checks_all_counts(filled):
         (["--where", "colour = 1"], 2, "colour"),
     ],
 )
-def test_what_cannot_be_verified_says_so(filled, cli, arguments, code, message):
+def test_nothing_to_verify_is_reported(filled, cli, arguments, code, message):
     outcome = cli("verify", *arguments)
     assert outcome.code == code
     assert message in outcome.err
 
 
-def test_an_a_of_which_nothing_is_stored_leaves_nothing_to_check_whatever_else_there_is(small, cli):
+def test_an_a_without_rows_has_nothing_to_check(small, cli):
     assert cli("births", "--p", "3").code == cli("bounds", "--a", "3", "--width", "1").code == 0
     assert cli("verify", "--a", "2").says(1, "nothing to check", "a = 2", "orbitdb fill --p 11 --a 2")
     assert " on the entropy" in cli("verify", "--a", "3").err
 
 
-def test_periods_that_are_missing_are_told_at_every_a_that_has_some(small, cli):
+def test_missing_periods_are_reported_at_every_a_with_some(small, cli):
     assert cli("simulate", "--a", "0.5", "--bounces", "1000").code == 0
     told = cli("verify", "--p", "5-7").err.splitlines()
     missing = [line.partition(" (")[0] for line in told if "not filled" in line]
@@ -210,7 +210,7 @@ def test_periods_that_are_missing_are_told_at_every_a_that_has_some(small, cli):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_period_in_the_making_is_no_failure(tmp_path):
+def test_an_unfinished_period_is_not_a_failure(tmp_path):
     path = tmp_path / "half.db"
     migrate(path)
     going = fill_periods(path, 1.6, range(2, 9))
@@ -218,7 +218,7 @@ def test_a_period_in_the_making_is_no_failure(tmp_path):
     going.close()
     assert step.words < step.total
     assert broken(path) == set()
-    for which in ("min", "max"):  # that last one is where it goes on
+    for which in ("min", "max"):  # the last one is where it resumes
         lacking = tmp_path / f"{which}.db"
         shutil.copy(path, lacking)
         ((number,),) = ask(path, f"SELECT {which}(id) FROM cycle WHERE p = {step.p}")
@@ -226,7 +226,7 @@ def test_a_period_in_the_making_is_no_failure(tmp_path):
         assert broken(lacking) == {"fills"}
 
 
-def test_checks_join_to_the_worst_of_all_rows():
+def test_joined_checks_keep_the_worst_of_all_rows():
     first = measured("x", ["a", "b"], np.array([1.0, 2.0]), np.array([4.0, 4.0]))
     second = measured("x", ["c", "d", "e"], np.array([3.0, np.nan, 0.0]), np.array([1.0, 1.0, 0.0]))
     assert first == Check("x", 2, 0, 2.0, 0.5, None)
@@ -235,7 +235,7 @@ def test_checks_join_to_the_worst_of_all_rows():
     assert measured("x", [], np.zeros(0), np.zeros(0)) == Check("x", 0)
 
 
-def test_every_stage_comes_to_its_end(filled):
+def test_the_progress_of_every_stage_reaches_its_total(filled):
     with reading(filled) as moment:
         steps = list(verify(moment, [Selection()]))
     for stage in ("classes", "orbits"):
@@ -247,7 +247,7 @@ def test_every_stage_comes_to_its_end(filled):
 
 
 @pytest.mark.slow
-def test_what_workers_find_is_the_same(varied, tmp_path):
+def test_workers_find_the_same(varied, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
     alter(path, "UPDATE orbit SET length = length * 1.001 WHERE cycle = (SELECT min(cycle) FROM orbit)")

@@ -1,4 +1,4 @@
-"""The screen in real terminals: of any size, with keys faster than it, failures and signals."""
+"""The screen in real terminals: bursts of keys, failures and signals."""
 
 import io
 import os
@@ -16,7 +16,7 @@ from terminal import ended, spawn
 pytestmark = pytest.mark.slow
 
 DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", *["\x10"] * 4]
-"""Keys that open a dialog or a screen; the last is ctrl+p, with each of the keys that follow."""
+"""Keys that open a dialog or a screen; ctrl+p is tried in all four ways."""
 
 KEYS = [
     *"sSaFe/cCOf?dvmMrRoTXYjkhlgGJKxwtn <>[]*'0123451",
@@ -34,7 +34,7 @@ def quiet(child, patience=0.3):
 
 @pytest.fixture
 def browse(filled_once, tmp_path, monkeypatch):
-    """Return a session on a copy of a catalogue, in a folder of its own, that has drawn its first rows."""
+    """Return a session on a copy of a catalogue, in its own folder, after its first rows are drawn."""
     monkeypatch.chdir(tmp_path)
     path = shutil.copy(filled_once, tmp_path / "orbits.db")
     sessions = []
@@ -49,20 +49,20 @@ def browse(filled_once, tmp_path, monkeypatch):
 
     yield begin
     for child in sessions:
-        with suppress(OSError):  # it may be closed
+        with suppress(OSError):  # may be closed already
             child.close(force=True)
 
 
 def lives(child):
-    """Tell whether a session is there to be ended, and ends in order."""
+    """Check that a session is alive and ends cleanly on SIGTERM."""
     child.kill(signal.SIGTERM)
     child.expect(pexpect.EOF)
     session = ended(child, (child.before, 120))
     assert (session.code, "Traceback" in session.text) == (143, False), session.text
 
 
-def test_no_dialog_minds_two_keys_at_once(browse):
-    """Before it is there and when it is, twice enter and enter and escape by turns."""
+def test_every_dialog_survives_two_keys_at_once(browse):
+    """Enter twice, or enter and escape, before and after the dialog has opened."""
     child = browse()
     for number, dialog in enumerate(DIALOGS):
         soon, keys = number % 2 == 0, ("\r\r", "\r\x1b")[number // 2 % 2]
@@ -91,8 +91,8 @@ def test_forty_keys_at_once_do_no_harm(browse, seed):
     lives(child)
 
 
-def test_keys_sent_at_once_edit_a_line_in_their_order(browse):
-    """A code that is mistyped, put right and taken, all in one piece as from a paste or a slow line."""
+def test_keys_sent_at_once_edit_a_line_in_order(browse):
+    """A code mistyped, corrected and entered in one piece, as from a paste or a slow line."""
     child = browse("--code", "13")
     child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
     assert "4 words, least 0132, symmetry xyT" in quiet(child)
@@ -108,7 +108,7 @@ run()
 """
 
 
-def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_path):
+def test_a_failure_prints_one_line_and_writes_its_traceback_to_a_file(filled_once, tmp_path):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200, TMPDIR=str(tmp_path))
     child.expect("row 1 of [0-9,]+|is not stored")
@@ -130,14 +130,14 @@ def test_a_failure_is_one_line_with_its_traceback_in_a_file(filled_once, tmp_pat
 @pytest.mark.parametrize(
     ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
-def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
-    """Also where the terminal is gone, or takes nothing more of what is written."""
+def test_a_busy_screen_ends_at_once(browse, how, code):
+    """Even if the terminal is gone, or no longer reads what is written."""
     child = browse("--code", "0102020203")
     child.send(">>>jjj>j>")
     if how == "closed":
         os.close(child.child_fd)
     elif how == "stopped":
-        child.send("j>" * 200)  # nobody reads what they draw
+        child.send("j>" * 200)  # nobody reads the output
         child.kill(signal.SIGTERM)
     else:
         child.kill(how)
@@ -148,7 +148,7 @@ def test_it_ends_at_once_whatever_it_is_at(browse, how, code):
     assert (process.exitstatus, process.signalstatus) == (code, None)
 
 
-def test_it_leaves_a_poor_terminal_as_it_was(browse):
+def test_a_dumb_terminal_is_restored(browse):
     child = browse(TERM="dumb", LC_ALL="C")
     for key in ("/", "\x1b", "f", "\x1b", "S", "\x1b", "?", "\x1b"):
         child.send(key)

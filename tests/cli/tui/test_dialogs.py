@@ -1,4 +1,4 @@
-"""No text of a dialog or of a notification is cut off, on small terminals either."""
+"""Texts of dialogs and notifications are never cut off, even on small terminals."""
 
 import pytest
 from screens import SMALL, TINY, browsing, press, screen_lines, settle, shown, write
@@ -19,13 +19,13 @@ def squeezed(text):
 
 
 def seen(app, region):
-    """Return what is to be seen in a region, without blanks: texts may be folded."""
+    """Return the text visible in a region, without blanks, because lines may be wrapped."""
     lines = screen_lines(app)[max(region.y, 0) : region.bottom]
     return squeezed("".join(line[max(region.x, 0) : region.right] for line in lines))
 
 
 def cut_off(app):
-    """Return the texts of the dialog that is open of which a part cannot be seen."""
+    """Return the texts of the open dialog that are not fully visible."""
     shown = [
         label for label in app.screen.query(Label) if all(node.display for node in label.ancestors_with_self)
     ]
@@ -42,10 +42,10 @@ DIALOGS = [
     ("f", "2-14", "enter"), ("slash", "lenght < 3", ""), ("c", "1232131" * 9 + "9", ""),
     ("e", "HERE/there.csv", ""), ("s", "", ""), ("C", "", ""), ("F", "", ""), ("f", "2-20", "tab"),
 ]  # fmt: skip
-"""The key that opens it, what is written into its field, and a key that follows."""
+"""The key that opens a dialog, the text for its field, and a key that follows."""
 
 
-async def test_dialogs_are_wholly_visible(filled, monkeypatch):
+async def test_dialogs_are_fully_visible(filled, monkeypatch):
     filled.with_name("there.csv").touch()
     async with browsing(filled, TINY) as (app, pilot):
         for key, text, then in DIALOGS:
@@ -58,7 +58,7 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
                 await write(pilot, there, *then.split(), field=field)
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
-            if key == "f" and then != "enter":  # which asks whether it is meant
+            if key == "f" and then != "enter":  # which asks for confirmation
                 buttons = [(each.disabled, each.has_focus) for each in app.screen.query(Button)]
                 assert buttons == [(not text, False), (bool(text), not text)]
                 assert app.screen.query_one("#cost").display == bool(text)
@@ -70,11 +70,11 @@ async def test_dialogs_are_wholly_visible(filled, monkeypatch):
 
 
 @pytest.mark.parametrize("key", ["question_mark", "S"])
-async def test_keys_are_wholly_readable(filled, key):
+async def test_the_list_of_keys_is_fully_readable(filled, key):
     async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
-        await pilot.resize_terminal(TINY[0], 60)  # where there are fewer rows, they are scrolled
+        await pilot.resize_terminal(TINY[0], 60)  # with fewer rows, they scroll
         await settle(pilot)
         text = seen(app, app.screen.region)
         for _, keys in app.screen.groups:
@@ -84,7 +84,7 @@ async def test_keys_are_wholly_readable(filled, key):
 
 
 @pytest.mark.parametrize("size", [SMALL, TINY])
-async def test_notifications_are_wholly_visible(filled, size):
+async def test_notifications_are_fully_visible(filled, size):
     async with browsing(filled, size, notifications=True) as (app, pilot):
         message = f"{LONG_PATH} is read-only: copy it, or name another file with --db, " + "and so on, " * 20
         app.notify(message)

@@ -1,4 +1,4 @@
-"""What the screen says when something fails, and ways through it that are seldom taken."""
+"""What the screen says when something fails, and its less common paths."""
 
 import json
 import shutil
@@ -34,7 +34,7 @@ def errors(app):
     return [note.message for note in app._notifications if note.severity == "error"]
 
 
-def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, monkeypatch):
+def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path, monkeypatch):
     catalogue, orbit = Reader(varied), solve_word("13", 1.6)
     for ending, module, told in (
         ("parquet", "pyarrow", r"pip install 'orbitdb\[parquet\]', or write a .csv"),
@@ -49,7 +49,7 @@ def test_exports_without_an_extra_name_it_and_leave_nothing(varied, tmp_path, mo
     assert list(tmp_path.iterdir()) == []
 
 
-def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
+def test_choices_that_cannot_be_saved_last_for_the_session(tmp_path):
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
     told: list[str] = []
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
@@ -60,14 +60,14 @@ def test_choices_that_cannot_be_written_hold_for_now(tmp_path):
 
 
 @pytest.mark.slow
-async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, monkeypatch):
+async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     async with browsing(filled) as (app, pilot):
 
         async def told(*keys, code=None):
             app.clear_notifications()
             await (press(pilot, *keys) if code is None else ask(pilot, keys[0], code))
-            await until(lambda: errors(app))  # on a loaded machine it is said when all seems settled
+            await until(lambda: errors(app))  # slow machines may seem settled before it is said
             return errors(app)
 
         alter(filled, "DROP TABLE change")
@@ -90,7 +90,7 @@ async def test_screens_say_that_the_catalogue_was_altered_or_damaged(filled, mon
 
 
 @pytest.mark.slow
-async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_path):
+async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once, tmp_path):
     state = tmp_path / "browse.json"
     state.write_text(json.dumps({"filters": {"odd": {"nothing": 1}, "wrong": {"where": "q < 3"}}}))
     async with browsing(filled_once, state=state) as (app, pilot):
@@ -103,7 +103,7 @@ async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_pa
         main = app.screen
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
-        await press(pilot, "k", "x")  # the first line is no filter, and cannot be forgotten
+        await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
         assert all(line in shown(app) for line in ("keep the present one", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
@@ -126,11 +126,11 @@ async def test_choices_that_cannot_be_kept_or_taken_are_told(filled_once, tmp_pa
 
 
 @pytest.mark.slow
-async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
+async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, monkeypatch):
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
-        # digits that are typed while the rows are still read lead on when they have been
+        # digits typed while rows are still being read take effect afterwards
         await press(pilot, "g")
         pages = table.source
         table.show(NONE)
@@ -142,17 +142,17 @@ async def test_digits_that_are_typed_while_rows_are_read(filled, monkeypatch):
 
 
 @pytest.mark.slow
-async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_windows(filled):
+async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(filled):
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
-        # the frame around the rows is none of them
+        # the frame around the rows is not a row
         row, ordering = table.cursor, main.ordering
         around = table.outer_size
         await pilot.click(table, offset=(around.width - 1, around.height - 1))
         await settle(pilot)
         assert (table.cursor, main.ordering) == (row, ordering)
-        # no picture without room for one, and the next one is whole again
+        # no picture without room for it; the next one is complete again
         size = app.size
         await pilot.resize_terminal(24, 10)
         await settle(pilot)
@@ -170,7 +170,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
         await press(pilot, "k")
         assert tallies.scroll_y == 1
         await press(pilot, "escape")
-        # the answer to a question, by the mouse
+        # a question answered by mouse
         answers: list[bool | None] = []
         for answer in ("no", "yes"):
             app.push_screen(QuestionDialog("leave?", yes="leave", no="stay"), answers.append)
@@ -178,7 +178,7 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
             await pilot.click(f"#{answer}")
             await settle(pilot)
         assert answers == [False, True]
-        # columns, marked by the mouse
+        # columns marked by mouse
         await press(pilot, "C")
         columns = app.screen.query_one(OptionList)
         columns.highlighted = 1
@@ -191,10 +191,10 @@ async def test_what_the_mouse_does_beside_the_rows_and_in_dialogs_and_small_wind
 
 
 @pytest.mark.slow
-async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_told(filled_once, tmp_path):
+async def test_a_new_catalogue_is_read_and_unexpected_errors_are_raised(filled_once, tmp_path):
     path = tmp_path / "new.db"
 
-    with pytest.raises(ZeroDivisionError):  # noqa: PT012  # by the end of the session
+    with pytest.raises(ZeroDivisionError):  # noqa: PT012  # raised when the session ends
         async with browsing(path) as (app, pilot):
             assert not app.catalogue
             shutil.copy(filled_once, path)
@@ -206,7 +206,7 @@ async def test_a_catalogue_that_comes_later_is_read_and_what_nobody_foresaw_is_t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("failure", [None, KeyboardInterrupt()])
-def test_the_end_waits_for_what_is_in_hand_but_not_for_long_after_a_signal(failure):
+def test_closing_waits_for_pending_work_but_only_briefly_after_a_signal(failure):
     app, begun, done = OrderlyApp(), threading.Event(), threading.Event()
 
     def put_away() -> None:

@@ -1,4 +1,4 @@
-"""The fill dialog says what a fill is going to take before it begins, and what went wrong."""
+"""The fill dialog states the cost of a fill before it begins, and what went wrong."""
 
 import sqlite3
 from contextlib import closing
@@ -21,7 +21,7 @@ def cost(app):
 
 
 @pytest.mark.slow
-async def test_it_says_what_the_fields_take(filled_once):
+async def test_the_dialog_states_the_cost_of_its_fields(filled_once):
     async with browsing(filled_once, selection=Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
@@ -34,14 +34,14 @@ async def test_it_says_what_the_fields_take(filled_once):
         assert app.fill_state is None
         await write(pilot, "1^20 3, 0132", field="#codes")
         assert cost(app) == "2 words to solve at a = 1.6"
-        assert app.screen.query_one("#periods").disabled  # they would do nothing
+        assert app.screen.query_one("#periods").disabled  # they would have no effect
         await write(pilot, "139", field="#codes")
         assert "symbol '9'" in cost(app)
 
 
-def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
+def test_a_running_fill_shows_its_rate(monkeypatch):
     monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
-    for done, began in ((0, 50.0), (19, 100.5)):  # nothing that tells how long it takes
+    for done, began in ((0, 50.0), (19, 100.5)):  # too little to estimate the time
         assert FillState(Wish(1.6, (7,)), done=done, total=2000, p=7, began=began).sentence() == "running …"
     slow = FillState(Wish(1.6, (7,)), done=19, total=2000, p=7, began=100.0)
     assert slow.sentence() == "running: p = 7, 1%, 2/s, 17 minutes left"
@@ -50,8 +50,8 @@ def test_a_fill_at_work_tells_how_fast_it_is(monkeypatch):
 
 
 @pytest.mark.slow
-async def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
-    """Where another field had the focus for a moment, who types fast would fill another stadium."""
+async def test_the_first_key_already_goes_into_the_periods(tmp_path):
+    """If another field had focus for a moment, a fast typist would fill a different stadium."""
     focused = []
 
     class Watched(FillDialog):
@@ -67,8 +67,8 @@ async def test_keys_go_into_the_periods_from_the_first_on(tmp_path):
 
 
 @pytest.mark.slow
-async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
-    """An export that finds no folder, and a fill while another process writes for long."""
+async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
+    """An export into a missing folder, and a fill while another process holds the lock."""
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
 
@@ -98,7 +98,7 @@ async def test_what_fails_is_told_and_the_screen_goes_on(filled, tmp_path, monke
 
 
 @pytest.mark.slow
-async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_path):
+async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path):
     async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
         for key, told in (("d", "key f fills"), ("S", "key f fills"), ("v", "press c and type a code")):
@@ -120,7 +120,7 @@ async def test_an_empty_place_is_filled_and_the_orbit_on_show_gets_its_row(tmp_p
         await settle(pilot)
         assert "done: 1,101 words" in shown(app)
         assert "nothing is left to do" in cost(app)
-        await write(pilot, "2-8", "enter", field="#periods")  # at once, and its rows are shown, too
+        await write(pilot, "2-8", "enter", field="#periods")  # at once; its rows appear, too
         await until(lambda: app.fill_state.wish.periods[-1] == 8 and not app.fill_state.runs)
         await settle(pilot)
         await press(pilot, "escape", "f")

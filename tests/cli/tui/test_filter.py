@@ -1,4 +1,4 @@
-"""The filter line: the rows and their count follow as it is typed."""
+"""The filter line: rows and their count follow what is typed."""
 
 import time
 from typing import Any
@@ -19,7 +19,7 @@ def told(app):
 
 
 async def typed(pilot, line):
-    """Write the line anew, as if it was typed fast, and wait until the rows are there."""
+    """Replace the line, as if typed fast, and wait for the rows."""
     dialog = pilot.app.screen
     dialog.query_one("Input").value = line
     await pilot.pause()
@@ -28,7 +28,7 @@ async def typed(pilot, line):
 
 
 @pytest.mark.slow
-async def test_rows_and_count_follow_what_is_typed(filled_once):
+async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
     async with browsing(filled_once) as (app, pilot):
         main = app.screen
         everything = Catalogue(filled_once).count(Selection())
@@ -59,12 +59,12 @@ async def test_rows_and_count_follow_what_is_typed(filled_once):
         assert app.screen.query_one("Input").value == chosen.where
         await typed(pilot, "length < 1")
         await press(pilot, "enter")
-        main.go_along(2.5)  # that nothing is shown is what the filter does, not this a
+        main.go_along(2.5)  # the list is empty because of the filter, not because of a
         assert main.selection.a == 1.6
 
 
 @pytest.mark.slow
-async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_once):
+async def test_escape_restores_filter_and_row_and_the_history_is_kept(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await ask(pilot, "slash", "p > 3")
         await press(pilot, "j", "j")
@@ -79,7 +79,7 @@ async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_on
         assert app.screen.selection == Selection(where="p > 3")
         assert table_of(app).row == row
         assert app.screen.orbit.code == row[0]
-        await press(pilot, "slash", "escape", "j")  # nothing was tried: the cursor still moves the orbit
+        await press(pilot, "slash", "escape", "j")  # no filter was tried, so the cursor still moves the orbit
         assert app.screen.orbit.code == row_of(app)[0] != row[0]
         await ask(pilot, "slash", "length < 11")
         await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
@@ -89,12 +89,12 @@ async def test_escape_restores_filter_and_row_and_lines_are_remembered(filled_on
 
 
 @pytest.mark.slow
-async def test_what_is_wrong_is_told_and_not_taken(filled_once):
+async def test_a_wrong_filter_is_reported_and_not_applied(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         await typed(pilot, "lenght < 3")
         assert "no such column: lenght" in told(app)
-        assert not app.screen.query(".complaint.-note")  # in red
+        assert not app.screen.query(".complaint.-note")  # shown in red
         await press(pilot, "enter")
         assert isinstance(app.screen, LineDialog)
         await typed(pilot, "load_extension('x')")
@@ -103,7 +103,7 @@ async def test_what_is_wrong_is_told_and_not_taken(filled_once):
         await typed(pilot, "leng")
         assert "not complete yet" in told(app)
         assert app.screen.query(".complaint.-note")
-        await press(pilot, "enter")  # now it is meant
+        await press(pilot, "enter")  # entering it means it is complete
         assert "no such column: leng" in told(app)
 
 
@@ -124,8 +124,8 @@ async def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
 
 
 @pytest.mark.slow
-async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypatch):
-    """A filter that takes a minute neither blocks keys nor goes on behind the next one."""
+async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
+    """A filter that takes a minute neither blocks keys nor keeps running after the next one."""
     whole: Any = vars(Patience)["ended"]
     looks = []
 
@@ -149,7 +149,7 @@ async def test_rows_that_nobody_waits_for_are_not_read_on(filled_once, monkeypat
         count = len(looks)
         await pilot.pause(0.3)
         assert count == len(looks) > 10
-        # the next key ends it, though what is typed is not complete; the line before is read on if it holds
+        # the next key stops it even if the new line is incomplete; if the old line still holds, it is read on
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count + 10 and told(app) == "reading …")
         await write(pilot, f"{slow} and p <")
@@ -177,7 +177,7 @@ WRONG = ["p = :lo and lenght", "lenght", "p = 3)", "p 3", "load_extension('x')",
 
 
 @pytest.mark.parametrize("where", [*BEGUN, *WRONG])
-def test_a_line_that_may_go_on_is_told_from_one_that_is_wrong(where):
+def test_an_unfinished_line_is_distinguished_from_a_wrong_one(where):
     with pytest.raises(SelectionError) as refused:
         check(where, {})
     assert unfinished(where, str(refused.value)) is (where in BEGUN)

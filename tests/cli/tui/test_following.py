@@ -1,4 +1,4 @@
-"""The screen shows one stadium at a time, follows the rows in a, and tells what is not filled there."""
+"""The screen shows one stadium at a time, follows the rows over a, and says what is not filled there."""
 
 import asyncio
 import threading
@@ -31,7 +31,7 @@ LIVES = [(BORN, DIED), (REBORN, None)]
 
 @pytest.fixture(scope="module")
 def born(tmp_path_factory):
-    """Return a catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
+    """A catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
     path = tmp_path_factory.mktemp("born") / "orbits.db"
     return made(path, fill_periods(path, 1.6, range(2, 6)), fill_births(path, [5]), fill_geometric(path, [3]))
 
@@ -50,14 +50,14 @@ def test_a_step_stops_on_both_sides_of_a_change():
     assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
     assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
     assert told(LIVES, 1.0, 1.1) is None
-    for end in (BORN, DIED):  # where it is is no way through it
+    for end in (BORN, DIED):  # starting at an end does not cross it
         assert told(LIVES, end, end * 1.001) is told(LIVES, end * 0.999, end) is None
 
 
-def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
+def test_a_step_stops_at_the_stadium_of_the_rows():
     down = next_a((), 1.6, False, 1.6)
     assert down < 1.59
-    assert next_a((), down, True) != 1.6  # but for rounding
+    assert next_a((), down, True) != 1.6  # off by rounding
     assert next_a((), down, True, 1.6) == 1.6
     assert next_a((), 1.59, True, 1.6) == 1.6
     birth = [(1.6, None)]
@@ -65,13 +65,13 @@ def test_a_step_does_not_pass_over_the_stadium_of_the_rows():
     assert next_a(birth, next_a(birth, 1.59, True, 1.6), True, 1.6) == 1.6
 
 
-def test_the_bar_shows_lives_and_place():
+def test_the_bar_shows_lives_and_position():
     assert bar(LIVES, 1.0, 24) == "········━·━━┃━━━━━━━━━━━"
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
 @pytest.mark.slow
-async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
+async def test_the_table_follows_the_orbit_over_a_and_back(born):
     async with browsing(born) as (app, pilot):
         screen, table, catalogue = app.screen, table_of(app), app.catalogue
         stored = [table.source.row(place) for place in range(len(table.source))]
@@ -114,8 +114,8 @@ async def test_the_table_follows_the_orbit_in_a_and_comes_back(born):
 
 
 @pytest.mark.slow
-async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, monkeypatch):
-    """Steps that come meanwhile are taken together; a key that leaves the orbit forgets them."""
+async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, monkeypatch):
+    """Steps made meanwhile are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
     def slow(app, word, a, find=BrowseApp.find):
@@ -158,7 +158,7 @@ async def test_keys_are_heard_while_births_are_sought_and_all_is_of_one_a(born, 
 
 
 def stadiums_of(app):
-    """Return every a of what is on screen."""
+    """Return every a shown on screen."""
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
     orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.compared) if orbit is not None]
@@ -167,7 +167,7 @@ def stadiums_of(app):
 
 
 @pytest.mark.slow
-async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp_path):
+async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
     path = tmp_path / "orbits.db"
     made(path, fill_periods(path, 1.0, range(2, 6)))
     async with browsing(path, (220, 48), Selection(a=2.0)) as (app, pilot):
@@ -181,7 +181,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
         assert [field.value for field in app.screen.query(Input)] == ["2", "2-11", ""]
-        app.screen.query_one("#a", Input).value = "3"  # where nothing is shown, what is filled will be
+        app.screen.query_one("#a", Input).value = "3"  # nothing is shown, so the screen moves to this a
         await write(pilot, "2-4", "enter", "escape", field="#periods")
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {3.0}
@@ -192,7 +192,7 @@ async def test_a_stadium_that_is_not_filled_shows_nothing_and_how_to_fill_it(tmp
 
 
 @pytest.mark.slow
-async def test_another_stadium_takes_everything_with_it_and_any_can_be_typed(varied):
+async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
     async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")

@@ -1,4 +1,4 @@
-"""What is chosen, in words, links and files, and how each choice goes on."""
+"""Choices in words, links and files, and stepping through their values."""
 
 import json
 import re
@@ -24,16 +24,16 @@ def heading(app):
 
 
 @pytest.mark.slow
-async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_seen(filled_once, tmp_path):
+async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(filled_once, tmp_path):
     state = tmp_path / "new" / "browse.json"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
         assert "[ ] element" in shown(app)
-        await press(pilot, "K", "J", "enter")  # what is moved is shown
+        await press(pilot, "K", "J", "enter")  # moving a column shows it
         names = [column.name for column in app.screen.columns]
         assert names == ["code", "status", "length", *USUAL[4:], "element"]
-        assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was left out, but sorts
-        await press(pilot, "s", "end", "enter")  # one that is not shown, either
+        assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
+        await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
         assert app.screen.ordering == Ordering("cycle")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
         await press(pilot, "l")
@@ -50,18 +50,18 @@ async def test_columns_are_chosen_moved_and_kept_and_the_sorted_one_is_always_se
     assert json.loads(state.read_text())["columns"] == list(USUAL)
 
 
-async def test_letters_lead_to_names_in_lists(filled_once):
+async def test_typing_letters_finds_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "s", *"lyapunov_", "enter")
         assert app.screen.ordering == Ordering("lyapunov_error")
-        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name begins so: p begins anew
+        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name starts with lenp: p starts anew
         assert app.screen.ordering == Ordering("code")
         await press(pilot, "C", *"wal", "space", "enter")
         assert app.screen.columns[-1].name == "walls"
 
 
 @pytest.mark.slow
-async def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_once, tmp_path):
+async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp_path):
     state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
@@ -93,7 +93,7 @@ async def test_marked_orbits_and_filters_are_kept_chosen_and_exported(filled_onc
     assert kept["filters"] == {}
 
 
-def test_a_kept_filter_comes_back_as_it_was():
+def test_a_saved_filter_is_restored_unchanged():
     chosen = Selection(1.6, ((2, 4), (7, 7)), (Status.ORBIT, Status.BOUNDARY), "self", "x,T,xT", "13", (0.5,),
                        (0.1, 2.0), {"length": (None, 30.0)}, "p < :top", {"top": 8})  # fmt: skip
     assert selection_of(json.loads(json.dumps(criteria_of(chosen))), 1.6) == chosen
@@ -111,7 +111,7 @@ def mark(kept, word):
         state.marked.append(word)
 
 
-def test_a_state_file_that_is_none_is_left_as_it_is(tmp_path):
+def test_an_invalid_state_file_is_left_unchanged(tmp_path):
     path = tmp_path / "browse.json"
     for text in ("[", "[]", "[" * 9999, '{"marked": ["9"]}', '{"filters": {"x": 3}}', "\xff"):
         path.write_bytes(text.encode("latin-1"))
@@ -137,7 +137,7 @@ def test_two_sessions_keep_each_others_marks(tmp_path):
     assert "cannot be read" in told[0]
 
 
-def test_every_column_can_be_shown_but_the_doubles():
+def test_every_column_but_a_and_word_can_be_shown():
     known = {column.name: column.kind in ("text", "integers") for column in IN_CATALOGUE}
     assert {name: column.text for name, column in EVERY.items()} == {
         name: text for name, text in known.items() if name not in ("a", "word")
@@ -145,12 +145,12 @@ def test_every_column_can_be_shown_but_the_doubles():
 
 
 @pytest.mark.parametrize("where", ["p < 3 -- short", "p < 3 or p = 9", "p /* of 13 */ < 3"])
-def test_marked_orbits_are_those_of_a_filter_even_with_a_comment(filled_once, where):
+def test_a_filter_with_a_comment_can_be_limited_to_marked_orbits(filled_once, where):
     selection = Selection(where=among_marked(("13", "013"), where))
     assert list(Catalogue(filled_once).rows(selection, ("code",))) == [("13",)]
 
 
-def test_choices_go_round():
+def test_choices_cycle():
     chosen, seen = Selection(), []
     for _ in range(6):
         chosen = choices.turned(chosen, "statuses", choices.STATUSES)
@@ -169,11 +169,11 @@ def test_choices_go_round():
             assert chosen.periods == ((p, p),)
         chosen = choices.turned(chosen, "periods", ring, step)
         assert chosen.periods == ()
-    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of the periods alone
+    for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of them a single period
         assert choices.turned(Selection(periods=others), "periods", ring).periods == ((2, 2),)
 
 
-def test_choices_are_links_to_what_changes_them():
+def test_choices_link_to_their_actions():
     plain = choices.chips(Selection(), [1.6])
     assert re.sub(r"\[@click=screen\.([^\]]*)\]|\[/\]", "", plain) == (
         "a = 1.6 │ p all │ every status │ any reversal │ no filter"
@@ -198,6 +198,6 @@ def test_choices_are_links_to_what_changes_them():
          "with margin >= 0.1 where p < :top (top = 5)"),
     ],
 )  # fmt: skip
-def test_choices_without_a_field_of_their_own_stand_at_the_end(chosen, told):
+def test_choices_without_their_own_field_come_last(chosen, told):
     shown = choices.chips(choose(**chosen), [])
     assert shown.endswith(f"[@click=screen.filter]{told}[/]")

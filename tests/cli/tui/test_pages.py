@@ -1,4 +1,4 @@
-"""Rows of the table: pages, and what keys and clicks show of them, are those of a plain list."""
+"""Pages of the table: rows, keys and clicks agree with a plain list."""
 
 import random
 from collections import Counter
@@ -36,7 +36,7 @@ TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """A catalogue, and all of it as a list."""
+    """A catalogue, and all its rows as a list."""
     path = tmp_path_factory.mktemp("pages") / "orbits.db"
     return catalogue_to_ask(path), model.rows_of(path)
 
@@ -53,7 +53,7 @@ def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
-def test_pages_have_the_rows_of_a_list_and_find_their_words(asked, criteria, ordering, names, places):
+def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names, places):
     catalogue, rows = asked
     columns = tuple(dict.fromkeys(("code", *(name for name in names if name != "coordinates"))))
     wanted = expected(rows, criteria, str(ordering))
@@ -71,7 +71,7 @@ def test_pages_have_the_rows_of_a_list_and_find_their_words(asked, criteria, ord
 @example({"status": "all"}, Ordering("code", True), "22")
 @example({"status": "all"}, NATURAL, "02")
 @example({}, Ordering("length"), "31")
-def test_digits_lead_to_what_is_first(asked, criteria, ordering, typed):
+def test_digits_find_the_first_match(asked, criteria, ordering, typed):
     catalogue, rows = asked
     words = [row["code"] for row in expected(rows, criteria, str(ordering))]
     period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
@@ -84,7 +84,7 @@ def test_digits_lead_to_what_is_first(asked, criteria, ordering, typed):
 @given(criteria=CRITERIA, at=st.sampled_from(EDGES) | st.floats(0.05, 3))
 @example({"status": "all"}, EDGES[3])
 @example({"status": "all"}, EDGES[0])
-def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
+def test_rows_at_another_a_follow_from_births(asked, criteria, at):
     catalogue, rows = asked
     wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
     there = pages.followed(at)
@@ -98,7 +98,7 @@ def test_rows_stand_at_another_a_as_their_births_have_it(asked, criteria, at):
 
 
 def standing_of(row, at):
-    """Return what a word is at some a, as a table says it."""
+    """Return the status of a word at some a, as the table shows it."""
     if row["cycle"] is None:
         return "geometric"
     if not row["changes"]:
@@ -110,10 +110,10 @@ def standing_of(row, at):
     return "orbit" if model.lives(row, at) else gone
 
 
-def test_nobody_waits(catalogue):
+def test_reading_can_be_cancelled(catalogue):
     with pytest.raises(CancelledError):
         place_of(pages_of(catalogue, Selection(), Ordering()), "54", lambda: True)
-    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it asks
+    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks
     with pytest.raises(CancelledError):
         answer(catalogue.path, lambda moment: list(moment.rows(two, ("code",), cancelled=lambda: True)))
 
@@ -123,7 +123,7 @@ def test_a_bad_filter_is_refused(catalogue):
         pages_of(catalogue, Selection(where="lenght > 3"), Ordering())
 
 
-def test_a_row_that_has_gone_is_told(catalogue, tmp_path):
+def test_a_row_that_disappeared_is_reported(catalogue, tmp_path):
     path = tmp_path / "altered.db"
     path.write_bytes(catalogue.path.read_bytes())
     pages = pages_of(Catalogue(path), Selection(), Ordering())
@@ -137,7 +137,7 @@ SHIFTS = {"l": 1, "right": 1, "h": -1, "left": -1}
 
 
 class Alone(App[None]):
-    """A terminal with nothing but the table."""
+    """An app with only the table."""
 
     CSS = "PagedTable > .table--cursor { background: red; } PagedTable > .table--dim { color: green; }"
 
@@ -153,7 +153,7 @@ class Alone(App[None]):
 
 
 def fitting(first: int, width: int) -> list[Column]:
-    """Return the columns behind the code that there is room for, p among them: rows are sorted by it."""
+    """Return the columns after the code that fit, always including p, by which rows are sorted."""
 
     def those(columns, room):
         return [each for n, each in enumerate(columns) if sum(c.width + 1 for c in columns[: n + 1]) <= room]
@@ -169,7 +169,7 @@ def cell(column: Column, value: object) -> str:
     return f"{cut:{'<' if column.text else '>'}{column.width}}"
 
 
-async def test_lines_are_those_of_a_list_wherever_keys_lead(filled_once):
+async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
     names = fields_of(COLUMNS, "p")
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]

@@ -1,4 +1,4 @@
-"""Pictures of an orbit in characters, and the screen that shows the whole of it."""
+"""Pictures of an orbit in characters, and the screen of the whole orbit."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ def solved(word, a=A):
 
 
 def dots_of(picture):
-    """Return the dots that are set, read back from the characters."""
+    """Return the positions of the dots, decoded from the characters."""
     codes = picture.text.copy().view(np.uint32).reshape(picture.text.shape).astype(int)
     bits = {(0, 0): 1, (0, 1): 2, (0, 2): 4, (1, 0): 8, (1, 1): 16, (1, 2): 32, (0, 3): 64, (1, 3): 128}
     braille = np.where(codes >= 0x2800, codes - 0x2800, 0)
@@ -52,7 +52,7 @@ def dots_of(picture):
 
 @pytest.mark.parametrize(("columns", "rows"), [(40, 9), (90, 18), (30, 40), (200, 5)])
 @pytest.mark.parametrize("a", [0.01, 1.0, 1.6, 4.0])
-def test_the_stadium_has_its_aspect_at_any_size(a, columns, rows):
+def test_the_stadium_keeps_its_aspect_ratio_at_any_size(a, columns, rows):
     picture, true = draw_orbit(a, np.zeros((0, 2)), columns, rows)
     assert picture.text.shape == picture.styles.shape == (rows, columns)
     if not true:
@@ -70,7 +70,7 @@ def test_a_very_long_stadium_is_stretched_and_says_so():
     assert [len(np.unique(places)) for places in drawn.T] == [10, 60]
 
 
-def test_a_line_has_no_gaps_and_both_its_ends():
+def test_a_line_has_both_ends_and_no_gaps():
     frame = Frame.around((-1, -1), (1, 1), 30, 15)
     ends = np.array([[-0.9, -0.7], [0.8, 0.95], [0.1, -0.4]])
     dots = polyline(frame, ends)
@@ -88,7 +88,7 @@ def test_every_dot_has_its_bit():
     assert seen == {1 << n for n in range(8)}
 
 
-def test_marks_lie_over_dots_and_what_is_outside_is_left_out():
+def test_marks_cover_dots_and_points_outside_are_left_out():
     frame = Frame(2, 1, (1.0, 1.0), (0.0, 0.0))
     dots = np.array([[0, 0], [-1, 2], [4, 0], [3, 3]])
     picture = draw(frame, [Layer("path", dots)], [Mark("start", (1, 1), "S"), Mark("bounce", (9, 9), "B")])
@@ -112,14 +112,14 @@ def test_the_path_is_closed_and_as_long_as_the_orbit(word):
 
 
 @pytest.mark.parametrize("more", [-1, 0, 1])
-def test_of_a_path_the_first_bounces_are_drawn_and_it_is_closed_if_these_are_all(more):
+def test_a_long_path_is_cut_and_a_complete_one_closed(more):
     orbit = solved("1^{0} 5^{0}".format(MOST_DRAWN // 2 + more))
     path = path_of(orbit)
     assert (path == orbit.points[np.arange(min(orbit.p + 1, len(path))) % orbit.p]).all()
     assert len(path) == (orbit.p + 1 if more <= 0 else MOST_DRAWN)
 
 
-def test_the_picture_marks_start_direction_and_particle():
+def test_the_picture_shows_start_direction_and_particle():
     orbit = solved("13")
     picture, _ = draw_orbit(A, path_of(orbit), 60, 12, particle=0.5)
     row = "".join(picture.text[np.argwhere(picture.text == "◆")[0][0]])
@@ -128,7 +128,7 @@ def test_the_picture_marks_start_direction_and_particle():
 
 
 @pytest.mark.parametrize("word", WORDS)
-def test_time_reversal_turns_the_sine_and_keeps_the_place(word):
+def test_time_reversal_flips_the_sine_and_keeps_the_position(word):
     points = phase_points(solved(word))
     back = phase_points(solved(images_of(word)[REVERSE]))[::-1]
     assert np.abs(points[:, 1]).max() < 1
@@ -160,7 +160,7 @@ def test_curves_need_some_room(size, drawn):
 
 
 @pytest.mark.parametrize("size", [(60, 12), (20, 6), (10, 3)])
-def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
+def test_curves_fill_their_frame_and_skip_unknown_values(size):
     p = np.arange(2.0, 8.0)
     values = np.array([1.0, np.nan, 2.0, 3.0, 2.5, 2.0])
     picture = draw_curves([Curve("one", "K_0", p, values), Curve("two", "zeta", p, values, "×")], *size)
@@ -177,7 +177,7 @@ def test_curves_fill_their_frame_and_pass_over_what_is_not_known(size):
         assert sorted(np.argwhere(picture.text[:-1] == "×")[:, 1]) == np.delete(places, 1).tolist()
 
 
-def test_a_curve_of_one_period_begins_at_the_axis():
+def test_a_curve_of_one_period_starts_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
     assert np.argwhere(picture.text[:-1] == "×")[:, 1].tolist() == [7]
     assert "".join(picture.text[-2]).split() == ["p", "5", "6"]
@@ -190,7 +190,7 @@ def text_of(orbit, partners=(), width=70):
     return [line.rstrip() for line in shown.getvalue().splitlines()]
 
 
-def test_everything_known_of_an_orbit_is_in_the_lines():
+def test_the_lines_state_everything_known_about_an_orbit():
     orbit = solve_word("01552", 1.6, exists=True)
     [(born, _)] = there(orbit.exists)
     texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
@@ -214,7 +214,7 @@ def test_everything_known_of_an_orbit_is_in_the_lines():
         assert bounces[2:] == pytest.approx(np.array(known), abs=1e-6)
 
 
-def test_a_pruned_word_and_a_long_one_have_what_there_is():
+def test_a_pruned_word_and_a_long_one_show_what_is_known():
     texts = text_of(solve_word("00123", 1.6, exists=True))
     assert any("hits one straight wall twice" in line for line in texts)
     assert not {"symmetry class", "bounces"} & set(texts)
@@ -278,7 +278,7 @@ async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
 
 
 def test_zero_has_no_sign_in_bounces():
-    """The horizontal orbit 13 has y = 0 and sine 0 but for rounding."""
+    """In the horizontal orbit 13, y and sine are 0 up to rounding."""
     orbit = solved("13")
     orbit = replace(orbit, coordinates=np.array([-1e-17, -1e-17]))
     assert "-0.000000" not in "".join(text_of(orbit))

@@ -1,4 +1,4 @@
-"""Keys and what they do, many of them in one session of the terminal UI."""
+"""Keys and their effects, many of them in one session of the terminal UI."""
 
 import os
 import shutil
@@ -36,7 +36,7 @@ from orbitdb.symbols.words import least_rotation
 
 
 async def hurry(pilot, *pressed):
-    """Press keys faster than the screen is drawn, which takes the most of a test's time."""
+    """Press keys faster than the screen is drawn; drawing takes most of a test's time."""
     for key in pressed:
         pilot.app.post_message(events.Key(key, key if len(key) == 1 else None))
     await settle(pilot)
@@ -51,7 +51,7 @@ async def click(pilot, x, y):
     await settle(pilot)
 
 
-def test_columns_are_told_with_their_headings():
+def test_columns_are_explained_with_their_headings():
     title, names = columns_told()
     assert title == "columns, as a filter names them"
     assert dict(names)["length_error"] == "bound on the error of length (radius)"
@@ -60,7 +60,7 @@ def test_columns_are_told_with_their_headings():
     assert len(names) == len(IN_CATALOGUE)
 
 
-def test_every_key_of_a_screen_is_told_in_its_group():
+def test_every_key_of_a_screen_is_listed_in_its_group():
     own: list[Any] = [PagedTable, MainScreen, BrowseApp]
     parts = [*own, CountsScreen, StatisticsScreen, WholeOrbitScreen, ScrollBox]
     every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
@@ -76,18 +76,18 @@ def test_every_key_of_a_screen_is_told_in_its_group():
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
-def test_long_codes_and_orbits_are_told_in_short():
+def test_long_codes_and_orbits_are_abbreviated():
     orbits = [solve_word("13" * n + rest, 1.6) for n, rest in ((14, "11"), (15, "1"), (29, "11"), (30, "1"))]
     assert [orbit.p for orbit in orbits] == [30, 31, 60, 61]
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
     assert short["code"] == "13" * 14 + "11"
     assert longer["runs"] == "(13)^15 1"
-    assert [len(known_of(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and few bounces
+    assert [len(known_of(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and bounces if few
 
 
 @pytest.fixture
 def path(varied, tmp_path, monkeypatch):
-    """The varied catalogue, the test's own; digits that are typed lead on until they are taken back."""
+    """A copy of the varied catalogue; typed digits never time out."""
     monkeypatch.setattr(jumping, "PAUSE", float("inf"))
     return shutil.copy(varied, tmp_path / "orbits.db")
 
@@ -108,14 +108,14 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         )
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
-        await press(pilot, "j", "j", "k", "enter")  # from p on to length
+        await press(pilot, "j", "j", "k", "enter")  # from p to length
         assert main.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
         longest = next(Catalogue(app.path).rows(Selection(), ("code",), "length desc", 1))[0]
         assert main.orbit.code == longest
         assert "length▼" in headings(app)
-        await click(pilot, 13, 0)  # behind a code of twelve symbols
+        await click(pilot, 13, 0)  # after a code of twelve symbols
         assert main.ordering == Ordering("p")
         await click(pilot, 3, 6)
         assert main.orbit.code == table.source.row(5)[0]
@@ -128,7 +128,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         words = [code for (code,) in Catalogue(app.path).rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
-        await hurry(pilot, "R", "5", "j")  # the rows come behind all of them
+        await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them
         assert len(row_of(app)[0]) != 5
         await press(pilot, "R", "g")
         await press(pilot, "pagedown")
@@ -169,7 +169,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
 
 
 @pytest.mark.slow
-async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, monkeypatch):
+async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypatch):
     async with browsing(path) as (app, pilot):
         app.push_screen(LineDialog("a line", "new", others=["old", "new", "later"]))
         await pilot.pause()
@@ -211,7 +211,7 @@ async def test_what_the_screen_does_not_do_is_told_and_lines_come_back(path, mon
         assert isinstance(app.screen, MainScreen)
 
 
-def test_words_and_periods_are_filled_with_their_counts(tmp_path):
+def test_filling_words_and_periods_reports_counts(tmp_path):
     path = tmp_path / "orbits.db"
     for wish, told in (
         (Wish(1.6, words=("13", "013")), [(1, 2, 2), (2, 2, 3)]),
@@ -226,8 +226,8 @@ def test_words_and_periods_are_filled_with_their_counts(tmp_path):
 
 
 @pytest.mark.slow
-async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_once):
-    """The first code is that of all rows; keys and a code that come before these lead to them."""
+async def test_the_first_rows_appear_before_the_total_is_known(filled_once):
+    """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
     began = []
 
     class Early(MainScreen):
@@ -248,7 +248,7 @@ async def test_the_first_rows_come_before_the_others_and_tell_no_number(filled_o
         assert table.source.row(0)[0] == "13"
 
 
-async def test_the_list_says_that_the_word_on_show_is_not_stored(varied):
+async def test_the_list_says_that_the_shown_word_is_not_stored(varied):
     async with browsing(varied) as (app, pilot):
         await ask(pilot, "c", "1^20 3")
         assert "111111111111… is not stored" in shown(app)

@@ -1,4 +1,4 @@
-"""Windows of any size: lists and dialogs open in them, and follow when the window shrinks to nothing."""
+"""Lists and dialogs open in windows of any size, and follow when a window shrinks to nothing."""
 
 import pytest
 from quick import slow_but
@@ -10,7 +10,7 @@ CASES = [((w, h), ALL) for w, h in ((1, 1), (2, 3), (3, 24), (4, 5), (5, 2), (6,
 
 
 @pytest.mark.parametrize(("size", "keys"), slow_but([((6, 24), LISTS[:1])], [((6, 24), LISTS[:1]), *CASES]))
-async def test_every_dialog_opens_in_any_window_and_follows_its_size(filled_once, size, keys):
+async def test_every_dialog_opens_in_any_window_and_resizes(filled_once, size, keys):
     async with browsing(filled_once, size=size) as (app, pilot):
         for key in keys:
             await pilot.press(key)

@@ -22,7 +22,7 @@ from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
 
 
-def test_the_first_periods_come_before_all(filled_once, monkeypatch):
+def test_averages_of_the_first_periods_come_first(filled_once, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST", 4)
     of_all, of_some = [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]], [[4], [4, 5, 6]]
     for periods, parts in (((), of_all), (((4, 6),), of_some), (((5, 6),), [[5, 6]])):
@@ -33,7 +33,7 @@ def test_the_first_periods_come_before_all(filled_once, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-9, 0.5])
-async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled, monkeypatch, error):
+async def test_new_trajectories_replace_a_value_only_if_better(filled, monkeypatch, error):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     kept = Reference(0.8867, error, 0.3752, error, 2.3, 0.1, 10**9, 16, 5)
     writer = Writer(filled, {"command": "test"})
@@ -55,7 +55,7 @@ async def test_more_trajectories_replace_a_value_only_if_they_are_better(filled,
 
 
 @pytest.mark.slow
-async def test_the_first_trajectories_are_shown_as_they_come_and_kept_while_more_do(filled_once):
+async def test_trajectories_show_progress_and_stay_while_more_are_followed(filled_once):
     async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, _):
 
         async def follows(key: str, share: str) -> None:
@@ -74,7 +74,7 @@ async def test_the_first_trajectories_are_shown_as_they_come_and_kept_while_more
         await follows("t", r"bounces followed here; following more: \d+%")
 
 
-def test_bars_are_to_scale_and_little_is_seen():
+def test_bars_are_to_scale_and_small_counts_are_visible():
     lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 20, without=1234)
     assert lines == ["      a   800 ██████", "    bcd     1 ▏", "            0", "without 1,234"]
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
@@ -83,7 +83,7 @@ def test_bars_are_to_scale_and_little_is_seen():
 
 
 @pytest.mark.slow
-async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
+async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
     some = Selection(periods=((3, 3),), statuses=(Status.ORBIT, Status.GEOMETRIC))
     async with browsing(varied, selection=some) as (app, pilot):
         await press(pilot, "d")
@@ -96,9 +96,9 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         count = Catalogue(app.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
-        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # a bin begins where another ends
+        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
         await press(pilot, "right_square_bracket")
-        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # status, as a histogram
+        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter", "question_mark")
         assert isinstance(app.screen, KeysDialog)
         assert "histogram of another column" in shown(app)
@@ -110,7 +110,7 @@ async def test_counts_and_histograms_of_the_subset_on_show(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
-        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # as the rows are sorted, if it can
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
             app.screen.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn

@@ -49,7 +49,7 @@ def filled(tmp_path_factory):
         ("3131", Selection(), True, "3131 repeats 31 (twice): this is 31"),
     ],
 )
-async def test_it_opens_at_a_code_that_is_not_chosen(filled, code, chosen, rows, told):
+async def test_it_opens_at_a_code_outside_the_subset(filled, code, chosen, rows, told):
     async with browsing(filled, code=code, selection=chosen, notifications=True) as (app, pilot):
         assert app.screen.orbit.code == primitive_root(parse(code))
         assert [note.message for note in app._notifications] == [told]
@@ -68,10 +68,10 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         before = drawing.particle
         drawing.step()
         way = (drawing.particle - before) % 1 * app.screen.orbit.length
-        assert way == pytest.approx(0.125)  # 2.5 a second, 20 pictures a second
+        assert way == pytest.approx(0.125)  # 2.5 length units a second, 20 pictures a second
         drawing.particle = 0.9999
         drawing.step()
-        assert 0 < drawing.particle < 0.1  # once round
+        assert 0 < drawing.particle < 0.1  # after one round
         await pilot.pause()
         assert "●" in shown(app)
         await pilot.press("space")
@@ -85,7 +85,7 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         assert not drawing.phase
 
 
-def test_statistics_of_chosen_words_count_those_words_alone(filled):
+def test_statistics_of_a_subset_count_only_its_words(filled):
     from orbitdb.averages.fixed_points import ClassRows
     from orbitdb.cli.tui.statistics.statistics_screen import curves_of, statistics
 
@@ -110,7 +110,7 @@ def test_statistics_of_chosen_words_count_those_words_alone(filled):
 
 
 @pytest.mark.slow
-async def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopped(tmp_path):
+async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
     path = tmp_path / "new.db"
     async with browsing(path) as (app, pilot):
         await press(pilot, "f", *"2-14")
@@ -148,18 +148,18 @@ async def test_a_long_fill_is_begun_if_it_is_meant_and_goes_on_when_it_was_stopp
         (("1.6", "2-5", "9"), "symbol"),
     ],
 )
-def test_what_cannot_be_filled_is_refused(texts, complaint):
+def test_wishes_that_cannot_be_filled_are_refused(texts, complaint):
     with pytest.raises(InputError, match=complaint):
         parse_wish(*texts)
 
 
-def test_the_dialog_and_the_command_mean_the_same_by_the_same_text():
+def test_the_dialog_reads_periods_as_the_command_does():
     for text, periods in (("4", (2, 3, 4)), ("2,4-5", (2, 4, 5)), ("4-4", (4,))):
         assert parse_wish("1.6", text, "").periods == periods
 
 
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
-def test_every_kind_of_export(filled, tmp_path, name):
+def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
     told = export(path, Reader(filled), few, Ordering("length", True), catalogue.find("013", 1.6))
     assert str(path) in told
@@ -177,7 +177,7 @@ def test_every_kind_of_export(filled, tmp_path, name):
             export(tmp_path / other, told_to, Selection(), Ordering(), None)
 
 
-async def test_a_file_that_is_being_written_is_not_written_twice_and_quitting_asks(filled, tmp_path):
+async def test_an_export_in_progress_is_not_repeated_and_quitting_asks(filled, tmp_path):
     path = tmp_path / "rows.csv"
     async with browsing(filled, notifications=True) as (app, pilot):
         app.exports.add(path)
@@ -200,7 +200,7 @@ async def test_a_file_that_is_being_written_is_not_written_twice_and_quitting_as
 
 
 @pytest.mark.slow
-async def test_what_is_drawn_is_saved_as_a_figure(filled, tmp_path, monkeypatch):
+async def test_the_shown_picture_can_be_saved_as_a_figure(filled, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     async def saved(pilot, name):
@@ -227,7 +227,7 @@ async def test_what_is_drawn_is_saved_as_a_figure(filled, tmp_path, monkeypatch)
 
 
 @pytest.mark.slow
-async def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
+async def test_the_proposed_file_depends_on_the_focus(filled):
     async with browsing(filled) as (app, pilot):
         for keys, name, told in (("e", "orbits.csv", "the chosen rows"), ("tab e", "13.svg", "the orbit in")):
             await press(pilot, *keys.split())
@@ -237,7 +237,7 @@ async def test_the_file_that_is_proposed_is_of_what_has_the_focus(filled):
 
 
 @pytest.mark.slow
-async def test_a_very_small_screen_has_rows_and_facts_below_one_another(filled):
+async def test_a_very_small_screen_stacks_rows_and_facts(filled):
     def room(app):
         table, facts = table_of(app), app.screen_stack[0].query_one(FactsPanel)
         assert min(table.size.width, facts.size.width) >= 36
@@ -269,12 +269,12 @@ async def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
 
 
 @pytest.mark.slow
-async def test_without_colours_everything_is_told_by_its_shape(filled, monkeypatch):
+async def test_without_colours_shapes_tell_marks_apart(filled, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
     async with browsing(filled) as (app, _):
         assert app.no_color
         assert {"◆", "•"} <= set(shown(app))
-        svg = app.export_screenshot().replace("#c5c8c6", "")  # of the picture's frame, not of the app
+        svg = app.export_screenshot().replace("#c5c8c6", "")  # colour of the screenshot's frame
         colours = set(re.findall(r"fill: (#\w{6})", svg))
         assert all(colour[1:3] == colour[3:5] == colour[5:7] for colour in colours)
 
@@ -287,7 +287,7 @@ async def test_without_colours_everything_is_told_by_its_shape(filled, monkeypat
         pytest.param("statistics", LARGE, ["S"], marks=pytest.mark.slow),
     ],
 )
-async def test_the_layout_is_the_one_that_was_looked_at(filled, tmp_path, monkeypatch, name, size, keys):
+async def test_the_layout_matches_the_snapshot(filled, tmp_path, monkeypatch, name, size, keys):
     """Colours are compared in the pictures of the pages."""
     monkeypatch.chdir(tmp_path)
     Path("orbits.db").write_bytes(filled.read_bytes())

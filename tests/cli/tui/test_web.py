@@ -1,4 +1,4 @@
-"""The screen in a browser: what is served, to whom, and how it ends."""
+"""The screen in a browser: pages served, access, and how it ends."""
 
 import asyncio
 import json
@@ -19,7 +19,7 @@ _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 
 
 async def seen(socket, text):
-    """Read what a session draws until a text is among it."""
+    """Read a session's output until a text appears."""
     drawn = ""
     async with asyncio.timeout(60):
         while text not in _ESCAPE.sub("", drawn):
@@ -29,15 +29,15 @@ async def seen(socket, text):
 
 
 async def ended(socket):
-    """Read what a session draws until the server has closed it."""
+    """Read a session's output until the server closes it."""
     async with asyncio.timeout(60):
         while not socket.closed:
             await socket.receive()
 
 
 @pytest.mark.slow
-def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(filled_once):
-    aiohttp = pytest.importorskip("aiohttp")  # here, as importing it takes what ten tests take
+def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_once):
+    aiohttp = pytest.importorskip("aiohttp")  # here, because importing it takes as long as ten tests
     chosen = Selection(time_reversal="self", periods=((2, 4),))
     where = "time_reversal = 'self' and p < :top"
     asked = ("--port", "0", "--db", filled_once, "--where", where, "-P", "top=5", "--a", "1.6")
@@ -78,7 +78,7 @@ def test_the_screen_is_served_with_its_options_to_those_who_have_the_token(fille
 
 
 def test_nobody_without_the_token_sees_a_page(filled_once):
-    """Asked of what is served, without a session: that takes no second."""
+    """Tested on the server without a session, which takes under a second."""
     aiohttp = pytest.importorskip("aiohttp")
     from aiohttp.test_utils import TestClient, TestServer
 
@@ -104,7 +104,7 @@ BAD = [
 ]  # fmt: skip
 
 
-def test_messages_that_no_page_sends_are_dropped():
+def test_messages_no_page_would_send_are_dropped():
     pytest.importorskip("aiohttp")
     from orbitdb.cli.tui.web import Session
 
@@ -129,7 +129,7 @@ def test_messages_that_no_page_sends_are_dropped():
 
 @pytest.mark.slow
 def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
-    """Keys that nobody waits for fill the pipe to the program: it is ended nevertheless."""
+    """Unread keys fill the pipe to the program, which is ended anyway."""
     aiohttp = pytest.importorskip("aiohttp")
     served = start("browse", "--web", "--port", "0", "--db", filled_once)
     page = there(served.stderr).readline().partition(" ")[0]
@@ -160,7 +160,7 @@ def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
 
 
 @pytest.mark.slow
-def test_what_cannot_be_served_is_told_in_one_line(cli, filled_once, monkeypatch):
+def test_an_error_while_serving_is_reported_in_one_line(cli, filled_once, monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         refused = cli("browse", "--web", "--port", str(port), "--db", str(filled_once))
