@@ -9,17 +9,17 @@ from orbitdb.answers.judging import assess_levels, orbits_for
 from orbitdb.answers.spectrum import levels_from_zero, read_classes, read_levels, read_spectrum
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.figures.orbits import short
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots import waves
+from orbitdb.plots import curves, waves
+from orbitdb.plots.curves import short
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
 from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.assessment import CUTOFF_OF_ALL
 from orbitdb.quantum.lengths import family_count
-from orbitdb.quantum.spectrum import Peak, check_levels
+from orbitdb.quantum.spectrum import check_levels
 from orbitdb.quantum.statistics import FAMILY_TO, delta3, goe_delta3, unfolded
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
@@ -40,30 +40,8 @@ def draw_length_spectrum(
     for said in found.notes():
         note(said)
     with figure(7.2, 4.8, f"length spectrum at a = {exact(chosen.a)}, k below {found.k_max:.4g}") as made:
-        ax = made.add_subplot()
-        side = -1 if found.quantum is None else 1
-        if found.quantum is not None:
-            ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
-        ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
-        first, last = found.length[[0, -1]]
-        if found.complete < last:
-            beyond = max(found.complete, first)
-            ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
-        for peak in found.peaks(1):
-            ax.annotate(_times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),
-                        textcoords="offset points", fontsize=7, rotation=90, ha="center",
-                        va="bottom" if side > 0 else "top")  # fmt: skip
-        ax.axhline(0, color=INK, linewidth=0.6)
-        ax.margins(x=0, y=0.25)
-        ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
+        curves.draw_spectrum(made.add_subplot(), found)
     return made
-
-
-def _times(peak: Peak) -> str:
-    """Say how often which orbit is gone round; of one parity it may be half of it."""
-    whole, half = divmod(peak.repetitions, 1)
-    times = f"{int(whole) or ''}{'½' if half else ''}"
-    return short(peak.code) if times == "1" else f"{times} × {short(peak.code)}"
 
 
 def draw_levels(moment: Moment, chosen: Selection) -> Figure:

@@ -11,11 +11,10 @@ from orbitdb.cli.render import code_text
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.plaintext import shortened
 from orbitdb.plots import paths
+from orbitdb.plots.curves import short
 from orbitdb.plots.style import BLUE, GREY, ORANGE, figure
 from orbitdb.symbols.symmetry import REVERSE, images_of
-from orbitdb.symbols.words import run_notation
 
 PLACES = 400
 _WIDTH = 6.4
@@ -91,10 +90,3 @@ def draw_life(found: Orbit) -> Figure:
         below.set_xlabel("$a$")
         made.set_label(f"life of {code_text(found.code)}")
     return made
-
-
-def short(code: str) -> str:
-    """Return a code for a title: as it is, or in run notation, cut if it is still long."""
-    if len(code) <= 30:
-        return code
-    return shortened(run_notation(code))

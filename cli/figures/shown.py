@@ -8,9 +8,10 @@ from matplotlib.ticker import MaxNLocator
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.figures.orbits import draw_orbit, short
+from orbitdb.cli.figures.orbits import draw_orbit
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots.curves import short
 from orbitdb.plots.style import BLUE, INKS, figure
 
 __all__ = ["draw_counts", "draw_curves", "draw_orbit", "draw_phase"]

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.equality import ByValue
 from orbitdb.extras import load
@@ -11,6 +11,7 @@ from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 
 TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
@@ -86,6 +87,45 @@ class Result(ByValue):
         frame = load("pandas", "to_pandas()", "pandas").DataFrame(dict(self.columns))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
+
+    def plot(
+        self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
+    ) -> "Axes":
+        """Draw averages by period with matplotlib, as in the paper's Figs. 5 and 6.
+
+        Parameters
+        ----------
+        kind : str, optional
+            By default, the entropy or lambda_d, whichever the result has.
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ValueError
+            If the result has no such averages.
+        ModuleNotFoundError
+            If matplotlib is not installed (extra ``plot``).
+        """
+        known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
+        drawn: str | None = kind or next(iter(known), None)
+        if drawn not in known or not len(self):
+            has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
+            raise ValueError(f"kind {kind!r}: {has}" if kind else "draw the entropy, lambda_d or lambda_c")
+        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
+        draw, what = (
+            (curves.draw_entropy, (self,)) if drawn == "entropy" else (curves.draw_exponent, (self, drawn))
+        )
+        axes: Axes = paths.draw_titled(draw, what, self.selection.describe(), ax)
+        return axes
+
+
+_KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
+"""What `Result.plot` draws, with the column it needs."""
 
 
 def _short(value: Any) -> str:

@@ -206,4 +206,6 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
         shown = axes.set_title(wrapped(title, room), pad=20 if draw is draw_phase_space else None)
         if room < _SMALL:
             shown.set_fontsize(7)
+        if len(axes.get_legend_handles_labels()[0]) > 1:
+            axes.legend(fontsize="small")
     return axes

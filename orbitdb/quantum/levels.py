@@ -28,6 +28,7 @@ from orbitdb.quantum.mesh import quarter_stadium
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 
 LEAST_A, LARGEST_A = 0.05, 20.0
@@ -233,6 +234,27 @@ class Levels(ByValue):
         """Return a data frame with the columns k, error and parity."""
         pandas = load("pandas", "to_pandas()", "pandas")
         return pandas.DataFrame({"k": self.k, "error": self.error, "parity": self.parity})
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the number of levels up to k, and Weyl's law, with matplotlib.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If matplotlib is not installed (extra ``plot``).
+        """
+        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
+        axes: Axes = paths.draw_titled(curves.draw_levels, (self,), repr(self).strip("<>"), ax)
+        return axes
 
 
 def parities_of(names: Iterable[Parity | str]) -> list[Parity]:

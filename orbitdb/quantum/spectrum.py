@@ -20,6 +20,7 @@ from orbitdb.quantum.lengths import peak_of_each
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
@@ -90,6 +91,13 @@ class Spectrum(ByValue):
     terms: Terms
     codes: NDArray[np.object_]
 
+    def __repr__(self) -> str:
+        of = "" if self.parity is None else f" of the parity {self.parity}"
+        levels = "orbits" if self.quantum is None else "levels and orbits"
+        low, high = self.length[[0, -1]]
+        lengths, k_max = f"x = {low:g} to {high:g}", f"k below {self.k_max:.4g}"
+        return f"<length spectrum{of} at a = {exact(self.a)}: {levels}, {lengths}, {k_max}>"
+
     @property
     def misfit(self) -> float | None:
         """rms of quantum - orbits over that of quantum; None without levels."""
@@ -121,6 +129,27 @@ class Spectrum(ByValue):
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame of pandas (extra ``pandas``)."""
         return load("pandas", "to_pandas()", "pandas").DataFrame(self.rows(), columns=list(COLUMNS))
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw |F| of the orbits downwards, and of any levels upwards, with matplotlib.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; by default in a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ModuleNotFoundError
+            If matplotlib is not installed (extra ``plot``).
+        """
+        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
+        axes: Axes = paths.draw_titled(curves.draw_spectrum, (self,), repr(self).strip("<>"), ax)
+        return axes
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
         """Yield the peaks by length, of each the strongest orbits, so many at most."""

@@ -10,7 +10,7 @@ from PIL import Image
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.cli.figures.levels import _times
+from orbitdb.plots.curves import times as times_of
 from orbitdb.quantum.spectrum import Peak
 
 matplotlib.use("agg")
@@ -84,7 +84,7 @@ def test_a_grid_of_orbits_does_not_overlap(filled):
 
 @pytest.mark.parametrize(("times", "told"), [(1, "13"), (2, "2 × 13"), (0.5, "½ × 13"), (1.5, "1½ × 13")])
 def test_half_orbits_are_written_as_halves(times, told):
-    assert _times(Peak(1.0, 1.0, "13", times, 1.0, 1.0)) == told
+    assert times_of(Peak(1.0, 1.0, "13", times, 1.0, 1.0)) == told
 
 
 def test_peaks_of_one_parity_include_half_orbits(filled):

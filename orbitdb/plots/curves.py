@@ -1,0 +1,128 @@
+"""Curves of results: averages by period, the length spectrum, and the staircase of levels."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+from numpy.polynomial import Polynomial
+
+from orbitdb.answers.methods import AVERAGES
+from orbitdb.answers.results import Result
+from orbitdb.arrays import Floats, Integers
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.plaintext import shortened
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE
+from orbitdb.quantum.amplitudes import weyl
+from orbitdb.symbols.words import run_notation
+
+if TYPE_CHECKING:
+    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.spectrum import Peak, Spectrum
+
+_ROOM = 0.12
+"""Margin of the vertical axis, in units of the spread of its values."""
+_LONGEST = 30
+
+
+def by_period(found: Result) -> tuple[Integers, dict[str, Floats]]:
+    """Return every period from the first to the last, and the numbers of a result, NaN where it has none.
+
+    The gaps keep a line from crossing a period that is missing.
+    """
+    here = np.array(found["p"])
+    p = np.arange(here[0], here[-1] + 1)
+    shown = {}
+    for name, values in found.columns.items():
+        if name not in ("p", "h_proof"):
+            shown[name] = np.full(len(p), np.nan)
+            shown[name][here - here[0]] = np.array(values, dtype=float)
+    return p, shown
+
+
+def draw_entropy(ax: Axes, found: Result) -> None:
+    """Draw K_0 and h_zeta by period, as in the paper's Fig. 5, with any proved bounds."""
+    p, shown = by_period(found)
+    k_0, h_zeta = shown["K_0"], shown["h_zeta"]
+    band = (shown["h_lower"][0], shown["h_upper"][0]) if "h_lower" in shown else ()
+    values = np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band])
+    values = values[np.isfinite(values)]
+    room = _ROOM * np.ptp(values)
+    low, high = values.min() - room, values.max() + room
+    if band:
+        ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
+    inside = (h_zeta > low) & (h_zeta < high)
+    label = "$h(p)$, zero of the zeta function to order $p$"
+    ax.plot(p[inside], h_zeta[inside], "s", color=ORANGE, markersize=5, label=label)
+    ax.plot(p, k_0, "o-", color=BLUE, markersize=5, label=r"$K_0(p) = \ln N(p)\,/\,p$")
+    for period, value in zip(p[k_0 < low], k_0[k_0 < low], strict=True):
+        ax.annotate(f"↓ {value:.4f}", (period, low), xytext=(0, 4), textcoords="offset points", ha="center")
+    _over_periods(ax, "topological entropy (per bounce)")
+    ax.set(xlim=(p[0] - 0.7, p[-1] + 0.5), ylim=(low, high))
+
+
+def draw_exponent(ax: Axes, found: Result, name: str) -> None:
+    """Draw every average of ``lambda_d`` or ``lambda_c`` by period, as in the paper's Fig. 6."""
+    p, shown = by_period(found)
+    for average in AVERAGES:
+        values, colour = shown[average.of(name)], INKS[average.ink]
+        if np.isnan(values).all():
+            continue
+        ax.plot(p, values, average.line, color=colour, markersize=5, linewidth=1, label=average.label)
+        if average.error:
+            error = shown[f"{average.of(name)}_error"]
+            ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+    if f"{name}_trajectory" in shown:
+        value, off = shown[f"{name}_trajectory"][0], 2 * shown[f"{name}_error_trajectory"][0]
+        ax.axhspan(value - off, value + off, color=INK, alpha=0.2, linewidth=0)
+        ax.axhline(value, color=INK, linewidth=1, label=r"random trajectories (band: $\pm 2$ errors)")
+    unit = "bounce" if name == "lambda_d" else "length $R$"
+    _over_periods(ax, rf"$\langle \{name} \rangle$ (per {unit})")
+
+
+def _over_periods(ax: Axes, label: str) -> None:
+    ax.set(xlabel="period $p$ (bounces)", ylabel=label)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+
+
+def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
+    """Draw the length spectrum of the orbits downwards, and that of any levels upwards."""
+    side = -1 if found.quantum is None else 1
+    if found.quantum is not None:
+        ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
+    ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
+    first, last = found.length[[0, -1]]
+    if found.complete < last:
+        beyond = max(found.complete, first)
+        ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
+    for peak in found.peaks(1):
+        ax.annotate(times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),
+                    textcoords="offset points", fontsize=7, rotation=90, ha="center",
+                    va="bottom" if side > 0 else "top")  # fmt: skip
+    ax.axhline(0, color=INK, linewidth=0.6)
+    ax.margins(x=0, y=0.25)
+    ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
+
+
+def times(peak: "Peak") -> str:
+    """Return the code of a peak's orbit with its number of traversals, half ones of a single parity too."""
+    whole, half = divmod(peak.repetitions, 1)
+    count = f"{int(whole) or ''}{'½' if half else ''}"
+    return short(peak.code) if count == "1" else f"{count} × {short(peak.code)}"
+
+
+def short(code: str) -> str:
+    """Return a code for a figure: as it is, or if it is long in run notation, cut if that is long too."""
+    return code if len(code) <= _LONGEST else shortened(run_notation(code))
+
+
+def draw_levels(ax: Axes, levels: "Levels") -> None:
+    """Draw the number of levels from the lower end of their range to k, with Weyl's law."""
+    smooth = sum((weyl(Stadium(levels.a), parity) for parity in levels.parities), Polynomial([0.0]))
+    k = np.linspace(levels.low, levels.high, 400)
+    below = smooth(levels.low) if levels.low else 0.0
+    ends = [levels.low, *np.sort(levels.k), levels.high]
+    count = [*range(len(levels) + 1), len(levels)]
+    ax.step(ends, count, where="post", color=BLUE, label="levels")
+    ax.plot(k, smooth(k) - below, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
+    ax.set(xlabel="$kR$", ylabel=f"levels from {levels.low:g} to $k$" if levels.low else "levels below $k$")

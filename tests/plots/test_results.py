@@ -1,0 +1,71 @@
+"""`plot()` of what the library returns, on axes of its own and on yours."""
+
+import matplotlib
+import numpy as np
+import pytest
+
+from orbitdb import Catalogue, levels
+
+matplotlib.use("agg")
+from matplotlib import pyplot
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    made = Catalogue.create(tmp_path_factory.mktemp("plots") / "c.db")
+    made.fill("2-6")
+    return made
+
+
+@pytest.fixture(autouse=True)
+def closed():
+    yield
+    pyplot.close("all")
+
+
+def curve(ax, label):
+    (found,) = (line for line in ax.get_lines() if str(line.get_label()).startswith(label))
+    return np.array(found.get_xdata()), np.array(found.get_ydata())
+
+
+def test_a_result_draws_the_averages_that_it_has(catalogue):
+    found = catalogue.entropy(p="2-6")
+    ax = found.plot()
+    np.testing.assert_array_equal(curve(ax, "$K_0")[1], found["K_0"])
+    assert ax.get_title() == found.selection.describe()
+    assert len(ax.get_legend().get_texts()) == 3
+    mine = pyplot.figure().subplots()
+    lyapunov = catalogue.lyapunov(p="2-6")
+    assert lyapunov.plot(ax=mine) is mine
+    np.testing.assert_array_equal(curve(mine, "average over")[1], lyapunov["lambda_d"])
+    other = lyapunov.plot("lambda_c")
+    assert "per length" in other.get_ylabel()
+    np.testing.assert_array_equal(curve(other, "sum rules")[1], lyapunov["lambda_c_sum_rule"])
+
+
+def test_a_subset_that_knows_no_bounds_draws_its_entropy(catalogue):
+    ax = catalogue.select(p="2-6", status="orbit").entropy().plot()
+    assert [text.get_text()[:4] for text in ax.get_legend().get_texts()] == ["$h(p", "$K_0"]
+
+
+def test_a_result_without_such_averages_says_what_it_has(catalogue):
+    with pytest.raises(ValueError, match=r"^draw the entropy, lambda_d or lambda_c"):
+        catalogue.table(p="2-6").plot()
+    with pytest.raises(ValueError, match="'entropy': this result has lambda_d, lambda_c"):
+        catalogue.lyapunov(p="2-6").plot("entropy")
+
+
+def test_a_spectrum_draws_both_sides_and_has_a_short_name(catalogue):
+    found = catalogue.spectrum((4, 9), points=60)
+    np.testing.assert_array_equal(curve(found.plot(), "orbits")[1], -np.abs(found.orbits))
+    assert repr(found) == "<length spectrum at a = 1.6: orbits, x = 4 to 9, k below 30>"
+
+
+@pytest.mark.parametrize("low", [0.0, 3.0])
+def test_levels_draw_their_staircase(low):
+    found = levels(1.6, 6.0, low)
+    ax = found.plot()
+    k, count = curve(ax, "levels")
+    np.testing.assert_array_equal(k, [low, *found.k, 6.0])
+    np.testing.assert_array_equal(count, [*range(len(found) + 1), len(found)])
+    assert abs(curve(ax, "Weyl")[1][-1] - len(found)) < 2
