@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from console import CATALOGUE, FIRST_FILL, Session, lay
@@ -108,30 +109,27 @@ def deviations(folder: Path) -> str:
     return (folder / "figure.svg").read_text(encoding="utf-8")
 
 
-def _figure(command: str) -> Callable[[Path], str]:
-    """Return what draws a figure by a command that writes figure.svg."""
+@dataclass(frozen=True)
+class Figure:
+    """A figure drawn by a command that ends with ``-o``, after other commands."""
 
-    def draw(folder: Path) -> str:
-        (folder / "figure.svg").unlink(missing_ok=True)
-        said = Session(folder).command(f"{command} figure.svg")
-        if not (folder / "figure.svg").exists():
+    command: str
+    before: tuple[str, ...] = ()
+
+    def __call__(self, folder: Path) -> str:
+        """Return the figure as SVG."""
+        session, target = Session(folder), folder / "figure.svg"
+        for each in self.before:
+            session.command(each)
+        target.unlink(missing_ok=True)
+        said = session.command(f"{self.command} figure.svg")
+        if not target.exists():
             raise SystemExit(said)
-        return (folder / "figure.svg").read_text(encoding="utf-8")
-
-    return draw
+        return target.read_text(encoding="utf-8")
 
 
-def births(folder: Path) -> str:
-    """Draw how many words are orbits at every a, from a catalogue of its own."""
-    session = Session(folder)
-    session.command("orbitdb births --p 9 --db births.db")
-    return _figure("orbitdb plot births --db births.db -o")(folder)
-
-
-def spectrum(folder: Path) -> str:
-    """Draw the length spectrum of all levels up to k = 31.5, which take half a minute."""
-    Session(folder).command("orbitdb levels --k 0:31.5")
-    return _figure("orbitdb plot spectrum -o")(folder)
+LEVELS = "orbitdb levels --k 0:31.5"
+"""Half a minute of work."""
 
 
 def assess(folder: Path) -> str:
@@ -145,22 +143,7 @@ def assess(folder: Path) -> str:
     k = levels(1.8, 40, parities=["oo"]).k
     lost = rng.choice(len(k) - 8, len(k) // 20, replace=False)
     np.savetxt(folder / "measured.txt", np.delete(k, lost))
-    drawn = "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 --db judged.db -o"
-    return _figure(drawn)(folder)
-
-
-def rigidity(folder: Path) -> str:
-    """Draw Delta_3 of the levels up to k = 31.5."""
-    Session(folder).command("orbitdb levels --k 0:31.5")
-    return _figure("orbitdb plot rigidity -o")(folder)
-
-
-def entropy_over_a(folder: Path) -> str:
-    """Draw the enclosed entropy over a, from a catalogue of its own."""
-    session = Session(folder)
-    session.command("orbitdb births --p 8 --db curve.db")
-    session.command("orbitdb bounds --a 0.2:10:25 --window 10 --db curve.db")
-    return _figure("orbitdb plot entropy --over-a --db curve.db -o")(folder)
+    return Figure("orbitdb plot assess --levels measured.txt --parity oo --a 1.8 --db judged.db -o")(folder)
 
 
 def entropy_width(folder: Path) -> str:
@@ -198,25 +181,49 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "whole-orbit.svg": _screen("enter"),
     "counts.svg": _screen("d"),
     "columns.svg": _screen("asterisk", "j", "asterisk", "s", "end", "enter", "C"),
-    "reverse.svg": _figure("orbitdb plot reverse --code 1232131 --a 1.2 -o"),
-    "entropy.svg": _figure("orbitdb plot entropy -o"),
-    "lyapunov.svg": _figure("orbitdb plot lyapunov -o"),
+    "reverse.svg": Figure("orbitdb plot reverse --code 1232131 --a 1.2 -o"),
+    "entropy.svg": Figure("orbitdb plot entropy -o"),
+    "lyapunov.svg": Figure("orbitdb plot lyapunov -o"),
     "deviations.svg": deviations,
-    "sheet.svg": _figure("orbitdb plot sheet --p 5 -o"),
-    "birkhoff.svg": _figure("orbitdb plot phase-space --p 2-5 -o"),
-    "births.svg": births,
-    "spectrum.svg": spectrum,
+    "sheet.svg": Figure("orbitdb plot sheet --p 5 -o"),
+    "birkhoff.svg": Figure("orbitdb plot phase-space --p 2-5 -o"),
+    "lengths.svg": Figure("orbitdb plot lengths --p 2-7 -o"),
+    "life.svg": Figure("orbitdb plot life 010203113 -o"),
+    "births.svg": Figure("orbitdb plot births --db births.db -o", ("orbitdb births --p 9 --db births.db",)),
+    "spectrum.svg": Figure("orbitdb plot spectrum -o", (LEVELS,)),
+    "staircase.svg": Figure("orbitdb plot staircase -o", (LEVELS,)),
     "assess.svg": assess,
-    "rigidity.svg": rigidity,
-    "wave.svg": _figure("orbitdb plot wave 13 --k 20.17 --parity ee -o"),
-    "entropy-over-a.svg": entropy_over_a,
+    "spacings.svg": Figure("orbitdb plot spacings -o", (LEVELS,)),
+    "rigidity.svg": Figure("orbitdb plot rigidity -o", (LEVELS,)),
+    "wave.svg": Figure("orbitdb plot wave 13 --k 20.17 --parity ee -o"),
+    "husimi.svg": Figure("orbitdb plot husimi 13 --k 20.17 --parity ee -o"),
+    "entropy-over-a.svg": Figure(
+        "orbitdb plot entropy --over-a --db curve.db -o",
+        ("orbitdb births --p 8 --db curve.db", "orbitdb bounds --a 0.2:10:25 --window 10 --db curve.db"),
+    ),
     "entropy-width.svg": entropy_width,
-    "work-precision.svg": _figure("orbitdb bench --plot"),
+    "work-precision.svg": Figure("orbitdb bench --plot"),
 }
 """Every picture, and what draws it from a folder with a catalogue."""
 
 SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
 """Those of the terminal UI."""
+
+ASKED = {
+    "orbit.svg": ["orbitdb plot orbit 1232131 --a 1.2 -o figure.svg"],
+    "assess.svg": ["orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg"],
+}
+"""The commands of figures that Python draws here."""
+
+GALLERY = [name for name, draw in DRAWN.items() if name in ASKED or isinstance(draw, Figure)]
+"""The pictures that a command makes."""
+
+
+def commands(name: str) -> list[str]:
+    """Return the commands that make a picture of the gallery."""
+    draw = DRAWN[name]
+    return [*draw.before, f"{draw.command} figure.svg"] if isinstance(draw, Figure) else ASKED[name]
+
 
 MEASURED = {"work-precision.svg", "entropy-width.svg"}
 """Those that show run times."""

@@ -192,12 +192,26 @@ def keys() -> str:
     return "\n".join(lines)
 
 
+def gallery() -> str:
+    """Return every figure that a command makes, with the command under it."""
+    from pictures import GALLERY, commands
+
+    shown = []
+    for name in GALLERY:
+        block = "\n".join(
+            ["<!-- not run: the picture above is compared -->", "```sh", *commands(name), "```"]
+        )
+        shown.append(f"![{name.removesuffix('.svg')}]({name})\n\n{block}")
+    return "\n\n".join(shown)
+
+
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
     "checks": checks,
     "keys": keys,
+    "gallery": gallery,
     **{f"columns_of_{of}": partial(columns, group) for of, group in GROUPS},
 }
 

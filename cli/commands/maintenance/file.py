@@ -1,7 +1,11 @@
 """``orbitdb info`` and ``migrate``: where and what the catalogue is, and its newest schema."""
 
+import json
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
@@ -12,7 +16,10 @@ from orbitdb.plaintext import printable
 if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
-EXAMPLES = {"info": ("info", "info --json"), "migrate": ("migrate --db old.db",)}
+EXAMPLES = {
+    "info": ("info", "info --json", "info --datasette > metadata.json"),
+    "migrate": ("migrate --db old.db",),
+}
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
@@ -24,7 +31,14 @@ _FEW = 4
 """Values of a whose entropies stand in lines of their own."""
 
 
-def info(*, output: Output, db: options.Database) -> None:
+def info(
+    *,
+    datasette: Annotated[
+        bool, typer.Option("--datasette", help="Instead, write metadata.json for Datasette.")
+    ] = False,
+    output: Output,
+    db: options.Database,
+) -> None:
     """Show where the catalogue is, what is filled, and the time and disk space that it took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
@@ -33,6 +47,9 @@ def info(*, output: Output, db: options.Database) -> None:
     """
     from orbitdb.store.reading.moment import reading
 
+    if datasette:
+        _write_metadata(db)
+        return
     with reading(db) as moment:
         rows = [row for a in moment.a_values() for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
@@ -49,6 +66,14 @@ def info(*, output: Output, db: options.Database) -> None:
         output.write(
             (*COLUMNS[:shown], *last), [(*row[:shown], *row[len(row) - len(last) :]) for row in rows]
         )
+
+
+def _write_metadata(db: Path) -> None:
+    from orbitdb.answers.datasette import datasette_metadata
+    from orbitdb.store.reading.moment import reading
+
+    with reading(db) as moment:
+        print(json.dumps(datasette_metadata(moment.path), indent=1))
 
 
 def migrate(db: options.Database) -> None:

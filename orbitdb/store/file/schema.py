@@ -42,15 +42,20 @@ LONG = 7 << 58
 
 It is above all keys, and four times as much is still an integer of SQLite."""
 
+_TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")
+
 TABLES = {
     found[1]: found[0]
-    for found in re.finditer(
-        r"^CREATE TABLE (\w+) \(.*?(?=;$)",
-        Path(__file__).with_name("schema.sql").read_text(encoding="utf-8"),
-        re.DOTALL | re.MULTILINE,
-    )
+    for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
 }
 """The statements that make the tables, by name, those first that others refer to."""
+
+
+def comments() -> dict[str, str]:
+    """Return what each table holds, as the comment above it says."""
+    found = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
+    return {each[2]: " ".join(line[3:] for line in each[1].splitlines()) for each in found}
+
 
 REVISIONS = """\
 CREATE TABLE alembic_version (
@@ -76,6 +81,9 @@ def _view(name: str, columns: dict[str, str], rows: str) -> str:
     listed = ",\n       ".join(f"{value} AS {column}" for column, value in columns.items())
     return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
 
+
+LIFE = ("cycle", "p", "class_size", "word", "born", "born_error", "dies", "dies_error")
+"""The columns of the view `life`."""
 
 VIEWS = {
     "class": _view("class", SHARED | OF_CLASS, _CLASSES),

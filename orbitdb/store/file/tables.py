@@ -10,7 +10,7 @@ from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
 from orbitdb.store.file.database import to_read, to_write, waiting
-from orbitdb.store.file.schema import OF_CLASS, SHARED, TABLES
+from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
     "text": sa.Text, "integers": sa.Text, "integer": sa.Integer, "number": sa.REAL, "numbers": sa.LargeBinary,
@@ -46,7 +46,7 @@ ENDS = ("born", "dies")
 
 No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
 
-life = view("life", ("cycle", "p", "class_size", "word", "born", "born_error", "dies", "dies_error"))
+life = view("life", LIFE)
 """The view of the lives of classes."""
 
 
