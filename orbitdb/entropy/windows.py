@@ -30,7 +30,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""The letters that may follow each. A letter other than X and its mirror image list images in the same order."""
+"""The letters that may follow each; except for X, mirror images have mirrored lists in the same order."""
 
 
 def letters_of(text: str) -> Letters:
