@@ -122,9 +122,7 @@ class _AtWalls(Locator):
         """Return whether the labels at rising places are at least a digit apart."""
         assert self.axis is not None
         low, high = self.axis.get_view_interval()
-        scale = (
-            3 * self.axis.get_tick_space() / (high - low)
-        )  # matplotlib assumes labels three times as wide as high
+        scale = 3 * self.axis.get_tick_space() / (high - low)  # it assumes labels three times as wide as high
         return all(
             (right - left) * scale > _DIGIT * (len(_tick_label(left) + _tick_label(right)) / 2 + 1)
             for left, right in pairwise(places)
