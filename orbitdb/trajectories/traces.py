@@ -76,7 +76,7 @@ def trace_start(
     ahead, back = (_known(stadium, [row[n] for row in rows], tolerance, way) for n, way in ((0, 1), (1, -1)))
     if not ahead + back:
         raise InputError(
-            f"rounding hides every bounce of this start at tolerance {tolerance:g}: give a larger one"
+            f"rounding hides every bounce of this start at {tolerance:g}: give a larger tolerance"
         )
     middle = rows[0].shape[1] - 1
     kept = slice(middle - back, middle + ahead)
@@ -188,9 +188,7 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     x, y = found.T
     side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
     y = np.where(side == 0, np.copysign(1.0, y), y)
-    alone = [
-        np.pad(row, 1)[None] for row in (x, y, side)
-    ]  # straight walls before and after, so no run goes on
+    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # a straight wall at each end, so that runs end
     return Trace(1, written(stadium, *alone)[0][0], found)
 
 
