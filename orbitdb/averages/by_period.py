@@ -1,7 +1,6 @@
 """Entropy and Lyapunov averages over periodic orbits: arrays in, numbers out.
 
-The paper's averages are sums over fixed points. The same sums are the traces of a zeta function, which gives
-a second set of averages.
+The paper's averages are sums over fixed points. These sums also give a zeta function and its averages.
 """
 
 import math
@@ -162,8 +161,7 @@ def lyapunov_of_periods(
 def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dict[str, list[Any]]:
     """Return averages as columns, with None where a value is NaN or a period that it needs is missing.
 
-    A sum over the fixed points of order p needs all divisors of p, and a mean of p - 1 and p needs those of
-    both. A zeta function and the sum rules need every period up to p.
+    Sums over fixed points of order p need the divisors of p; zeta functions and sum rules need every period.
 
     Parameters
     ----------
@@ -189,7 +187,6 @@ def standing(found: Entropy | Lyapunov | SumRules, filled: Iterable[int]) -> dic
 
 
 def _needs(name: str, p: int) -> set[int]:
-    """Return the periods that an average of order p needs."""
     if name in _FIXED_POINTS | _PAIRS:
         orders = (p - 1, p) if name in _PAIRS else (p,)
         return {d for order in orders for d in divisors(order) if d > 1}

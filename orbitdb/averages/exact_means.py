@@ -89,8 +89,7 @@ def _last_legs(a: float, h: float) -> float:
     """Return the contribution of the legs that rise by more than h, to leading order in 1/R.
 
     The mean of u over a copy is zero. To second order a leg contributes
-    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2). The sum over n is half the integral over h, which is
-    evaluated with h / R = 1 - m.
+    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2). The sum over n is half the integral over h; h / R = 1 - m.
     """
     r = math.hypot(2 * a, h)
     m = (2 * a / r) ** 2 / (1 + h / r)
@@ -140,8 +139,7 @@ class ExactMeans:
     def bounds(self) -> tuple[float, float]:
         """Lower and upper bounds on lambda per leg, widened by the errors.
 
-        The beam that arrives at a run has a convergence between 0 and 1/D_before, so the last term of
-        lambda is between 0 and c2.
+        A beam arrives at a run with a convergence from 0 to 1/D_before, so its last term is from 0 to c2.
         """
         low = self.log_drift.value + self.log_kick.value - self.log_drift.error - self.log_kick.error
         growth = self.growth

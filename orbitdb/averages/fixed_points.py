@@ -1,8 +1,7 @@
 """The fixed points of each order, from symmetry classes.
 
 One row per class, with its size, is enough (`ClassRows`). The fixed points of order p are the points of all
-orbits whose period d divides p. Such an orbit has d points and is repeated p/d times, which multiplies its
-lambda and L.
+orbits whose period d divides p. Such an orbit has d points; p/d repetitions multiply its lambda and L.
 
 Averages over fixed points, and zeta functions truncated by period, are built from sums over the orbits of one
 period (`PeriodSums`). The sums can be added up in parts and in any order, because joining the parts rounds
@@ -52,8 +51,7 @@ class ClassRows(Columns):
     Raises
     ------
     ValueError
-        If the arrays differ in length, or if a period, size, length or lambda is not positive and finite
-        (the row is not an orbit).
+        If the arrays differ in length, or a period, size, length or lambda is not positive and finite.
     """
 
     period: Integers

@@ -126,8 +126,7 @@ def _integrals(a: float, low: Floats, high: Floats) -> Floats:
 def _over_phi(a: float, t: Floats) -> Floats:
     """Return the integral of c2 over phi at each angle t, piece by piece between the jumps, shape (N,).
 
-    c2 is the same at phi and phi', and phi + phi' = turns modulo 1. So half of the range of phi is enough for
-    each number of bounces.
+    c2 is the same at phi and phi', and phi + phi' = turns modulo 1, so half of the range of phi is enough.
     """
     turns = np.pi / (2 * t)[:, None]
     rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)

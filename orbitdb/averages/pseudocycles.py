@@ -1,8 +1,7 @@
 """Averages from zeta functions truncated by stability: all pseudo-cycles below a cut, without a list of them.
 
 A pseudo-cycle is a product of different cycles. Its term in 1/zeta is the product of their weights, with a
-factor -1 per cycle. Products of unstable cycles are small, so where pruning makes the periods irregular,
-a cut in the product of the multipliers can be fairer than one in the period.
+factor -1 per cycle. If pruning makes the periods irregular, it can be better to cut by multipliers.
 
 Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss, Phys. Rev. Lett. 78
 (1997) 4201.
@@ -66,16 +65,14 @@ def expand_by_stability(
     highest : int, optional
         Largest order of a term; unlimited by default.
     progress : callable, optional
-        Called now and then with the share of the work that is done. It is a guess, based on how many terms
-        can follow directly, and never falls.
+        Called now and then with an estimate of the share of the work that is done; it never falls.
 
     Notes
     -----
     Exact, and far cheaper than a list of the pseudo-cycles. Factors are sorted by cost and pseudo-cycles
     built upwards. The candidates for the last factor form a contiguous stretch of the sorted factors, so
     prefix sums give their total. Only pseudo-cycles with room for their dearest factor once more are
-    listed. A class of equal cycles is one factor with a count, and its m-th power carries the binomial
-    coefficient.
+    listed. Equal cycles are one factor with a count; its m-th power has the binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
     factors = factors.rows(np.argsort(factors.cost, kind="stable"))
@@ -224,8 +221,8 @@ def lyapunov_by_stability(
     Parameters
     ----------
     rows : ClassRows
-        All orbits with lambda <= cut. If longer periods are missing, set `highest` to the period up to which
-        all orbits are known, so that products which should cancel against missing orbits are left out.
+        All orbits with lambda <= cut. If only the periods up to some period are complete, pass that period
+        as `highest`. This leaves out products that would cancel against missing orbits.
     cut : float
         Largest sum of lambda over the orbits of a pseudo-cycle.
     highest : int, optional
@@ -234,7 +231,7 @@ def lyapunov_by_stability(
         With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
         k = 0, 1, .., with multipliers e^((k+1) lambda). The cut applies to all of them.
     progress : callable, optional
-        Called now and then with a guess at the share of the work that is done.
+        As for `expand_by_stability`.
     """
     levels = 1
     if weight is Weight.DETERMINANT and len(rows):

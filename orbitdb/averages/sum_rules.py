@@ -6,8 +6,7 @@ lambda per leg contains the terms ln D, ln K and c2, whose means are known exact
     lambda_l = E[ln D] + E[ln K] + E[c2] + sum w (lambda - ln D - ln K - c2) / sum w m,
 
 where m is the number of legs. The weights are the class size times e^-lambda, tilted so that as many of the
-three means as possible are exact (`orbitdb.averages.tilted`). If no weights give all three, c2 is dropped
-first, then ln D, then ln K.
+three means as possible are exact (`orbitdb.averages.tilted`): c2 is dropped first, then ln D, then ln K.
 
 Conditions of this kind on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
@@ -115,7 +114,6 @@ def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> 
 
 
 def _orbits(size: NDArray[np.int64], lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
-    """Return orbits, given the result of `_terms`."""
     legs, *sums = terms
     means = exact_means(a).terms
     held = np.stack([term - mean.value * legs for term, mean in zip(sums, means, strict=True)])
@@ -138,8 +136,7 @@ class Beginning(NamedTuple):
     orbits : TiltedOrbits
         With all three quantities.
     found : ndarray, shape (3, last - 1)
-        For each period, the highest level, the value of sum w (lambda - ln D - ln K - c2) / sum w m at it,
-        and the value at the level below.
+        For each period: the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there and one below.
     tilts : dict of int to ndarray
         The tilts at the last period, by level.
     """

@@ -45,8 +45,7 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
     Parameters
     ----------
     at : callable
-        Returns the tilted sums at mu, or None if mu x < 0 for all orbits. If no such tilt exists, mu grows
-        until this happens, which proves it.
+        Returns the tilted sums at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
     start : ndarray, shape (k,)
     small : float, optional
         Square of the Newton step, in the metric of the spread, at which the iteration ends.

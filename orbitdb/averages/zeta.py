@@ -53,8 +53,7 @@ def expand(traces: Floats, slopes: Floats) -> Expansion:
     traces : ndarray, shape (n,)
         T_1 .. T_n, the sums of the weights over all fixed points of each order; ln zeta = sum T_j z^j / j.
     slopes : ndarray, shape (k, n)
-        Derivatives of the traces in the exponents of k observables: the same sums with each weight times
-        the observable.
+        Derivatives of the traces in k exponents: the same sums with each weight times the observable.
 
     Notes
     -----

@@ -1,9 +1,8 @@
 """Check that Newton's method in doubles, ball arithmetic and the paper's dynamics agree on every status.
 
-Ball arithmetic proves its statuses, so it is the reference. The relaxation stops at a small force and
-compares coordinates with the ends of walls and semicircles. It can be wrong if an orbit is closer to a joint
-than the error of its coordinates. It is always wrong if an orbit runs through a joint, because it has no
-status for that case.
+Ball arithmetic proves its statuses, so it is the reference. The relaxation stops at a small force. It can be
+wrong if an orbit is closer to a joint than the error of its coordinates. It is always wrong if an orbit runs
+through a joint, because it has no status for that case.
 """
 
 from collections.abc import Callable

@@ -53,8 +53,7 @@ class WorkPrecision:
     seconds : float
         Run time per word.
     seconds_per_sequence : float
-        Run time per cyclic word. Methods of this project solve one word for its whole class; the paper's and
-        SciPy's methods solve every word.
+        Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
     failures : int
         Words left undecided, or given a wrong status or another orbit.
     coordinates_max, coordinates_median : float
@@ -148,8 +147,7 @@ def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iter
 def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iterator[WorkPrecision]:
     """Measure the paper's artificial dynamics, vectorised over all words of the sample.
 
-    The dynamics has no memory, so each epsilon continues where the larger one before it stopped. Its time
-    includes all earlier ones.
+    Each epsilon continues where the larger one before it stopped, and its time includes all earlier ones.
     """
     x = starting_points(cases.words, cases.stadium)
     seconds = 0.0
@@ -255,8 +253,7 @@ class StageTimes:
     sequences, classes : int
         Numbers of admissible cyclic words and of their symmetry classes.
     enumeration, cutting, newton, assessment, balls : float
-        Generate the representatives; cut them into legs; solve; bound the errors and decide the status;
-        decide the rest in ball arithmetic.
+        Generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls.
     """
 
     p: int

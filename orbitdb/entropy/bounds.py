@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 DOUBLES, BALLS = "doubles", "balls"
 """How windows are decided: in doubles with error bounds, or confirmed in ball arithmetic too."""
 
-
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns."""
 
@@ -110,8 +109,7 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
     Yields
     ------
     EntropyBounds
-        For windows of 2, 3, ... edges, until all are decided, `MAX_WINDOW` is reached, or more than
-        `MOST_UNDECIDED` are undecided.
+        For windows of 2, 3, ... edges, to `MAX_WINDOW`, to `MOST_UNDECIDED`, or until all are decided.
     """
     forbidden: list[tuple[Letters, int]] = []
     windows, count = first_windows(), 0

@@ -1,8 +1,7 @@
 """Bounds on the growth rate of paths in a graph: Collatz and Wielandt, rounded outward.
 
 For a matrix A >= 0 and any v > 0, the spectral radius is between the least and the largest (Av)_i / v_i.
-It is also the largest spectral radius of a strongly connected component. So steps between components are
-left out, and
+It is also the largest spectral radius of a strongly connected component. Without steps between components,
 
     max over components of min (Av)_i / v_i  <=  spectral radius  <=  max (Av)_i / v_i .
 
@@ -97,7 +96,6 @@ def _components(
 
 
 def _matrix(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> "csr_array":
-    """Return the matrix of steps."""
     from scipy.sparse import csr_array
 
     return csr_array((np.ones(len(origin)), (origin, target)), shape=(states, states))

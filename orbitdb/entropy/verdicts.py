@@ -6,8 +6,7 @@ Every extreme continuation is written as an outer leg of given direction and a r
 * an unknown run pulls with a force in [-1, 1]; the extremes are endless runs (k infinite), down or up;
 * a run of at least K bounces with sense d pulls with a force between -d, like an endless run, and the pull of
   K bounces with an outer leg in the direction -d pi/2;
-* a leg of at least q walls has a direction s x, where s is the sign and x is between its least value
-  (`direction_limits`) and pi/2.
+* a leg of at least q walls has a direction s x with sign s and x from its least (`direction_limits`) to pi/2.
 
 So all ends have the same form: legs 0 and m + 1 are given, and the legs between them maximise the length
 within their limits. The ranges cover every continuation, however long its runs and legs.

@@ -3,8 +3,7 @@
 An edge word has one letter for each edge of a path. U and D are edges of a run that goes up or down. X is a
 leg without walls. a and b go from a run to the top or bottom wall, A and B from the top or bottom wall to a
 run, w from top to bottom, v from bottom to top. The letters do not name the semicircle, which changes with
-every leg. So an edge word represents two codes that are mirror images, and words of p edges grow at the same
-rate as codes of p bounces.
+every leg. So an edge word represents two codes, mirror images, and words and codes grow at the same rate.
 
 The mark is where a run ends and a leg begins. A junction where a leg ends and a run begins is the same in
 reverse, so with the mirror six windows are enough to start (`first_windows`). The legs wholly inside the
@@ -57,8 +56,7 @@ SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
 def geometric_entropy() -> float:
     """Return the growth rate of all edge words, an upper bound on the topological entropy for every a.
 
-    It is ln(1/z) = 1.218756, rounded up, where z is the root of z^3 + z^2 + 3 z = 1. The entropy tends to it
-    as a grows.
+    It is ln(1/z) = 1.218756, rounded up, with z^3 + z^2 + 3 z = 1. The entropy tends to it as a grows.
     """
     low, high = 0.2, 0.4
     while (middle := (low + high) / 2) not in (low, high):

@@ -2,18 +2,16 @@
 
 d(k) is the smooth density plus the sum of Re(A exp(i k l)) over all terms, with Gutzwiller's amplitudes A.
 
-On the outer walls of a quarter of the stadium the functions are 0 (Dirichlet). On the two axes they are
-Dirichlet or Neumann, depending on parity. An edge adds -length k / (4 pi) if it is Dirichlet, + if it is
-Neumann. The curvature of the arc adds 1/24. A right angle adds 1/16 between edges of the same kind and -1/16
-between edges of different kinds.
+A quarter of the stadium has Dirichlet outer walls, and axes that are Dirichlet or Neumann by parity. An edge
+adds -length k / (4 pi) if it is Dirichlet, + if it is Neumann. The curvature of the arc adds 1/24. A right
+angle adds 1/16 between edges of the same kind and -1/16 between edges of different kinds.
 
 A cyclic word of length L, exponent lambda and Maslov index mu has terms for r = 1, 2, ... with l = r L and
 
     A = (L / pi) exp(-i r mu pi / 2) / sqrt|det(M^r - 1)|.
 
 The root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) if r times the number of walls is odd. For one
-parity a word counts as a quarter, unless a symmetry g of the stadium maps it to itself. Then half the orbit
-counts (docs/spectrum.md).
+parity a word counts as a quarter; if a symmetry maps it to itself, half the orbit counts (docs/spectrum.md).
 
 Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128;
 H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).

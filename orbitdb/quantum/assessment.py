@@ -32,8 +32,7 @@ LEFT_OUT = 6.0
 """Cost of a missing or a spurious level."""
 
 _SPREAD, _LEAST_SPREAD = 0.08, 0.12
-"""sigma of N_X(k_i) - n_i + 1/2 in complete lists is the first times the root of the density of levels,
-and at least the second."""
+"""sigma of complete lists is the first times the root of the density of levels, and at least the second."""
 
 _BAND = 12
 """Largest distance of true numbers from the staircase."""

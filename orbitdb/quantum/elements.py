@@ -162,9 +162,8 @@ def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int,
 
     Notes
     -----
-    By Sylvester's law of inertia, the number of negative pivots of B^T B - s is the number of eigenvalues
-    below s. It checks that shift-and-invert Lanczos iterations find them all. The values are Rayleigh
-    quotients |B v|^2 / |v|^2.
+    By Sylvester's law of inertia, the negative pivots of B^T B - s count the eigenvalues below s. This checks
+    shift-and-invert Lanczos iterations. The values are Rayleigh quotients |B v|^2 / |v|^2.
     """
     matrix = (root.T @ root).tocsc()
     below = _factors(matrix, low)[1] if low > 0 else 0

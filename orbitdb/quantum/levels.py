@@ -33,9 +33,8 @@ Floats = NDArray[np.float64]
 LEAST_A, LARGEST_A = 0.05, 20.0
 """Range of half lengths for which the errors were tested."""
 MOST_LEVELS = 20_000
-"""Largest number of levels of all parities below the end of a range. The memory of a window is proportional
-to it: at `a` = 1.6, 1.1 GB (22 s) for 7500 levels and 2.0 GB (53 s) for 14 700. At this limit a window takes
-3 GB, and all windows take hours."""
+"""Largest number of levels of all parities below the end of a range. A window needs memory in proportion to
+it, 3 GB at this limit (2.0 GB and 53 s for 14 700 levels at `a` = 1.6), and all windows take hours."""
 
 _IN_WINDOW = 64
 """Approximate number of levels of a parity in a window."""
@@ -49,8 +48,7 @@ ROUNDING = 2e-12
 _ON_END = 1e-10
 """Relative distance from the end of a window within which a level counts as on it; grids differ by less."""
 _BEYOND = 1e-6
-"""Relative distance outside the ends of a window at which levels are counted. Grids differ by less, so they
-all give a level the same number."""
+"""Relative distance outside a window at which levels are counted; grids differ by less, so numbers agree."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -149,8 +149,7 @@ def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
     Raises
     ------
     InputError
-        If there are too few levels, some are not positive and finite or not in rising order, or their number
-        does not fit Weyl's law.
+        If the levels are too few, not positive, not in rising order, or not as many as Weyl's law expects.
     """
     if len(k) < _LEAST_LEVELS:
         raise InputError(f"{several(len(k), 'level')}, too few: give {_LEAST_LEVELS} or more")

@@ -152,8 +152,7 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
     """Return the levels below `k_max` from orbits, and their errors, shape (N,) each.
 
     The error combines the spread over the cutoffs with its mean over neighbouring levels. Measured for a from
-    0.5 to 3, it holds for 98 % of the levels where the rms error is below 0.2 mean spacings, and for 90 % far
-    above that range.
+    0.5 to 3, it holds for 98 % of the levels up to `reliable_end`, and for 90 % far above.
     """
     most = math.floor(float(orbits.smooth[-1])) + _MORE
     found = orbits.reached(np.arange(0.5, most))

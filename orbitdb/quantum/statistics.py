@@ -35,8 +35,7 @@ class Statistics(NamedTuple):
     parity : str
         A parity, or ``GOE`` or ``Poisson`` for random matrices or random numbers.
     balls : str
-        ``in`` if the levels are unfolded with Weyl's law; ``out`` if the bouncing balls are also taken out of
-        the staircase.
+        ``in`` if levels are unfolded with Weyl's law alone; ``out`` if bouncing balls are taken out too.
     levels : int or None
     gap_ratio, gap_ratio_error : float or None
         Mean of min/max of neighbouring gaps, and its standard error.

@@ -121,9 +121,7 @@ class Wave:
         places, weights, count = [], [], []
         for orbit in orbits:
             if orbit.points is None or orbit.a != self.stadium.a:
-                raise InputError(
-                    f"{orbit.code} is not an orbit at a = {exact(self.stadium.a)}: choose another"
-                )
+                raise InputError(f"{orbit.code} is not an orbit at a = {exact(self.stadium.a)}: use another")
             nodes, weight = _along(orbit.points, self.k)
             places.append(nodes)
             weights.append(weight / weight.sum())

@@ -72,8 +72,7 @@ def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
     """Return random starts whose tangent vectors have settled.
 
     With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the unstable direction. Near the
-    circle a vector first grows only by shear, with ln(steps); lambda was measured to be 1.6 sqrt(a) per step
-    there.
+    circle a vector first grows only by shear, and lambda (measured) is 1.6 sqrt(a) per step.
     """
     arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
     arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
@@ -129,8 +128,7 @@ def simulate(
     seed : int, optional
         The same arguments give the same result.
     trajectories : int, optional
-        Number followed at the same time; by default `TRAJECTORIES`, or fewer if that comes closer to
-        `bounces`, but at least `LEAST`.
+        Number followed at the same time; by default at most `TRAJECTORIES` and at least `LEAST`.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 

@@ -34,8 +34,7 @@ class Runs(NamedTuple):
 def random_runs(n: int, rng: np.random.Generator) -> Runs:
     """Draw n runs from the invariant measure.
 
-    The place u in (0, pi) and the cosine of the angle t of a bounce are uniform; the bounce is the first of
-    its run if u < 2 t.
+    The place u in (0, pi) and cos(t) of a bounce are uniform; it is the first of its run if u < 2 t.
     """
     kept: list[Floats] = []
     have = 0
@@ -111,8 +110,7 @@ def simulate_legs(
     ----------
     stadium : Stadium
     bounces : int
-        Expected total number of bounces. Every start has `LEGS` legs, or fewer so that there are at least
-        `LEAST` starts.
+        Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
     known : tuple of float
         The exact mean of ln D + ln K + c2 per leg, and a bound on its error.
     seed : int, optional
@@ -207,9 +205,8 @@ def _reference(
 ) -> Reference:
     """Compute the averages from sums over starts of the terms and of their squares, shape (2, 4).
 
-    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average. A leg of n walls has a path of about
-    2 n. The difference scatters little, unlike n, and the mean of n is exactly a. So the mean free path
-    checks the map and the measure.
+    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average. The path minus 2 per wall scatters
+    little, and the mean number of walls is a. So the mean free path checks the map and the measure.
     """
     rest, width, path, bounces = means = moments[0] / starts
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))

@@ -2,8 +2,7 @@
 
 If the stadium is unfolded at its walls, a path from one semicircle to the other is a straight line. The copy
 of the strip in which it reaches the other circle gives the number of walls. So thousands of bounces between
-the walls cost no more than one and accumulate no rounding errors. All functions are vectorised over
-trajectories.
+the walls cost no more than one and accumulate no rounding errors.
 """
 
 from typing import NamedTuple
@@ -129,9 +128,8 @@ def _off_circle(
 ) -> tuple[Floats, ...]:
     """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
 
-    The distance comes from the impact parameter about the centre, which is equally accurate at any distance.
-    Successive bounces on the same circle keep their angle, however grazing. Points and directions are
-    normalised to first order.
+    The distance comes from the impact parameter about the centre, which is accurate at any distance. Bounces
+    on the same circle keep their angle exactly. Points and directions are normalised to first order.
     """
     along = dx * vx + dy * vy
     impact = dx * vy - dy * vx

@@ -193,7 +193,6 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
 
 
 def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> None:
-    """Refuse points that are not on the boundary."""
     x, y = points.T
     off = np.hypot(np.maximum(np.abs(x) - stadium.a, 0), y) - 1
     worst = int(np.abs(off).argmax())
