@@ -1,7 +1,6 @@
 """Entropy and Lyapunov averages over periodic orbits: arrays in, numbers out.
 
-The paper's averages are sums over fixed points; beside them stand those of the zeta function that the
-same sums are the traces of.
+The paper's averages are sums over fixed points. These sums also give a zeta function and its averages.
 """
 
 import math
@@ -29,13 +28,13 @@ class Entropy(ByValue):
     N : ndarray of int
         Number of points on orbits of period p and its divisors.
     K_0 : ndarray
-        ln N / p; NaN where there is no point.
+        ln N / p; NaN if N is 0.
     h_zeta : ndarray
-        -ln of the leading zero of the topological zeta function cut off at order p.
+        -ln of the leading zero of the topological zeta function truncated at order p.
     h_zeta_change : ndarray
-        Modulus of its change from the order before. It is no error: h_zeta creeps, or turns, beyond it.
+        Absolute change of h_zeta from order p - 1. Not an error estimate: later changes may add up to more.
     faults : tuple of str
-        Why h_zeta is NaN, of each period; empty where it is not, or where there is no orbit.
+        Why h_zeta is NaN, for each period; empty if it is a number or if there is no orbit.
     """
 
     p: Integers
@@ -52,12 +51,12 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
     Parameters
     ----------
     cycles : ndarray of int, shape (n + 1,)
-        How many cyclic words of each period 0 .. n are orbits.
+        Number of cyclic words that are orbits, for each period 0 .. n.
 
     Notes
     -----
-    N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
-    Its zero, which weighs all periods up to p together, settles sooner than K_0.
+    The numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
+    Its leading zero combines all periods up to p and settles sooner than K_0.
 
     Source: Biham and Kvale, Table 1.
     """
@@ -78,7 +77,7 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
 
 @dataclass(frozen=True, eq=False)
 class Lyapunov(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
+    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit.
 
     Attributes
     ----------
@@ -87,13 +86,13 @@ class Lyapunov(ByValue):
     lambda_d, lambda_c : ndarray
         The paper's averages over fixed points, per bounce and per length.
     lambda_d_pair, lambda_c_pair : ndarray
-        Means of the values at p - 1 and p, which even out the paper's oscillation.
+        Means of the values at p - 1 and p, which smooth out the paper's oscillation.
     lambda_d_zeta, lambda_c_zeta, mean_path_zeta : ndarray
-        <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function cut off at order p.
+        <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function truncated at order p.
     z0 : ndarray
-        The leading zero of the zeta function; 1 for a closed system and all its orbits.
+        The leading zero of the zeta function; 1 for all orbits of a closed system.
     faults : tuple of str
-        Why the values of the zeta function are NaN (`ZetaAverages`), of each period.
+        Why the zeta averages are NaN (`ZetaAverages`), for each period.
     """
 
     p: Integers
@@ -116,18 +115,18 @@ def lyapunov_of_periods(
     Parameters
     ----------
     periods : mapping of int to PeriodSums
-        The sums by period; what is not there has no orbit.
+        The sums by period; a period without an entry has no orbit.
     highest : int
         At most `HIGHEST`.
     weight : Weight, optional
 
     Notes
     -----
-    Source: Biham and Kvale, eqs. (5) and (6); the weights may be others than theirs.
+    Source: Biham and Kvale, eqs. (5) and (6), whose weights are `Weight.EXPONENTIAL`.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
     sums = np.zeros((4, highest))
-    for order in p.tolist():  # d points an orbit of each divisor d
+    for order in p.tolist():  # each orbit of period d has d points
         parts = [d * periods[d].sums[order // d - 1, column] for d in divisors(order) if d in periods]
         sums[:, order - 1] = [math.fsum(terms) for terms in zip(*parts, strict=True)] or 0.0
     total = np.where(sums[0] > 0, sums[0], np.nan)
@@ -192,8 +191,10 @@ def every_period(p: int) -> set[int]:
 
 
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
-    """Return one line that says at which periods, all lower ones being there, the zeta function has no
-    zero that can be used, and why; empty if there is none."""
+    """Say in one line where and why the zeta function has no usable zero; empty if it has one everywhere.
+
+    It names only orders p for which every period up to p is filled.
+    """
     have = set(filled)
     periods: dict[str, list[int]] = {}
     for p, fault in zip(found.p.tolist(), found.faults, strict=True):

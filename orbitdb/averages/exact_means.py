@@ -1,17 +1,17 @@
-"""Exact means over the invariant measure, leg by leg, and what they say of lambda without any orbit.
+"""Exact means over the invariant measure, leg by leg, and the bounds on lambda that follow without any orbit.
 
 A leg here is one run of k bounces on a semicircle and the n straight bounces up to the next run. With
 its drift D and its kick K (`orbitdb.billiard.stability`), a beam grows over it by
 
     lambda = ln D + ln K + ln(1 + (1/D + 1/(D' + 1/(K' + ...)))/K),
 
-D' and K' those of the leg before, and so on. The means of the first two terms over the invariant measure
-are sums of elementary integrals, for the measure is uniform in the lines that a leg can take: of all
-lines between two circles of radius 1 at a distance, those of each offset and direction count the same.
+where D' and K' belong to the leg before, and so on. The means of the first two terms over the invariant
+measure are sums of elementary integrals, because the measure is uniform on the lines between two circles of
+radius 1: every offset and direction has the same weight.
 
-The lines from a semicircle to copy n of the other one, at height 2 n, have a rise h = 2 n + u over the
-distance 2 a, and of each slope a share (2 - |u|) meets both circles in order; alpha = arctan(h / 2a) is
-the direction, R = sqrt(4 a^2 + h^2), D = (4 a^2 + 2 n h) / R.
+The lines from a semicircle to copy n of the other one, at height 2 n, rise by h = 2 n + u over the distance
+2 a. At each slope, a share (2 - |u|) meets both circles in order. The direction is alpha = arctan(h / 2a),
+R = sqrt(4 a^2 + h^2), and D = (4 a^2 + 2 n h) / R.
 """
 
 import math
@@ -27,26 +27,26 @@ _LEGS = 300
 _LEGS_PER_A = 20
 _MOST_LEGS = 4000
 _COARSE, _FINE = 10, 14
-"""Nodes of a panel; what they differ by is the error."""
+"""Nodes per panel of the two quadratures; their difference estimates the error."""
 
 
 LOG_KICK = Mean(1.1985591860593168, 1.0063987387440932e-13)
-"""The mean of ln K, K = 2 k / sin(t) the kick of a run of k bounces at the angle t, whatever a is.
+"""The mean of ln K for every a, where K = 2 k / sin(t) is the kick of a run of k bounces at the angle t.
 
-t has the density t sin t, and the integral of t sin t ln(2 / sin t) up to pi/2 is ln 2 + 2 - 2 C with
-Catalan's constant C. To this comes sum P_k ln k, the probability of k bounces in a run being
-P_k = -[S_(k+1) - 2 S_k + S_(k-1)] / 2 with S_k = 2 k sin(pi / 2k) and S_0 = 0: 2000 terms, and an integral.
+The density of t is t sin t, and the integral of t sin t ln(2 / sin t) up to pi/2 is ln 2 + 2 - 2 C with
+Catalan's constant C. The rest is sum P_k ln k, where P_k = -[S_(k+1) - 2 S_k + S_(k-1)] / 2 is the
+probability of k bounces in a run, S_k = 2 k sin(pi / 2k) and S_0 = 0: 2000 terms, and an integral.
 """
 
 
 def log_drift(a: float) -> Mean:
-    """Return the mean of ln D at half length a, D the part of a leg beyond the feet of the centres.
+    """Return the mean of ln D at half length a, where D is the part of a leg beyond the feet of the centres.
 
     Notes
     -----
-    ln D = ln R + ln(1 - h u / R^2). The copies of the other circle share out every slope evenly, so
-    the mean of ln R needs no sum: it is half the integral of cos(alpha) ln(2 a / cos(alpha)), 1 + ln a.
-    The rest is a sum over n that falls off like a^2 / n^5, its end by the leading term.
+    ln D = ln R + ln(1 - h u / R^2). The shares of the copies of the other circle add up to the same number at
+    every slope, so the mean of ln R needs no sum. It is half the integral of cos(alpha) ln(2 a / cos(alpha)),
+    which is 1 + ln a. The rest is a sum over n that falls off like a^2 / n^5; the tail uses the leading term.
     """
     last = min(_LEGS + math.ceil(_LEGS_PER_A * a), _MOST_LEGS)
     coarse, fine = (_near_legs(a, nodes) + _far_legs(a, last, nodes) for nodes in (_COARSE, _FINE))
@@ -55,9 +55,9 @@ def log_drift(a: float) -> Mean:
 
 
 def _near_legs(a: float, nodes: int) -> float:
-    """Return the part of n = 0 and 1 in the mean of ln(1 - h u / R^2), integrated over alpha.
+    """Return the contribution of n = 0 and 1 to the mean of ln(1 - h u / R^2), integrated over alpha.
 
-    At small a everything happens near alpha = 0 and pi/2, so panels shrink by halves towards both.
+    At small a the integrand varies only near alpha = 0 and pi/2, so the panels halve towards both.
     """
     turn, end = math.atan(1 / a), math.atan(2 / a)
     total = 0.0
@@ -66,7 +66,7 @@ def _near_legs(a: float, nodes: int) -> float:
         u = 2 * a * np.tan(alpha) - 2 * n
         share = weight * np.cos(alpha) * (2 - np.abs(u)) / 2
         h = 2 * a * np.tan(alpha)
-        if n:  # 1 - h u / R^2 from terms of one sign
+        if n:  # 1 - h u / R^2 without cancellation
             total += float(share @ np.log((4 * a * a + 2 * h) * np.cos(alpha) ** 2 / (4 * a * a)))
         else:
             total += float(share @ (2 * np.log(np.cos(alpha))))
@@ -74,7 +74,7 @@ def _near_legs(a: float, nodes: int) -> float:
 
 
 def _far_legs(a: float, last: int, nodes: int) -> float:
-    """Return the part of n = 2 .. last, integrated over u on both sides of 0."""
+    """Return the contribution of n = 2 .. last, integrated over u on both sides of 0."""
     x, weight = np.polynomial.legendre.leggauss(nodes)
     u = np.concatenate([x - 1, x + 1])[:, None]
     h = 2.0 * np.arange(2, last + 1) + u
@@ -84,11 +84,10 @@ def _far_legs(a: float, last: int, nodes: int) -> float:
 
 
 def _last_legs(a: float, h: float) -> float:
-    """Return the part of the legs with a rise above h, to leading order in 1/R.
+    """Return the contribution of the legs that rise by more than h, to leading order in 1/R.
 
-    The mean of u is zero over the copies; to second order a leg gives
-    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2), and the sum over n is half the integral over h, here
-    with s = h / R = 1 - m.
+    The mean of u over a copy is zero. To second order a leg contributes
+    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2). The sum over n is half the integral over h; h / R = 1 - m.
     """
     r = math.hypot(2 * a, h)
     m = (2 * a / r) ** 2 / (1 + h / r)
@@ -107,14 +106,14 @@ def _graded(low: float, high: float, nodes: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class ExactMeans:
-    """Means over the invariant measure, of a leg with its run.
+    """Means over the invariant measure for a leg with its run.
 
     Attributes
     ----------
     a : float
         Half the length of a straight wall.
     log_drift, log_kick, coupling : Mean
-        Of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K).
+        The means of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K).
     """
 
     a: float
@@ -124,22 +123,21 @@ class ExactMeans:
 
     @property
     def terms(self) -> tuple[Mean, Mean, Mean]:
-        """All of them."""
+        """The three means."""
         return self.log_drift, self.log_kick, self.coupling
 
     @property
     def growth(self) -> Mean:
-        """The mean of ln D + ln K + c2: lambda of a leg is a little less."""
+        """The mean of ln D + ln K + c2, slightly above lambda per leg."""
         return Mean(
             math.fsum(mean.value for mean in self.terms), math.fsum(mean.error for mean in self.terms)
         )
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Numbers below and above lambda of a leg: without c2, and with it, the errors on the safe side.
+        """Lower and upper bounds on lambda per leg, widened by the errors.
 
-        The beam that comes to a run has a convergence between 0 and 1/D_before, so the last term of
-        lambda is between 0 and c2.
+        A beam arrives at a run with a convergence from 0 to 1/D_before, so its last term is from 0 to c2.
         """
         low = self.log_drift.value + self.log_kick.value - self.log_drift.error - self.log_kick.error
         growth = self.growth
@@ -147,12 +145,12 @@ class ExactMeans:
 
     @property
     def per_bounce(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_d: a leg and its run have a + pi/2 bounces."""
+        """lambda_d divided by lambda per leg: a leg and its run have a + pi/2 bounces on average."""
         return 1 / (self.a + math.pi / 2)
 
     @property
     def per_length(self) -> float:
-        """What lambda of a leg is multiplied by to have lambda_c: the path to the next run is so long."""
+        """lambda_c divided by lambda per leg: one over the mean length of the path to the next run."""
         return 1 / (math.pi * (math.pi + 4 * self.a) / 4)
 
 

@@ -1,9 +1,9 @@
-"""The mean of c2 = ln(1 + (1/D_before + 1/D_after)/K), the coupling of a run to the legs beside it.
+"""The mean of c2 = ln(1 + (1/D_before + 1/D_after)/K), the coupling of a run to the legs before and after it.
 
-A run is fixed by the angle t in (0, pi/2) between path and wall, and by the place phi in (0, 1) of its
-first bounce; the invariant measure is t sin(t) dt dphi. It has k = floor(x - phi) + 1 bounces, x = pi/2t,
-and comes in along a line of direction t (2 phi - 1) that passes the centre at the distance cos(t). Seen
-backwards and upside down it comes in at phi' = x - phi + 1 - k, so with g(phi) = 1 / D_before
+A run is fixed by the angle t in (0, pi/2) between path and wall and by the place phi in (0, 1) of its
+first bounce; the invariant measure is t sin(t) dt dphi. It has k = floor(x - phi) + 1 bounces, where
+x = pi/2t. It arrives along a line of direction t (2 phi - 1) at the distance cos(t) from the centre. Reversed
+and turned upside down, it arrives at phi' = x - phi + 1 - k. With g(phi) = 1 / D_before,
 
     c2 = ln(1 + (g(phi) + g(phi')) sin(t) / 2k).
 
@@ -11,11 +11,11 @@ g jumps where the line goes through a joint of the other circle's copies q and q
 
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
-so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. What is left
-is a function of t with kinks where two jumps meet; panels of t are halved until it is known. At small a
-all kinks are within about a of the places where the number of bounces changes, t = pi/2k, and no node of a
-wide panel would see them: the first panels already are as narrow as a there. D may be as small as a, too, and
-shorter pieces of phi lead to where it is.
+so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. The result is a
+function of t with kinks where two jumps meet, and the panels of t are halved until it is resolved. At small a
+all kinks are within about a of t = pi/2k, where the number of bounces changes. The nodes of a wide panel
+would miss them, so the first panels there are narrower than a. D can be as small as a, so the pieces of phi
+shrink towards the directions where this happens.
 """
 
 import math
@@ -28,22 +28,22 @@ from orbitdb.arrays import Floats
 
 _TOLERANCE = 1e-7
 _LONGEST = 60
-"""Runs of more bounces are in the last panel."""
+"""Runs of more bounces get no panels of their own."""
 
 _COPIES = 60
-"""Jumps from copies beyond are not told apart: there D is so long that they hardly change it."""
+"""Jumps at copies farther away are ignored, because D is so long there that they hardly matter."""
 
 _ROUNDS = 16
-"""Shares of the tolerance: in each round the least changes that make up a share are let be."""
+"""Number of shares of the tolerance. Each round spends one share on the panels with the smallest changes."""
 
 _NARROW = 0.25
-"""Of a: the first panels where the number of bounces changes."""
+"""Width of the first panels where the number of bounces changes, in units of a."""
 
 _NARROWEST = 1e-5
-"""No first panel is narrower: what happens within it weighs less than the tolerance."""
+"""Smallest width of a first panel; anything narrower weighs less than the tolerance."""
 
 _GROWTH = 1.25
-"""From panel to panel away from there: one that is as wide as its distance overlooks a kink at its end."""
+"""Growth of the panels away from there; a panel as wide as its distance would miss a kink at its end."""
 
 _MOST_PANELS = 4000
 _T_NODES, _PHI_NODES = 6, 8
@@ -55,7 +55,7 @@ _CAUTION = 8
 
 @dataclass(frozen=True)
 class Mean:
-    """A mean over the invariant measure and a bound on its error, as far as quadratures can tell."""
+    """A mean over the invariant measure, and a bound on its error as estimated from the quadratures."""
 
     value: float
     error: float
@@ -68,8 +68,8 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     ----------
     a : float
     tolerance : float, optional
-        What the last halving of all panels may change at most. The error that is returned is eight times
-        what it did change, added up without signs: near a kink a change may be small by chance.
+        Largest total change that the last halving of the panels may make. The returned error is eight times
+        the sum of the absolute changes, because near a kink a change can be small by chance.
     """
     ends = _first_ends(a)
     low, high = ends[:-1], ends[1:]
@@ -92,7 +92,7 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
 
 
 def _first_ends(a: float) -> Floats:
-    """Return the ends of the first panels of t, which shrink towards every t = pi/2k down to a share of a."""
+    """Return the ends of the first panels of t, which shrink to a fraction of a towards every t = pi/2k."""
     places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
     found, least = [places], max(_NARROW * a, _NARROWEST)
     for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
@@ -104,7 +104,7 @@ def _first_ends(a: float) -> Floats:
 
 
 def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:
-    """Tell which panels to halve: all but the smallest changes, which together are at most the rest."""
+    """Return a mask of the panels to halve: all but the smallest changes that sum to at most `rest`."""
     order = np.argsort(change)
     going = np.ones(len(change), dtype=bool)
     going[order[np.cumsum(change[order]) <= rest]] = False
@@ -124,10 +124,9 @@ def _integrals(a: float, low: Floats, high: Floats) -> Floats:
 
 
 def _over_phi(a: float, t: Floats) -> Floats:
-    """Return the integral of c2 over phi at some angles t, between all jumps, shape (N,).
+    """Return the integral of c2 over phi at each angle t, piece by piece between the jumps, shape (N,).
 
-    c2 is the same at phi and phi', which are on both sides of turns / 2, but for whole numbers: one half
-    of the runs of the one number of bounces, and one half of the others, is enough.
+    c2 is the same at phi and phi', and phi + phi' = turns modulo 1, so half of the range of phi is enough.
     """
     turns = np.pi / (2 * t)[:, None]
     rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)
@@ -150,7 +149,7 @@ def _over_phi(a: float, t: Floats) -> Floats:
 
 
 def _jumps(a: float, t: Floats) -> Floats:
-    """Return the places phi at which g jumps, shape (N, copies), those outside moved to the ends."""
+    """Return the places phi at which g jumps, clipped to [0, 1], shape (N, copies)."""
     most = math.ceil(1 + min(a * math.tan(min(t.max(), _STEEPEST)), _COPIES + min(a, _COPIES)))
     odd = 2.0 * np.arange(-most - 1, most + 1) + 1
     r = np.sqrt(4 * a * a + odd * odd)
@@ -159,10 +158,10 @@ def _jumps(a: float, t: Floats) -> Floats:
 
 
 def _near_zeros(a: float, t: Floats) -> Floats:
-    """Return places phi between which ln D is smooth at small a, shape (N, M), clipped to what there is.
+    """Return places phi between which ln D is smooth at small a, clipped to [0, 1], shape (N, M).
 
-    D would vanish in a direction of pi/2 (no walls) or about -a (one wall), and its legs come as near as a
-    to these: pieces shrink by halves towards 0 and pi/2 until they are that short.
+    D would vanish in the direction pi/2 (no walls) or about -a (one wall), and legs come within about a of
+    these directions. So the pieces halve towards 0 and pi/2 until they are about that short.
     """
     near = _halves(a)
     direction = np.concatenate([near, math.pi / 2 - near])
@@ -170,13 +169,13 @@ def _near_zeros(a: float, t: Floats) -> Floats:
 
 
 def _halves(a: float) -> Floats:
-    """Return 1/2, 1/4, .. to about a/4; none from a = 1 on."""
+    """Return 1/2, 1/4, .. to about a/4; empty for a >= 1."""
     halves: Floats = np.exp2(-np.arange(1.0, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0.0))
     return halves
 
 
 def _inverse_drift(a: float, t: Floats, phi: Floats) -> Floats:
-    """Return 1/D of the leg before runs of angles t whose first bounces are at phi."""
+    """Return 1/D of the leg before each run, given the angle t and the place phi of its first bounce."""
     direction = t * (2 * phi - 1)
     along, across = np.cos(direction), np.sin(direction)
     copy = np.rint(-(np.cos(t) + 2 * a * across) / (2 * along))

@@ -1,8 +1,7 @@
-"""Averages from zeta functions truncated by stability: every pseudo-cycle below a cut, without listing them.
+"""Averages from zeta functions truncated by stability: all pseudo-cycles below a cut, without a list of them.
 
-A pseudo-cycle is a product of different cycles; its term in 1/zeta is the product of their weights and
-of a sign each. Products of unstable cycles are small, so where pruning makes the periods ragged, a cut
-in the product of their multipliers can be fairer than one in their period.
+A pseudo-cycle is a product of different cycles. Its term in 1/zeta is the product of their weights, with a
+factor -1 per cycle. If pruning makes the periods irregular, it can be better to cut by multipliers.
 
 Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss, Phys. Rev. Lett. 78
 (1997) 4201.
@@ -21,18 +20,18 @@ from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Columns
 
 CHUNK = 1 << 16
-"""Pseudo-cycles that are built at a time, about: it bounds the memory."""
+"""Approximate number of pseudo-cycles built at a time; it limits the memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Factors(Columns):
-    """N kinds of factors (1 - t z^p)^count of 1/zeta.
+    """The N different factors (1 - t z^p)^count of 1/zeta.
 
     Attributes
     ----------
     period, count : ndarray of int, shape (N,)
     cost : ndarray, shape (N,)
-        Logarithm of the multiplier by which the factor is graded: positive.
+        Logarithm of the multiplier to which the cut applies; positive.
     weight : ndarray, shape (N,)
         t, with its sign.
     observables : ndarray, shape (k, N)
@@ -54,26 +53,24 @@ def expand_by_stability(
     highest: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Expansion:
-    """Return every term of 1/zeta whose product of multipliers is at most e^cut.
+    """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 
     Parameters
     ----------
     factors : Factors
     cut : float
-        Largest sum of costs of a term (pseudo-cycle) that is kept.
+        Largest sum of costs of a term (pseudo-cycle).
     highest : int, optional
-        Largest order of a term that is kept; by default any.
+        Largest order of a term; unlimited by default.
     progress : callable, optional
-        Called now and then with the share of the terms that is done: a guess, which never falls. What
-        is to come of some terms is taken to be as much as can follow them at once.
+        Called now and then with an estimate of the share of the work that is done; it never falls.
 
     Notes
     -----
-    Exact, and far cheaper than to list the pseudo-cycles. Sort the factors by cost and build
-    pseudo-cycles upwards. The last factor added is not listed: all that fit in form a stretch of the
-    sorted factors, so prefix sums give their total. So only those pseudo-cycles are listed that have
-    room for their dearest factor once more. A class of equal cycles is one factor with a count, and
-    its m-th power carries the binomial coefficient.
+    Exact, and far cheaper than a list of the pseudo-cycles. Factors are sorted by cost and pseudo-cycles
+    built upwards. The candidates for the last factor form a contiguous stretch of the sorted factors, so
+    prefix sums give their total. Only pseudo-cycles with room for their dearest factor once more are
+    listed. Equal cycles are one factor with a count; its m-th power has the binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
     factors = factors.rows(np.argsort(factors.cost, kind="stable"))
@@ -104,13 +101,13 @@ def expand_by_stability(
 def _shared(
     share: float, parts: "list[_Terms]", factors: Factors, cut: float
 ) -> "list[tuple[float, _Terms]]":
-    """Share out how much of the work parts stand for, by how many terms can follow them."""
+    """Split a share of the work among parts in proportion to how many terms can follow them."""
     sizes = [len(part) + int(part.room(factors, cut).sum()) for part in parts]
     return [(share * size / sum(sizes), part) for size, part in zip(sizes, parts, strict=True)]
 
 
 def _degree(factors: Factors, cut: float, highest: int | None) -> int:
-    """Return an order that no term within the cut exceeds, or the highest that is wanted."""
+    """Return an order that no term within the cut exceeds, or `highest` if that is lower."""
     most = int((factors.period / factors.cost).max() * cut) if len(factors) else 0
     return most if highest is None else min(most, highest)
 
@@ -122,7 +119,7 @@ def _add(sums: Floats, period: Integers, totals: Floats) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Terms(Columns):
-    """Pseudo-cycles: their dearest factor and how often it stands in them, and their products."""
+    """Pseudo-cycles: their dearest factor, its multiplicity, and their products."""
 
     last: Integers
     times: Integers
@@ -141,7 +138,7 @@ class _Terms(Columns):
         return len(self.last)
 
     def totals(self) -> Floats:
-        """Return the products and their derivatives, shape (k + 1, N)."""
+        """Return the products and their derivatives in the exponents, shape (k + 1, N)."""
         return np.concatenate([self.value[None], self.value * self.observables])
 
     def halves(self) -> "list[_Terms]":
@@ -149,7 +146,7 @@ class _Terms(Columns):
         return [self.rows(slice(None, middle)), self.rows(slice(middle, None))]
 
     def repeated(self, factors: Factors, cut: float, degree: int) -> "_Terms":
-        """Return the terms with their dearest factor once more, where its count and the cut allow."""
+        """Return the terms with their dearest factor once more, where its count and the cuts allow it."""
         begun = self.rows(self.last >= 0)
         fits = begun.times < factors.count[begun.last]
         fits &= begun.cost + factors.cost[begun.last] <= cut
@@ -158,12 +155,12 @@ class _Terms(Columns):
         return terms._times(factors, terms.last, terms.times + 1, more)
 
     def room(self, factors: Factors, cut: float) -> Integers:
-        """Count the dearer factors that could follow each term and leave room for themselves once more."""
+        """Count the dearer factors that fit twice after each term."""
         end = np.searchsorted(factors.cost, (cut - self.cost) / 2, side="right")
         return np.maximum(end - self.last - 1, 0)
 
     def followed(self, factors: Factors, room: Integers, degree: int) -> "_Terms":
-        """Return the terms with each of the dearer factors counted by `room`."""
+        """Return each term times each of the dearer factors that `room` counted."""
         terms = self.rows(np.repeat(np.arange(len(self)), room))
         start = np.repeat(self.last + 1 - (room.cumsum() - room), room)
         new = start + np.arange(len(start))
@@ -184,7 +181,7 @@ class _Terms(Columns):
 
 @dataclass(frozen=True)
 class _Ladder:
-    """The factors of one period by rising cost, with the sums over all up to each."""
+    """The factors of one period in order of cost, with their prefix sums."""
 
     period: int
     place: NDArray[np.intp]
@@ -192,7 +189,7 @@ class _Ladder:
     sums: Floats
 
     def behind(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
-        """Sum what each term becomes with one more factor of this period, dearer than all it has."""
+        """For each term, sum its products with every dearer factor of this period that fits."""
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)
@@ -222,17 +219,17 @@ def lyapunov_by_stability(
     Parameters
     ----------
     rows : ClassRows
-        All orbits with lambda <= cut. Where longer ones are missing, the products of shorter ones
-        that should cancel against them must go too: give the period up to which all are known.
+        All orbits with lambda <= cut. If only the periods up to some period are complete, pass that period
+        as `highest`. This leaves out products that would cancel against missing orbits.
     cut : float
         Largest sum of lambda over the orbits of a pseudo-cycle.
     highest : int, optional
-        Largest sum of periods; by default any.
+        Largest sum of periods; unlimited by default.
     weight : Weight, optional
         With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
-        k = 0, 1, .. with multipliers e^((k+1) lambda), all subject to the cut.
+        k = 0, 1, .., with multipliers e^((k+1) lambda). The cut applies to all of them.
     progress : callable, optional
-        Called now and then with the share that is done, as far as it can be guessed.
+        As for `expand_by_stability`.
     """
     levels = 1
     if weight is Weight.DETERMINANT and len(rows):
@@ -245,9 +242,9 @@ def lyapunov_by_stability(
 
 
 def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
-    """Return the cut, or a smaller one if the determinant has more than so many factors within it.
+    """Return the cut, or a smaller one of two digits, with at most `most` factors of the determinant.
 
-    The factors of a class are as many as its lambda goes into the cut. What is smaller has two digits.
+    The number of factors of a class is the cut divided by its lambda, rounded down.
     """
 
     def fits(value: float) -> bool:
@@ -264,7 +261,7 @@ def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
 
 
 def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
-    """Return the factors of the zeta function (one level) or of the Fredholm determinant."""
+    """Return the factors of the zeta function (one level) or of the Fredholm determinant (several)."""
     parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
     cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
     signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]

@@ -1,20 +1,19 @@
-"""Lyapunov exponents from all orbits up to a period, held to the exact means of the stadium.
+"""Lyapunov exponents from all orbits up to a period, constrained by the exact means of the stadium.
 
-Of lambda a leg, ln D, ln K and c2 have means that are known exactly (`orbitdb.averages.exact_means`), and
-only the small rest is left to the orbits:
+lambda per leg contains the terms ln D, ln K and c2, whose means are known exactly
+(`orbitdb.averages.exact_means`). Only the small rest is averaged over orbits:
 
     lambda_l = E[ln D] + E[ln K] + E[c2] + sum w (lambda - ln D - ln K - c2) / sum w m,
 
-m the number of legs. The weights are those of the class sizes and e^-lambda, tilted so that as many
-of the three means as possible are exact with them, too (`orbitdb.averages.tilted`): where no weights have
-all three, first c2 is let go, then ln D, then all.
+where m is the number of legs. The weights are the class size times e^-lambda, tilted so that as many of the
+three means as possible are exact (`orbitdb.averages.tilted`): c2 is dropped first, then ln D, then ln K.
 
 Conditions of this kind on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
 
-Where periods are swept, the orbits up to `EXACT` are found anew in a second, and of each longer period
-there are the coefficients of `orbitdb.averages.tilt_moments` around the tilts of all
-lower periods. So what a sweep adds up over a period depends on what it has added up before.
+For swept periods, the orbits up to `EXACT` are found again, which takes a second. Each longer period has the
+coefficients of `orbitdb.averages.tilt_moments` around the tilts of all lower periods. So the sums of a swept
+period depend on those of the periods before it.
 """
 
 import math
@@ -42,44 +41,44 @@ Moments = Mapping[int, TiltMoments]
 """By level."""
 
 EXACT = 13
-"""The highest period whose orbits are found anew where longer ones are swept."""
+"""The highest period whose orbits are found again if longer periods are swept."""
 
 _MOST_MISSING = 1e-4
-"""Share of the weights that the series may lack: it moves the averages by a hundredth of that."""
+"""Share of the weights that the series may miss; this changes the averages by a hundredth of it."""
 
 _SMALL = 1e-20
 
 _LOOK_BACK = 4
 _CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
 _RANGES = np.array([3.0, 3.0, 3.0, 2.0])
-"""By level, how much what the last mean has changed, and the range of the averages, count in the estimate.
-Where a mean had to be let go the averages creep. Where none had to, the change tells of the level below and
-not of what is left: at a = 0.1 it is thirty times as much. Found by trial: bench_sum_rules.py counts how
-often the estimates hold."""
+"""By level, the factors of two parts of the error estimate: the change due to the last mean, and the range of
+the recent averages. If a mean was dropped, the averages creep. At the highest level the change describes the
+level below rather than the error; at a = 0.1 it is thirty times too large. Found by trial: bench_sum_rules.py
+counts how often the estimates hold."""
 
 _OF_THE_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class SumRules(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, and NaN where there is no orbit.
+    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit.
 
     Attributes
     ----------
     p : ndarray of int
         2, 3, .. to the highest period.
     level : ndarray of int
-        Number of exact means that the weights are held to, 0 to 3: none, ln K, with ln D, with c2.
+        Number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln D too) or 3 (c2 too).
     lambda_l : ndarray
-        lambda of a leg.
+        lambda per leg.
     lambda_l_below : ndarray
-        lambda of a leg with weights held to one mean less.
+        lambda per leg at the level below, with one mean less.
     lambda_l_error : ndarray
-        An estimate of its error: twice the range of lambda_l in the last five periods, three hundredths
-        of what is left to the orbits (the averages settle at values that are off by up to 1.5 % of it),
-        and the error of the exact means. Where a mean had to be let go, three times that range and
-        three times the most that the last mean has changed lambda_l by in the last four periods. While
-        there are not so many periods, and at most, the width of `ExactMeans.bounds`.
+        Estimated error of lambda_l, the sum of three parts: twice the range of lambda_l over the last five
+        periods; 3 % of the average over orbits (the limits are off by up to 1.5 % of it); the error of the
+        exact means. Below level 3, the range counts three times, and so does the largest difference between
+        lambda_l and lambda_l_below in the last four periods. The width of `ExactMeans.bounds` is the upper
+        limit, and the estimate while there are fewer periods.
     lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
         The same per bounce and per length.
     """
@@ -98,9 +97,9 @@ class SumRules(ByValue):
 def orbits_of_words(
     words: NDArray[np.uint8], size: NDArray[np.int64], lyapunov: Floats, a: float
 ) -> TiltedOrbits:
-    """Return orbits by admissible words, shape (N, p), of which so many others count, and by their lambdas.
+    """Return the orbits of admissible words, shape (N, p), given their class sizes and lambdas.
 
-    Newton's method finds the directions of the legs in less time than a database gives coordinates.
+    The legs are solved by Newton's method, which is faster than reading coordinates from a database.
     """
     terms = np.empty((4, len(words)))
     for rows, legs in cut(words):
@@ -109,12 +108,11 @@ def orbits_of_words(
 
 
 def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> TiltedOrbits:
-    """Return orbits that are solved, given the sizes of their classes."""
+    """Return orbits that are already solved, given the sizes of their classes."""
     return _orbits(size, found.lyapunov, _terms(found.slopes), a)
 
 
 def _orbits(size: NDArray[np.int64], lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
-    """Return orbits, given the terms of `_terms`."""
     legs, *sums = terms
     means = exact_means(a).terms
     held = np.stack([term - mean.value * legs for term, mean in zip(sums, means, strict=True)])
@@ -137,10 +135,9 @@ class Beginning(NamedTuple):
     orbits : TiltedOrbits
         With all three quantities.
     found : ndarray, shape (3, last - 1)
-        Of each period the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there, and at the level
-        below.
+        For each period: the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there and one below.
     tilts : dict of int to ndarray
-        Those of the last period, by level.
+        The tilts at the last period, by level.
     """
 
     orbits: TiltedOrbits
@@ -149,7 +146,7 @@ class Beginning(NamedTuple):
 
     @classmethod
     def of(cls, parts: Iterable[tuple[int, TiltedOrbits]], last: int) -> "Beginning":
-        """Tilt all orbits up to each period, given with their periods by rising period."""
+        """Tilt all orbits up to each period 2 .. last, given (period, orbits) pairs by rising period."""
         given = list(parts)
         orbits = TiltedOrbits.joined(part for _, part in given)
         upto = [sum(len(part.legs) for p, part in given if p <= end) for end in range(2, last + 1)]
@@ -166,7 +163,7 @@ class Beginning(NamedTuple):
 
 @lru_cache(maxsize=4)
 def beginning(a: float, last: int) -> Beginning:
-    """Find the orbits up to a period anew, and their tilts."""
+    """Find the orbits up to a period, and their tilts."""
     parts = (
         (p, orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a))
         for p in range(2, last + 1)
@@ -177,19 +174,19 @@ def beginning(a: float, last: int) -> Beginning:
 
 
 def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int) -> SumRules:
-    """Return the averages of all orbits up to period p, p = 2 .. highest (`Beginning.of`)."""
+    """Return the averages of all orbits up to period p, p = 2 .. highest; `parts` as in `Beginning.of`."""
     return _averages(Beginning.of(parts, highest).found, exact_means(a))
 
 
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
-    """Return the averages of all orbits up to period p, p = 2 .. highest, where some are swept.
+    """Return the averages of all orbits up to period p for p = 2 .. highest from swept periods.
 
     Parameters
     ----------
     a : float
     moments : sequence of Moments
-        Of the periods `EXACT` + 1, ... without a gap; beyond them averages are NaN, and the levels are those
-        that the orbits up to `EXACT` have.
+        For the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN. No level can be
+        higher than the highest of the orbits up to `EXACT`.
     highest : int
     """
     last = min(highest, EXACT)
@@ -202,7 +199,7 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
 
 
 def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
-    """Return the tilts, by level, of all orbits up to the highest period of which there are moments."""
+    """Return the tilts, by level, of all orbits up to the highest period with moments."""
     return _tilts(beginning(a, EXACT), moments)[1]
 
 
@@ -211,8 +208,8 @@ def _highest_two(
 ) -> dict[int, tuple[Floats, Floats]]:
     """Return the tilts of the highest level that exists and of the one below, by rising level.
 
-    With more orbits the convex hull grows: what existed with those of lower periods, exists, and may
-    only be lost in rounding, where the terms hardly scatter (at huge a).
+    The convex hull grows with more orbits, so a tilt that existed at lower periods still exists. Only
+    rounding can lose it, when the terms hardly scatter (at huge a).
     """
     tilts = {}
     for level in range(min(before, default=0), len(HELD)):
@@ -226,7 +223,7 @@ def _highest_two(
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
-    """Return what the tilts of the periods behind `EXACT` come to, and the last ones."""
+    """Return `Beginning.found` for the periods after `EXACT`, and the last tilts."""
     known, found = dict(start.tilts), np.full((3, len(moments)), np.nan)
     for place in range(len(moments)):
         values = {}
@@ -249,7 +246,7 @@ def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[i
 
 
 def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple[Floats, TiltedSums] | None:
-    """Return the tilt with which all quantities have mean 0, and the sums there; None if none is found."""
+    """Return the tilt at which all means are 0, and the sums there; None if none is found."""
 
     def total(mu: Floats) -> TiltedSums:
         return TiltedSums(*(sum(of) for of in zip(*(part.at(mu) for part in parts), strict=True)))
@@ -257,10 +254,10 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
     def at(mu: Floats) -> Tilted:
         here = total(mu)
         means = here.slope / here.total
-        log_sum = math.log(here.total) if here.total > 0 else math.inf  # a series may be
+        log_sum = math.log(here.total) if here.total > 0 else math.inf  # a truncated series may be negative
         return Tilted(log_sum, means, here.spread / here.total - np.outer(means, means))
 
-    # the sums are kept: they begin with weights that are not scaled, and end closer than `tilt`
+    # sweeps store sums at this tilt, so it has to be more accurate than that of `tilt`
     mu = exact_tilt(at, start, _SMALL)
     if mu is None or (sums := total(mu)).missing >= _MOST_MISSING * sums.total:
         return None
@@ -268,7 +265,7 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
 
 
 def _averages(found: Floats, means: ExactMeans) -> SumRules:
-    """Return the averages that tilts come to (`Beginning.found`), with estimates of their errors."""
+    """Return the averages that follow from `Beginning.found`, with estimated errors."""
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth
@@ -291,6 +288,6 @@ def _averages(found: Floats, means: ExactMeans) -> SumRules:
 
 
 def _recent(values: Floats, count: int, function: Callable[[Floats], float]) -> Floats:
-    """Return a function of each value and those before it, so many in all; NaN where there are fewer."""
+    """Apply a function to each value and the `count` - 1 before it; NaN where there are fewer."""
     parts = [values[max(0, end - count) : end] for end in range(1, len(values) + 1)]
     return np.array([function(part) if len(part) == count else np.nan for part in parts])

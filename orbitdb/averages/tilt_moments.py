@@ -1,10 +1,9 @@
 """Sums over tilted orbits as power series in the tilt, so that no orbit has to be kept.
 
-The tilt mu with which means are exact (`orbitdb.averages.tilted`) is known only when all orbits are. But
-from period to period it changes little: around the tilt c of all lower periods the sums of w e^(mu x), and
-those with other quantities beside, are power series in mu - c, whose coefficients are sums of w e^(c x) times
-powers of x. They are cut off at `DEGREE`; the last term is itself a sum of positive terms and tells what is
-missing.
+The tilt mu that makes means exact (`orbitdb.averages.tilted`) is known only after all orbits are. But it
+changes little from period to period. Around the tilt c of all lower periods, the sums of w e^(mu x), alone or
+times other quantities, are power series in mu - c. Their coefficients are sums of w e^(c x) times powers of
+x. They are truncated at `DEGREE`. The last term is a sum of positive terms and estimates the remainder.
 """
 
 import math
@@ -21,13 +20,13 @@ from orbitdb.arrays import Floats
 from orbitdb.equality import ByValue
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
-"""The terms that are held at each level: of ln D, ln K, c2."""
+"""Indices of the terms whose means are exact at each level; 0 is ln D, 1 is ln K, 2 is c2."""
 
 DEGREE = 8
-"""Even, so that the terms of this degree are positive."""
+"""Even, so that the sum of the terms of this degree is positive."""
 
 _CHUNK = 1 << 11
-"""Orbits at a time: their powers stay in the cache."""
+"""Number of orbits at a time, so that their powers stay in the cache."""
 
 
 class TiltedSums(NamedTuple):
@@ -36,15 +35,15 @@ class TiltedSums(NamedTuple):
     Attributes
     ----------
     total : float
-        Of 1.
+        Sum of 1.
     slope : ndarray, shape (k,)
-        Of x: the derivatives of the total in mu.
+        Sum of x, the gradient of the total in mu.
     spread : ndarray, shape (k, k)
-        Of x x.
+        Sum of x x^T.
     rest, legs : float
-        Of two quantities.
+        Sums of these two quantities.
     missing : float
-        About what the total lacks at most.
+        Approximate limit of the truncation error of the total.
     """
 
     total: float
@@ -57,14 +56,15 @@ class TiltedSums(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TiltedOrbits(ByValue):
-    """N orbits of which everything is known.
+    """The weights and quantities of N orbits, one by one.
 
     Attributes
     ----------
     log_weights : ndarray, shape (N,)
     x : ndarray, shape (k, N)
-        The quantities that are tilted with.
+        The quantities whose means the tilt makes 0.
     rest, legs : ndarray, shape (N,)
+        The rest of lambda that is averaged over orbits, and the number of legs.
     """
 
     log_weights: Floats
@@ -74,13 +74,13 @@ class TiltedOrbits(ByValue):
 
     @classmethod
     def joined(cls, parts: "Iterable[TiltedOrbits]") -> "TiltedOrbits":
-        """Return several as one."""
+        """Join several."""
         none = cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0)))
         columns = zip(*(vars(part).values() for part in (none, *parts)), strict=True)
         return cls(*(np.concatenate(column, axis=-1) for column in columns))
 
     def held(self, level: int) -> "TiltedOrbits":
-        """Return them with the quantities alone that are held at a level."""
+        """Keep only the quantities of a level."""
         return replace(self, x=self.x[list(HELD[level])])
 
     def at(self, mu: Floats) -> TiltedSums:
@@ -92,14 +92,14 @@ class TiltedOrbits(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class TiltMoments(ByValue):
-    """The coefficients of the power series of the sums over some orbits.
+    """Coefficients of the power series of the sums over some orbits.
 
     Attributes
     ----------
     centre : ndarray, shape (k,)
         The tilt c.
     sums : ndarray, shape (3, n)
-        Of w e^(c x) x^n, for each power n of x up to `DEGREE`; with rest; and with legs.
+        Sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs.
     """
 
     centre: Floats
@@ -107,7 +107,7 @@ class TiltMoments(ByValue):
 
     @classmethod
     def none(cls, centre: Floats) -> "TiltMoments":
-        """Return those of no orbit."""
+        """Return the sums over no orbits, which are 0."""
         return cls(centre, np.zeros((3, len(_powers(len(centre)).exponents))))
 
     @classmethod
@@ -129,7 +129,7 @@ class TiltMoments(ByValue):
 
     @classmethod
     def joined(cls, parts: "Sequence[TiltMoments]") -> "TiltMoments":
-        """Add up parts with one centre, exactly and with one rounding."""
+        """Add up parts with the same centre exactly, then round once."""
         columns = zip(*(part.sums.ravel().tolist() for part in parts), strict=True)
         return cls(parts[0].centre, np.array([math.fsum(of) for of in columns]).reshape(3, -1))
 
@@ -153,7 +153,7 @@ class TiltMoments(ByValue):
 
 
 class _Powers(NamedTuple):
-    """The powers of k variables up to `DEGREE`: each but the first is a lower one times a variable."""
+    """The powers of k variables up to `DEGREE`; each after the first is a lower one times a variable."""
 
     exponents: NDArray[np.int64]
     factorials: Floats
@@ -183,24 +183,24 @@ def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
 
 
 def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
-    """Return what `to_bytes` was made of.
+    """Return the moments that `to_bytes` wrote.
 
     Raises
     ------
     ValueError
-        If it was made of something else.
+        If the bytes are not moments.
     """
     values, found = np.frombuffer(numbers, dtype="<f8").astype(float), {}
     if not np.isfinite(values).all():
-        raise ValueError("moments that are no numbers")
+        raise ValueError("moments must be finite")
     while len(values):
         level = int(values[0])
         if level not in range(len(HELD)):
-            raise ValueError(f"moments of level {level}")
+            raise ValueError(f"moments have levels from 0 to 3, not {level}")
         k = len(HELD[level])
         end = 1 + k + 3 * len(_powers(k).exponents)
         if len(values) < end:
-            raise ValueError(f"{len(values)} numbers are no moments of level {level}")
+            raise ValueError(f"{len(values)} numbers are not enough for the moments of level {level}")
         found[level] = TiltMoments(values[1 : 1 + k], values[1 + k : end].reshape(3, -1))
         values = values[end:]
     return found

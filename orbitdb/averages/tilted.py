@@ -1,9 +1,8 @@
 """Weights of orbits, tilted until chosen means are exact.
 
-A finite set of orbits with the weights e^-lambda has wrong means of everything, for it lacks the long
-orbits. Among all weights w e^(mu x) with which some quantities x have the mean 0, there is one mu for
-each x at most: the minimum of the convex function ln sum w e^(mu x). It exists where 0 is inside the
-convex hull of the points x, and Newton's method finds it.
+With the weights e^-lambda, a finite set of orbits gives inexact means, because it lacks the long orbits.
+Weights w e^(mu x) give the quantities x the mean 0 for at most one mu, the minimum of the convex function
+ln sum w e^(mu x). It exists if 0 is inside the convex hull of the points x, and Newton's method finds it.
 """
 
 from collections.abc import Callable
@@ -14,7 +13,7 @@ import numpy as np
 from orbitdb.arrays import Floats
 
 _SMALL = 1e-16
-"""Square of the Newton step, in its own metric, at which the rest is rounding."""
+"""Square of the Newton step, in the metric of the spread, below which only rounding is left."""
 
 _MOST_STEPS = 60
 _LEAST_FRACTION = 1e-6
@@ -22,16 +21,16 @@ _ROUNDING = 1e-14
 
 
 class Tilted(NamedTuple):
-    """What a tilt makes of the quantities.
+    """The tilted sum and its derivatives in mu.
 
     Attributes
     ----------
     log_sum : float
         ln sum w e^(mu x).
     means : ndarray, shape (k,)
-        Its slope.
+        Its gradient, the means of the quantities.
     spread : ndarray, shape (k, k)
-        Its curvature: covariances.
+        Its Hessian, their covariances.
     """
 
     log_sum: float
@@ -40,16 +39,15 @@ class Tilted(NamedTuple):
 
 
 def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
-    """Return mu with which all means are 0, shape (k,), by Newton's method with step halving; None if none.
+    """Return the mu at which all means are 0, shape (k,), or None if Newton's method with step halving fails.
 
     Parameters
     ----------
     at : callable
-        Tells what a tilt makes of the quantities; None where mu x < 0 for all orbits, which proves that no
-        tilt does it: mu grows until that is so.
+        Returns the tilted sums at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
     start : ndarray, shape (k,)
     small : float, optional
-        Square of the Newton step, in its own metric, at which it ends.
+        Square of the Newton step, in the metric of the spread, at which the iteration ends.
     """
     mu, here = start, at(start)
     for _ in range(_MOST_STEPS):
@@ -72,7 +70,7 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
 
 
 def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[Floats, Floats] | None:
-    """Tilt weights until the means of some quantities are 0.
+    """Tilt weights until the means of the quantities are 0.
 
     Parameters
     ----------
@@ -80,13 +78,13 @@ def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[F
     x : ndarray, shape (k, N)
         The quantities; k may be 0.
     start : ndarray, shape (k,), optional
-        Where to begin.
+        Starting value of mu; 0 by default.
 
     Returns
     -------
     (ndarray, shape (k,), ndarray, shape (N,)) or None
-        mu, and the weights of the orbits, with the sum 1; None where no tilt exists: some combination of the
-        quantities is positive for all orbits.
+        mu, and the weights of the orbits, whose sum is 1. None if no tilt is found, for example because some
+        combination of the quantities is positive for all orbits.
     """
 
     def at(mu: Floats) -> Tilted | None:

@@ -1,12 +1,12 @@
 """Zeta functions: cycle expansions, their leading zero, and the averages they give.
 
-With a weight t_c e^(beta A_c) z^(p_c) for each of the cycles c,
+With a weight t_c e^(beta A_c) z^(p_c) for each cycle c,
 
     1/zeta(z, beta) = prod over c (1 - t_c e^(beta A_c) z^(p_c)),
 
-a power series in z that is cut off at some order (here) or at some stability of its terms
-(`orbitdb.averages.pseudocycles`). Its leading zero z0 is one over the growth rate, and what z0 changes
-by with beta gives the average of A.
+a power series in z that is truncated by order (here) or by the stability of its terms
+(`orbitdb.averages.pseudocycles`). Its leading zero z0 is the inverse of the growth factor per bounce, and the
+derivative of z0 in beta gives the average of A.
 
 Source: Artuso, Aurell and Cvitanovic, Nonlinearity 3 (1990) 325.
 """
@@ -30,9 +30,9 @@ class Expansion(ByValue):
     Attributes
     ----------
     coefficients : ndarray, shape (n + 1,)
-        Of z^0 .. z^n at beta = 0; the first is 1.
+        Coefficients of z^0 .. z^n at beta = 0; the first is 1.
     slopes : ndarray, shape (k, n + 1)
-        Derivatives of the coefficients in the exponents beta of k observables.
+        Their derivatives in the exponents beta of k observables.
     """
 
     coefficients: Floats
@@ -49,16 +49,14 @@ def expand(traces: Floats, slopes: Floats) -> Expansion:
     Parameters
     ----------
     traces : ndarray, shape (n,)
-        T_1 .. T_n, the sums of the weights over all fixed points of each order; minus the logarithm
-        of 1/zeta is sum T_j z^j / j.
+        T_1 .. T_n, the sums of the weights over all fixed points of each order; ln zeta = sum T_j z^j / j.
     slopes : ndarray, shape (k, n)
-        Derivatives of the traces in the exponents of k observables: the same sums, each weight times
-        the observable.
+        Derivatives of the traces in k exponents: the same sums with each weight times the observable.
 
     Notes
     -----
-    Newton's identities, j c_j = -sum_i T_i c_(j-i), and their derivatives: no product of cycles is
-    ever formed. With T_j = trace of the j-th power of an operator, this is its Fredholm determinant.
+    Uses Newton's identities, j c_j = -sum_i T_i c_(j-i), and their derivatives, so no products of cycles are
+    formed. If T_j is the trace of the j-th power of an operator, the result is its Fredholm determinant.
     """
     order = len(traces)
     c = np.zeros(order + 1)
@@ -72,7 +70,7 @@ def expand(traces: Floats, slopes: Floats) -> Expansion:
 
 
 def leading_zero(coefficients: Floats) -> float:
-    """Return the least positive zero of a polynomial, shape (n + 1,), lowest power first; NaN if none."""
+    """Return the least positive zero of a polynomial, shape (n + 1,), lowest power first; NaN without one."""
     last = np.flatnonzero(coefficients)
     polynomial = np.polynomial.Polynomial(coefficients[: last[-1] + 1])
     roots = polynomial.roots()
@@ -85,27 +83,27 @@ def leading_zero(coefficients: Floats) -> float:
 
 
 def zero_fault(coefficients: Floats, zero: float) -> str:
-    """Tell why a truncated series, shape (n + 1,), has no zero that can be used; else empty.
+    """Say why a truncated series, shape (n + 1,), has no usable zero; empty if it has one.
 
-    The first term is 1. A series that converges at its zero ends in less; where it ends in more, the
-    zero is an artefact of the truncation.
+    The first term is 1. If the last term at the zero is larger, the series does not converge there, and
+    the zero is an artefact of the truncation.
     """
     if math.isnan(zero):
         return "(it has no real zero)"
     last = np.flatnonzero(coefficients)[-1]
     end = float(abs(coefficients[last])) * zero ** float(last)
     if end > 1 + _ROUNDING:
-        return f"(its zero {zero:.4g} is spurious: the series ends there in {end:.3g}, having begun with 1)"
+        return f"(its zero {zero:.4g} is spurious: the first term there is 1, but the last is {end:.3g})"
     return ""
 
 
 def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
-    """Return the cycle averages at the leading zero; NaN where there is none.
+    """Return the cycle averages at the leading zero; NaN without one.
 
     Returns
     -------
     float
-        z0, the leading zero; 1 for a closed system with weights that conserve probability.
+        z0, the leading zero; 1 for a closed system whose weights conserve probability.
     float
         <p>, the mean period.
     ndarray, shape (k,)
@@ -123,16 +121,16 @@ def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
 
 @dataclass(frozen=True)
 class ZetaAverages:
-    """Averages at the leading zero of a zeta function; all are NaN where it has none that can be used.
+    """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero.
 
     Attributes
     ----------
     z0 : float
-        The leading zero; 1 for a closed system and all its orbits.
+        The leading zero; 1 for all orbits of a closed system.
     lambda_d, lambda_c, mean_path : float
         <lambda>/<p>, <lambda>/<L> and <L>/<p>.
     fault : str
-        Why they are NaN; empty where they are not, or where there is no orbit.
+        Why they are NaN; empty if they are numbers or if there is no orbit.
     """
 
     z0: float
@@ -143,19 +141,18 @@ class ZetaAverages:
 
     @classmethod
     def none(cls, fault: str = "") -> "ZetaAverages":
-        """Return no averages."""
+        """Return NaN for every average."""
         return cls(math.nan, math.nan, math.nan, math.nan, fault)
 
     @classmethod
     def within(cls, expansion: Expansion, ranges: Floats) -> "ZetaAverages":
-        """Take ratios of cycle averages of lambda and L, the observables, given `ClassRows.ranges`.
+        """Take the ratios of cycle averages of lambda and L and check them against `ClassRows.ranges`.
 
         Notes
         -----
-        No average over orbits is less than the least of them or more than the greatest. The terms of a
-        truncated zeta function have both signs, and where its zero is an artefact of the truncation its
-        averages may be anything: one outside that range shows it, and condemns the others. So does a
-        series that does not converge at the zero.
+        An average over orbits is between the least and the greatest value of an orbit. The terms of a
+        truncated zeta function have both signs, so a zero that is an artefact of the truncation can give any
+        average. All averages are rejected if one is out of range or the series does not converge at the zero.
         """
         z0, period, observables = cycle_averages(expansion)
         if not np.isfinite(ranges).all():
@@ -168,9 +165,9 @@ class ZetaAverages:
 
 
 def _range_fault(z0: float, values: Sequence[float], ranges: Floats) -> str:
-    """Tell which average at a zero of the zeta function no orbits can have; empty if they can."""
+    """Name the first average at a zero that is out of the range of the orbits; empty if none is."""
     names = ("lambda_d", "lambda_c", "mean path")
     for name, value, low, high in zip(names, values, *ranges, strict=True):
         if not low * (1 - _ROUNDING) <= value <= high * (1 + _ROUNDING):
-            return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g}, of orbits {low:.4g} to {high:.4g})"
+            return f"(its zero {z0:.4g} is spurious: {name} = {value:.4g} is outside {low:.4g} to {high:.4g})"
     return ""

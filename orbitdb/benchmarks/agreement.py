@@ -1,9 +1,8 @@
-"""Whether Newton's method in doubles, ball arithmetic and the paper's dynamics agree on every status.
+"""Check that Newton's method in doubles, ball arithmetic and the paper's dynamics agree on every status.
 
-Ball arithmetic proves its statuses, so it is the judge. The relaxation stops at a small force and
-compares coordinates with the ends of walls and semicircles: it may be wrong where an orbit comes
-nearer to a joint than the force leaves its coordinates uncertain, and must be where it runs through
-one, for it has no word for that.
+Ball arithmetic proves its statuses, so it is the reference. The relaxation stops at a small force. It can be
+wrong if an orbit is closer to a joint than the error of its coordinates. It is always wrong if an orbit runs
+through a joint, because it has no status for that case.
 """
 
 from collections.abc import Callable
@@ -21,30 +20,30 @@ from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
 MAX_STEPS = 20_000_000
-"""Steps after which the relaxation gives a word up; they grow like a^3, and a = 10 takes 3 million."""
+"""Steps after which the relaxation gives up; the number needed grows like a^3, and a = 10 needs 3 million."""
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """How three methods agree on the classes of one period.
+    """Agreement of three methods on the classes of one period.
 
     Attributes
     ----------
     a : float
     p : int
     classes, orbits, boundary : int
-        Admissible classes, and those of them that are proved to be orbits or to run through a joint.
+        Admissible classes, classes proved to be orbits, and classes proved to run through a joint.
     doubles : int
-        Classes that Newton's method in doubles gives the proved status; it leaves the others open.
+        Classes to which Newton's method in doubles gives the proved status.
     relaxation : int
-        Classes that the relaxation gives the proved status.
+        Classes to which the relaxation gives the proved status.
     disagreements, unexplained : int
-        Classes that one of the two gives another status, and those of them where that is not just the
-        relaxation, no better than it can be: its force over its slowest rate is more than the margin.
+        Classes to which one of the two gives a wrong status, and those of them that are not explained by the
+        error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint.
     unresolved : int
-        Classes that the relaxation has not brought to rest.
+        Classes that the relaxation did not bring to rest.
     steps : int
-        Most Runge-Kutta steps that it took for a class.
+        Largest number of Runge-Kutta steps for a class.
     """
 
     a: float
@@ -63,7 +62,7 @@ class Agreement:
 def agreement(
     p: int, stadium: Stadium, progress: Callable[[int, int], None] | None = None
 ) -> tuple[Agreement, list[str]]:
-    """Relax all classes of one period and `compare`; `relax` reports the progress."""
+    """Relax all classes of one period and `compare` them; `relax` reports progress."""
     words, _ = representatives(p)
     return compare(relax(words, stadium, max_steps=MAX_STEPS, progress=progress), stadium)
 
@@ -74,16 +73,16 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     Parameters
     ----------
     relaxed : Orbits
-        What `relax` has made of admissible words; of it, words, status, coordinates and steps count.
+        The result of `relax` for admissible words; only words, status, coordinates and iterations are used.
     stadium : Stadium
     epsilon : float, optional
-        The force at which the relaxation has stopped.
+        The force at which the relaxation stopped.
 
     Returns
     -------
     Agreement
     list of str
-        A sentence on each word to which one method gives another status, in the order of the words.
+        A sentence on each word to which one method gives a wrong status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)
@@ -123,7 +122,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
 
 
 def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> NDArray[np.float64]:
-    """Return how far the force may leave words from where they would come to rest, shape (N,)."""
+    """Return the distance from rest that the final force allows for each word, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)
     if still.any():

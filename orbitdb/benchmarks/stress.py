@@ -1,7 +1,7 @@
-"""Stress: cases at the ends of what can be asked, each judged by ball arithmetic.
+"""Stress tests: extreme cases, each checked against ball arithmetic.
 
-A case is a function without arguments that yields rows. Every row says what was asked, the largest
-true errors, and how much of the stored bounds these use up: no share may be above 1.
+A case is a function without required arguments that yields rows. Every row has the question, the largest
+true errors, and their largest share of the stored bounds, which must not exceed 1.
 """
 
 import math
@@ -28,33 +28,32 @@ _LEFT = (1, 4)
 _WINDOW = 200
 
 BITS = 256
-"""Precision of the truth."""
+"""Precision of the reference, in bits."""
 
 SUM_BOUND = 64 * float(np.finfo(float).eps)
-"""Relative error allowed to a sum of positive terms that NumPy adds in pairs."""
+"""Relative error allowed for a sum of positive terms with NumPy's pairwise summation."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What one stress case found.
+    """Result of one stress case.
 
     Attributes
     ----------
     case, asked : str
         Name of the case, and its question.
     words : int
-        Words solved (terms summed).
+        Words solved, or terms summed.
     orbits, open : int
         Words that are orbits, and words left undecided.
     wrong : int
         Words whose status differs from that in ball arithmetic.
     coordinates, length, lyapunov : float
-        The largest true errors of orbits: of a coordinate, in its units; of length and lambda,
-        relative.
+        The largest true errors of orbits: absolute for a coordinate, relative for length and lambda.
     share : float
         The largest true error in units of its stored bound.
     seconds : float
-        Run time of the solution, without that of the truth.
+        Run time of the solution, without the reference.
     """
 
     case: str
@@ -71,7 +70,7 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether all was decided, rightly, and no error exceeds its stored bound."""
+        """Whether every word has the right status and no error exceeds its stored bound."""
         return self.open == 0 and self.wrong == 0 and not self.share > 1
 
 
@@ -113,38 +112,38 @@ def _largest(values: NDArray[np.float64]) -> float:
 
 
 def extreme_stadia(p: int = 8) -> Iterator[Outcome]:
-    """All classes of order p in stadia from almost a circle to a long channel."""
+    """Solve all classes of order p in stadia from almost a circle to a long channel."""
     words, _ = representatives(p)
     for exponent in range(-6, 7):
         yield judge("stadium", f"a = 1e{exponent}, all classes of p = {p}", words, Stadium(10.0**exponent))
 
 
 def long_runs(powers: int = 5) -> Iterator[Outcome]:
-    """Runs of 10, 100, ... bounces on each semicircle, close along the wall."""
+    """Solve words with runs of 10, 100, ... bounces on each semicircle, close to the wall."""
     for k in (10**e for e in range(1, powers + 1)):
         text = f"1^{k} 5^{k}"
         yield judge("run", text, from_strings([parse(text)]), Stadium())
 
 
 def long_legs(powers: int = 5) -> Iterator[Outcome]:
-    """Legs of 10, 100, ... bounces between the walls, almost at right angles to them."""
+    """Solve words with legs of 10, 100, ... bounces between the walls, almost at right angles to them."""
     for n in (10**e for e in range(1, powers + 1)):
         text = f"1 2 (02)^{n // 2} 3 2 (02)^{n // 2}"
         yield judge("leg", text, from_strings([parse(text)]), Stadium())
 
 
 def long_orbits(orders: tuple[int, ...] = (200, 2000), count: int = 10) -> Iterator[Outcome]:
-    """Words of segments of a random trajectory, closed: true orbits of high order, lambda beyond e^709."""
+    """Solve closed segments of random trajectories: orbits of high order whose e^lambda may overflow."""
     for p in orders:
         words = closed_words(Stadium(), p, count)
         yield judge("trajectory", f"closed segments of p = {p}", words, Stadium())
 
 
 def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
-    """Return words of order p that follow a random trajectory once round and are orbits, shape (<= count, p).
+    """Return orbits among the closed segments of random trajectories, shape (<= count, p).
 
-    A segment from the beginning of a run on the left to just before the beginning of another closes to
-    a word; a part of these words, that broken rules and the solver tell, cannot close in the stadium.
+    A segment of p bounces from the beginning of a run on the left to the beginning of another is closed to a
+    word. Words that break rules or that the solver rejects are left out.
     """
     arcs = random_arcs(8 * count, np.random.default_rng(seed))
     rays = [Rays(arcs.x + arcs.side * stadium.a, arcs.y, arcs.vx, arcs.vy, arcs.side)]
@@ -164,7 +163,7 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
 
 
 def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> Iterator[Outcome]:
-    """The words of an order whose bounces come closest to a joint, inside and outside."""
+    """Solve the words of an order whose bounces come closest to a joint, inside or outside."""
     for p in orders:
         words, _ = representatives(p)
         begin = perf_counter()
@@ -177,7 +176,7 @@ def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> It
 
 
 def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
-    """Stadia in which words run exactly through a joint."""
+    """Solve all classes in stadia where some words run exactly through a joint."""
     for p in orders:
         words, _ = representatives(p)
         for a in (0.5, 1.0, 2.5):
@@ -185,7 +184,7 @@ def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
 
 
 def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
-    """The sums of an average over orbits, with weights from e^-40 to e^0, against exact summation."""
+    """Compare the sums of an average over orbits, with weights from e^-40 to e^0, with exact summation."""
     rng = np.random.default_rng(1)
     lyapunov = 40 * rng.random(terms) + 0.5
     ones = np.ones(terms, dtype=np.int64)
@@ -226,10 +225,10 @@ CASES: dict[str, Callable[[], Iterator[Outcome]]] = {
     "margin": small_margins,
     "sum": weighted_sums,
 }
-"""Every case by its name, in the order of a full run."""
+"""The cases by name, in the order of a full run."""
 
 
 def stress() -> Iterator[Outcome]:
-    """Run all cases, yielding rows as they come."""
+    """Run all cases and yield their rows."""
     for case in CASES.values():
         yield from case()

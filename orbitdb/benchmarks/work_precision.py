@@ -1,7 +1,7 @@
-"""Run times: of every method against its error, judged by ball arithmetic, and of the stages of a solution.
+"""Run time of every method against its error, and run times of the stages of a solution.
 
-All rows of one call come from one process on one machine. The reference encloses every orbit to more
-than 50 digits (`orbitdb.orbits.newton.certificates`); an error is the distance of a method's number from it.
+The reference is ball arithmetic, which encloses every orbit to more than 50 digits
+(`orbitdb.orbits.newton.certificates`). An error is the distance of a method's number from the reference.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -34,32 +34,31 @@ ROOT_TOLERANCES = (1e-4, 1e-8, 1e-12)
 BITS = (64, 128, 256)
 REPEATS = 5
 FAR = 1e-2
-"""A coordinate that is off by more than this (radians, or units of the radius) is another orbit's."""
+"""A coordinate with a larger error (in radians or units of the radius) belongs to another orbit."""
 
 
 @dataclass(frozen=True)
 class WorkPrecision:
-    """What one method at one setting costs, and what it gives.
+    """Cost and errors of one method at one setting.
 
     Attributes
     ----------
     method : str
         ``newton``, ``relaxation``, ``root`` or ``balls``.
     setting : float
-        Tolerance, force or bits at which it stops.
+        Tolerance, force or bits of the method.
     words : int
-        Words solved, one of each symmetry class.
+        Words solved, one per symmetry class.
     seconds : float
         Run time per word.
     seconds_per_sequence : float
-        Run time per word of all classes: a method of this project solves one word for all of its class,
-        the paper's and SciPy's are charged for every word.
+        Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
     failures : int
-        Words left undecided, given another status than the true one, or another orbit.
+        Words left undecided, or given a wrong status or another orbit.
     coordinates_max, coordinates_median : float
-        Largest error of a coordinate, the worst and the middle word.
+        Maximum and median over words of the largest error of a coordinate.
     length_max, length_median, lyapunov_max, lyapunov_median : float
-        Relative errors. Of ``balls`` all errors are the proved radii.
+        Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
     """
 
     method: str
@@ -78,13 +77,13 @@ class WorkPrecision:
 
 @dataclass(frozen=True, eq=False)
 class Sample(ByValue):
-    """Words of one order, one of each class, with the truth about them.
+    """Words of one order, one per class, with their enclosures.
 
     Attributes
     ----------
     words : ndarray of uint8, shape (N, p)
     sizes : ndarray of int, shape (N,)
-        Number of cyclic words in the class of each.
+        Number of cyclic words in each class.
     stadium : Stadium
     truth : list of Enclosure
     """
@@ -95,13 +94,13 @@ class Sample(ByValue):
     truth: "list[Enclosure]"
 
     def part(self, count: int) -> "Sample":
-        """Return about so many of the words, evenly spread over all of them."""
+        """Return about `count` of the words, evenly spread."""
         rows = _spread(len(self.words), count)
         return Sample(self.words[rows], self.sizes[rows], self.stadium, [self.truth[row] for row in rows])
 
 
 def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
-    """Return the classes of order p, or some of them, enclosed at `REFERENCE_BITS`."""
+    """Return the classes of order p, or about `count` of them, enclosed at `REFERENCE_BITS`."""
     words, sizes = representatives(p)
     rows = _spread(len(words), count or len(words))
     truth = certificates(words[rows], stadium, REFERENCE_BITS)
@@ -109,7 +108,7 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
 
 
 def _spread(n: int, count: int) -> NDArray[np.intp]:
-    """Return about count of n rows, evenly spread."""
+    """Return about `count` of n row numbers, evenly spread."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 
 
@@ -125,7 +124,7 @@ def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
     Yields
     ------
     WorkPrecision
-        One row for each method and setting, as soon as it is measured.
+        For each method and setting, as soon as it is measured.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))
@@ -134,7 +133,7 @@ def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
 
 
 def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iterator[WorkPrecision]:
-    """Measure the reduced Newton method with all that belongs to a row: bounds, status, lambda."""
+    """Measure the reduced Newton method, including error bounds, status and lambda."""
     for tolerance in tolerances:
 
         def attempt(tolerance: float = tolerance) -> Orbits:
@@ -147,8 +146,7 @@ def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iter
 def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iterator[WorkPrecision]:
     """Measure the paper's artificial dynamics, vectorised over all words of the sample.
 
-    The dynamics has no memory: each epsilon goes on where the larger one before it stopped, and is
-    charged for the whole way.
+    Each epsilon continues where the larger one before it stopped, and its time includes all earlier ones.
     """
     x = starting_points(cases.words, cases.stadium)
     seconds = 0.0
@@ -161,7 +159,7 @@ def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iter
 
 
 def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> Iterator[WorkPrecision]:
-    """Measure SciPy's hybrid Powell method on the p coordinates, from where the relaxation starts."""
+    """Measure SciPy's hybrid Powell method on the p coordinates, started like the relaxation."""
     from scipy.optimize import root
 
     start = starting_points(cases.words, cases.stadium)
@@ -180,13 +178,13 @@ def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> I
         solved = np.flatnonzero(~np.isnan(x[:, 0]))
         orbits = Orbits.empty(cases.words)
         if len(solved):
-            # at rest already: no step is taken, and the numbers of the orbit come out
+            # an infinite force takes no steps and only computes the numbers of the orbits
             orbits.place(solved, relax(cases.words[solved], cases.stadium, np.inf, start=x[solved]))
         yield _row("root", tolerance, cases, orbits, seconds)
 
 
 def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecision]:
-    """Measure ball arithmetic; its errors are the radii it proves."""
+    """Measure ball arithmetic; its errors are the proved radii."""
     for precision in bits:
         begin = perf_counter()
         found = certificates(cases.words, cases.stadium, precision)
@@ -204,7 +202,7 @@ def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecisi
 def _row(
     method: str, setting: float, cases: Sample, orbits: Orbits, seconds: float, shared: bool = False
 ) -> WorkPrecision:
-    """Judge the orbits of a method by the truth."""
+    """Compare the orbits of a method with their enclosures."""
     from orbitdb.orbits.balls.enclosure import true_errors
 
     status = np.array([each.status.value for each in cases.truth])
@@ -246,16 +244,15 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
 
 @dataclass(frozen=True)
 class StageTimes:
-    """Run time of every stage of the way from a period to its orbits, in seconds.
+    """Run time of every stage from a period to its orbits, in seconds.
 
     Attributes
     ----------
     p : int
     sequences, classes : int
-        Admissible cyclic words, and symmetry classes of them.
+        Numbers of admissible cyclic words and of their symmetry classes.
     enumeration, cutting, newton, assessment, balls : float
-        Generate the least words of the classes; cut them into legs; solve; bound the errors and decide;
-        decide in ball arithmetic what was left.
+        Generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls.
     """
 
     p: int
@@ -269,7 +266,7 @@ class StageTimes:
 
 
 def stage_times(p: int, stadium: Stadium) -> StageTimes:
-    """Measure every stage for one period, once."""
+    """Measure every stage once for one period."""
     clock = [perf_counter()]
     least, sizes = representatives(p)
     clock.append(perf_counter())

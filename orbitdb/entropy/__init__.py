@@ -1,1 +1,1 @@
-"""The topological entropy, enclosed by proof: edge words, windows, their verdicts, and what these forbid."""
+"""Proved bounds on the topological entropy: edge words, windows, their verdicts, and growth rates."""

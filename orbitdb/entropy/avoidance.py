@@ -1,9 +1,9 @@
 """Edge words that avoid a set of patterns, as paths in a graph: the automaton of Aho and Corasick.
 
-A state is the longest end of what has been read that begins a pattern. What is avoided is avoided in the
-mirror too, so a word and its mirror image are one state: the *upright* one of the two, whose first letter
-with a sign has a positive one, stands for both, and every step notes whether it turns the word over. As
-many paths leave a state as words go on from it, so the growth rate is that of the words.
+A state is the longest suffix of the letters read so far that is a prefix of a pattern. The mirror image of an
+avoided pattern is avoided too, so a word and its mirror image share a state. The *upright* one of the two,
+whose first letter with a sign is positive, represents both, and every step records whether it mirrors the
+word. Paths and words continue in the same number of ways, so they have the same growth rate.
 
 Source: Aho and Corasick, "Efficient string matching", Commun. ACM 18 (1975) 333.
 """
@@ -24,14 +24,14 @@ _WAYS_OF = np.array([len(WAYS[letter]) for letter in LETTERS], dtype=np.uint8)
 _PLACE = np.array([[max(WAYS[one].find(two), 0) for two in LETTERS] for one in LETTERS], dtype=np.uint8)
 _FOLLOWER = np.array([[LETTERS.index((WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
 _X_MIRRORED = _PLACE[X, MIRROR[_FOLLOWER[X]]]
-"""Where the images of the letters behind X stand."""
+"""Places of the mirror images of the letters that may follow X."""
 
 _CHUNK = 1 << 18
-"""States that are looked at together, for the memory."""
+"""Number of states at a time; it limits the memory."""
 
 
 def upright(words: Letters) -> Letters:
-    """Return of each edge word, shape (N, L), and its mirror image the one that counts as upright."""
+    """Return each edge word, shape (N, L), or its mirror image, whichever is upright."""
     signs = SIGN[words]
     first = (signs != 0).argmax(axis=1)
     turned = signs[np.arange(len(words)), first] < 0
@@ -45,13 +45,13 @@ class Automaton(ByValue):
     Attributes
     ----------
     first : ndarray of int32, shape (9,)
-        The state behind each first letter, times 2, plus 1 where the word is turned over.
+        The state after each first letter, times 2, plus 1 if the word is mirrored.
     step : ndarray of int32, shape (n, 5)
-        The same behind each state and each letter that may follow there, in an order of its own (`move`).
+        The same after each state and each letter that may follow, in the order of `WAYS` (use `move`).
     last : ndarray of uint8, shape (n,)
-        The last letter of each upright word; of state 0 none, it says 255.
+        The last letter of each upright word; 255 for state 0.
     found : ndarray of uint8, shape (n,)
-        The kinds (bits) of the patterns that a state's word ends with.
+        The kinds (bits) of the patterns at the end of a state's word.
     """
 
     first: NDArray[np.int32]
@@ -63,12 +63,12 @@ class Automaton(ByValue):
         return len(self.last)
 
     def move(self, state: NDArray[np.intp], letter: Letters) -> NDArray[np.int32]:
-        """Return the states behind states other than 0, as `step` has them, with letters that may follow."""
+        """Return the entries of `step` for states other than 0 and letters that may follow them."""
         found: NDArray[np.int32] = self.step[state, _PLACE[self.last[state], letter]]
         return found
 
     def follow(self, words: Letters) -> NDArray[np.uint8]:
-        """Return the kinds of patterns, in either sense of the mirror, that are in each word, shape (N,)."""
+        """Return the kinds of patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
         seen = self.found[move >> 1]
         turned = (move & 1).astype(np.bool_)
@@ -79,7 +79,7 @@ class Automaton(ByValue):
         return seen
 
     def edges(self, avoided: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Return the steps, from and to, between states whose words have none of some kinds of patterns."""
+        """Return origins and targets of the steps between states whose words end with no avoided pattern."""
         free = (self.found & avoided) == 0
         free[0] = False
         origins, targets = [], []
@@ -93,12 +93,12 @@ class Automaton(ByValue):
 
 
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
-    """Build the automaton of patterns, their mirror images and reversals.
+    """Build the automaton of patterns, their mirror images and their reversals.
 
     Parameters
     ----------
     patterns : list of (ndarray of uint8, shape (N, L), int)
-        Edge words of one length, and their kind: a power of 2 below 256.
+        Edge words of equal length, and their kind: a power of 2 below 256.
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)
@@ -111,12 +111,12 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     for children in deeper:
         parent, letter = tree.parent[children], tree.letter[children]
         place = _PLACE[tree.letter[parent], letter]
-        fail = step[parent, place]  # what has been read, less its first letter, goes the same way
+        fail = step[parent, place]  # the state of the same word without its first letter
         mirrored = tree.unsigned[parent] & (letter != X)
         step[parent, place] = 2 * children
         step[parent[mirrored], _X_MIRRORED[place[mirrored]]] = 2 * children[mirrored] + 1
         tree.found[children] |= tree.found[fail >> 1]
-        # until they have children of their own, they go where their ends go
+        # until it has children of its own, a state goes where its longest proper suffix goes
         ways, over = step[fail >> 1], fail & 1
         swapped = np.flatnonzero((letter == X) & (over == 1))
         ways[swapped] = ways[swapped][:, _X_MIRRORED]
@@ -126,7 +126,7 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
 
 @dataclass(frozen=True)
 class _Tree:
-    """The beginnings of patterns: for each its parent, its last letter, and the patterns that end there."""
+    """The prefixes of patterns: the parent and last letter of each, and the patterns that end there."""
 
     parent: NDArray[np.int32]
     letter: NDArray[np.uint8]
@@ -136,7 +136,7 @@ class _Tree:
 
     @classmethod
     def of(cls, patterns: list[tuple[Letters, int]]) -> "_Tree":
-        """Grow the tree one letter at a time, all patterns together, which stand sorted."""
+        """Grow the tree one letter at a time for all patterns, which are sorted, together."""
         words, kinds = _sorted(patterns)
         parents, letters, unsigned, levels = [], [], [], []
         node, plain = np.zeros(len(kinds), dtype=np.int32), np.ones(len(kinds), dtype=np.bool_)
@@ -167,11 +167,11 @@ class _Tree:
 
 
 def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return all patterns upright, run both ways, in order, 255 behind the last letter; and their kinds."""
-    # a state knows its last letter at least
+    """Return all patterns and their reversals, upright, sorted and padded with 255; and their kinds."""
+    # every state has to know its last letter, so single letters are patterns of no kind
     given = [(_UPRIGHT[:, None], 0), *patterns]
     longest = max(words.shape[1] for words, _ in given)
-    # letters from 1 on and 0 behind them, so that a beginning comes before what it begins
+    # letters count from 1 and are padded with 0, so that a prefix sorts before its continuations
     words = np.concatenate([
         np.pad(upright(way) + np.uint8(1), ((0, 0), (0, longest - words.shape[1])))
         for words, _ in given for way in (words, reverse(words))

@@ -1,9 +1,9 @@
 """Proved bounds on the topological entropy, level by level.
 
-Windows of L edges are decided for all continuations at once. Edge words that avoid the forbidden ones grow
-at least as fast as the codes of trajectories, those that avoid the undecided ones, too, at most as fast; both
-rates are those of a graph. Undecided windows are extended by one letter, at the end that matters more, and
-decided again (docs/entropy-proof.md has the proof).
+Windows of L edges are decided for all continuations at once. Edge words that avoid the forbidden windows grow
+at least as fast as the codes of trajectories. Words that also avoid the undecided windows grow at most as
+fast. Both rates belong to paths in a graph. Undecided windows are extended by one letter, at the end that
+matters more, and decided again (the proof is in docs/entropy-proof.md).
 """
 
 import math
@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 DOUBLES, BALLS = "doubles", "balls"
-"""What decides windows: doubles with bounds on their errors, or ball arithmetic, too."""
-
+"""How windows are decided: in doubles with error bounds, or confirmed in ball arithmetic too."""
 
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns."""
@@ -38,18 +37,18 @@ MAX_WINDOW = 40
 """Longest window, in edges."""
 
 MOST_UNDECIDED = 1_000_000
-"""Where more windows are undecided they are not extended: it bounds the memory."""
+"""Undecided windows are not extended if there are more; this limits the memory."""
 
 _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
-"""How much longer a level takes than the one before."""
+"""Ratio of the times of successive levels."""
 
 _BRIEF = 0.05
-"""Seconds of a level that say nothing of the next one's time."""
+"""A level that takes fewer seconds does not predict the time of the next."""
 
 
 @dataclass(frozen=True)
 class EntropyBounds:
-    """What windows of one length prove of the topological entropy at one a, per bounce.
+    """Bounds on the topological entropy per bounce at one a, proved by windows up to one length.
 
     Attributes
     ----------
@@ -58,13 +57,13 @@ class EntropyBounds:
     window : int
         Edges of the longest windows.
     lower, upper : float
-        h_top lies between them; rounded outward.
+        Bounds on h_top, rounded outward.
     windows : int
-        Windows decided so far, up to mirror and reversal.
+        Windows examined so far, up to mirror and reversal.
     undecided : int
-        Windows of this length that are not decided.
+        Undecided windows of this length.
     proof : str
-        What has decided them, where they are stored: `DOUBLES` or `BALLS`.
+        How the windows were decided, for stored bounds: `DOUBLES` or `BALLS`.
     """
 
     a: float
@@ -77,7 +76,7 @@ class EntropyBounds:
 
     @property
     def width(self) -> float:
-        """How far the bounds are apart."""
+        """Upper minus lower bound."""
         return self.upper - self.lower
 
     @property
@@ -87,13 +86,13 @@ class EntropyBounds:
 
     @property
     def basis(self) -> str:
-        """What the bounds rest on, in words."""
+        """The windows and arithmetic behind the bounds, in words."""
         how = "in balls" if self.proof == BALLS else "in doubles with error bounds"
         return f"windows of {self.window} edges {how}"
 
 
 Judge = Callable[[Windows, float, Tell | None], Decision]
-"""Decides windows at one a, telling how far the work is."""
+"""Decides windows at one a and reports progress."""
 
 
 def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) -> Iterator[EntropyBounds]:
@@ -103,9 +102,9 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
     ----------
     stadium : Stadium
     tell : callable, optional
-        Is told how far the work is.
+        Receives progress.
     judge : callable, optional
-        Who decides: `orbitdb.entropy.verdicts.decide`, or `orbitdb.entropy.proof.Proof.decide`.
+        `orbitdb.entropy.verdicts.decide` or `orbitdb.entropy.proof.Proof.decide`.
 
     Yields
     ------
@@ -121,12 +120,12 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
         open_ = decision.verdict == Verdict.UNDECIDED
         windows, at_left = windows.rows(open_), decision.extend_left[open_]
         if tell:
-            tell(0, 0, f"{windows.edges} letters: what they leave")
+            tell(0, 0, f"{windows.edges} letters: growth rates")
         avoiding = automaton(forbidden)
         upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
         at_end = windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED
         following = None if at_end else _following(windows, at_left, avoiding)
-        del avoiding  # the next one takes as much memory again
+        del avoiding  # the next automaton needs the memory
         lower = _lower(forbidden, windows)
         yield EntropyBounds(stadium.a, windows.edges, lower, upper, count, len(windows))
         if following is None:
@@ -135,13 +134,13 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
 
 
 def _following(windows: Windows, at_left: NDArray[np.bool_], avoiding: Automaton) -> Windows:
-    """Return the windows of one letter more that hold no forbidden one."""
+    """Return the windows with one more letter that contain no forbidden window."""
     longer = extended(windows, at_left)
     return longer.rows(avoiding.follow(longer.letters) == 0)
 
 
 def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:
-    """Return the growth rate of the words that avoid undecided windows, too, rounded downward."""
+    """Return the growth rate of the words that avoid undecided windows too, rounded down."""
     avoiding = automaton([*forbidden, (undecided.letters, UNDECIDED)])
     return max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
 
@@ -154,7 +153,7 @@ def search(
     tell: Tell | None = None,
     judge: Judge = decide,
 ) -> Iterator[EntropyBounds]:
-    """Enclose the topological entropy until it is known well enough, or the time is spent.
+    """Enclose the topological entropy until the bounds are close enough or the time is spent.
 
     Parameters
     ----------
@@ -162,9 +161,9 @@ def search(
     window : int, optional
         Edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
-        Difference of upper and lower bound that is enough.
+        Stop when the upper minus the lower bound is at most this.
     seconds : float, optional
-        Time to spend: a level that would not fit into it, as the last two grew, is not begun.
+        Time to spend. A level is not begun if it would exceed the time, judging by the last two.
     tell, judge : callable, optional
         As for `levels`.
 
@@ -191,11 +190,11 @@ class Enclosed(NamedTuple):
     Attributes
     ----------
     levels : tuple of EntropyBounds
-        For longer and longer windows.
+        The bounds, one per window length.
     proof : Proof or None
-        What balls made of the decisions in doubles, if they were asked.
+        Counts of the decisions that balls confirmed, if they were used.
     arithmetic : str
-        What computed them (`orbitdb.arithmetic.arithmetic`).
+        The software that computed the bounds (`orbitdb.arithmetic.arithmetic`).
     """
 
     levels: tuple[EntropyBounds, ...]
@@ -210,7 +209,7 @@ def enclose(
     seconds: float = math.inf,
     proof: "Proof | None" = None,
 ) -> Enclosed:
-    """Enclose the entropy at one a as `search` does: a task for any process.
+    """Enclose the entropy at one a with `search`, as a task that can run in another process.
 
     Parameters
     ----------
@@ -219,7 +218,7 @@ def enclose(
     window, width, seconds : optional
         As for `search`.
     proof : Proof, optional
-        Decides every window in balls, too.
+        Confirms every decision in balls.
     """
     judge = decide if proof is None else proof.decide
     return Enclosed(tuple(search(Stadium(a), window, width, seconds, judge=judge)), proof, arithmetic())

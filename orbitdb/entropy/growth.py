@@ -1,12 +1,11 @@
-"""Growth rates of the paths in a graph, enclosed: Collatz and Wielandt, rounded outward.
+"""Bounds on the growth rate of paths in a graph: Collatz and Wielandt, rounded outward.
 
-For a matrix A >= 0 and any v > 0 the spectral radius lies between the least and the largest (Av)_i / v_i.
-It is also the largest of those of the strongly connected components, each by itself. So steps between
-components are left out, and
+For a matrix A >= 0 and any v > 0, the spectral radius is between the least and the largest (Av)_i / v_i.
+It is also the largest spectral radius of a strongly connected component. Without steps between components,
 
     max over components of min (Av)_i / v_i  <=  spectral radius  <=  max (Av)_i / v_i .
 
-The power iteration makes v; the bounds hold for whatever positive numbers it gives.
+Power iteration yields v; the bounds hold for any positive v.
 
 Source: Collatz, Math. Z. 48 (1942) 221; Wielandt, Math. Z. 52 (1950) 642.
 """
@@ -22,26 +21,26 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array  # which loads slowly
 
 TOLERANCE = 1e-10
-"""Width of an enclosure at which the power iteration stops."""
+"""Relative width of the enclosure at which the power iteration stops."""
 
 MAX_STEPS = 4000
 
 _ROUNDING = 2.0**-48
-"""Above what is lost, relative, in a row of at most 9 steps, the quotient and the logarithm.
+"""Bound on the rounding errors of a row of at most 9 steps, the quotient and the logarithm.
 
-10 half units of rounding for sum and quotient; 2 units, of a logarithm below 4, and the digits printed.
+The sum and the quotient lose 10 half units; the logarithm (below 4) and the printed digits lose 2 units.
 """
 
 _SHIFT = 0.5
-"""Added to the diagonal in the power iteration, so that cycles of one length do not swing."""
+"""Added to the diagonal in the power iteration, so that periodic components do not oscillate."""
 
 _LEAST = 1e-280
-"""v stays positive."""
+"""Keeps v positive."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """The logarithm of a growth rate lies between two numbers; -inf where there is no cycle."""
+    """Bounds on the logarithm of a growth rate; -inf without a cycle."""
 
     lower: float
     upper: float
@@ -53,7 +52,7 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
     Parameters
     ----------
     origin, target : ndarray of int32, shape (E,)
-        The steps; two between the same states count twice. At most 9 from one state.
+        The steps, at most 9 from one state. Two steps between the same states count twice.
     states : int
         Number of states.
     """
@@ -80,7 +79,7 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
 def _components(
     origin: NDArray[np.int32], target: NDArray[np.int32], states: int
 ) -> tuple["csr_array", NDArray[np.intp]]:
-    """Return the matrix of all strongly connected components with a cycle, and where each begins in it."""
+    """Return the matrix of all strongly connected components with a cycle, and the first row of each."""
     from scipy.sparse.csgraph import connected_components
 
     _, label = connected_components(_matrix(origin, target, states), connection="strong")
@@ -97,7 +96,6 @@ def _components(
 
 
 def _matrix(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) -> "csr_array":
-    """Return the matrix of steps, those between the same states in one entry."""
     from scipy.sparse import csr_array
 
     return csr_array((np.ones(len(origin)), (origin, target)), shape=(states, states))

@@ -1,13 +1,14 @@
-"""Verdicts on windows decided once more in ball arithmetic, one by one: a bound that rests on no rounding.
+"""Verdicts on windows, confirmed one by one in ball arithmetic, so that no bound depends on rounding.
 
-Every verdict is one clamped problem (`orbitdb.entropy.verdicts.corner`), which is whole numbers, a, and the
-limits of the directions: the doubles of `orbitdb.billiard.legs.direction_limits`, of which balls prove first
-that no direction is beyond them (`limits_hold`), and pi/2, which is a ball. Directions found in doubles only
-say where to look, and are taken as exact, too. The gradient g and the curvatures D there, in balls, give the
-clamped directions to within max |g_i| / (D_i / 2), those that press against a limit left out; that is the
-radius they are given. The verdict is proved if f of the marked junction, computed from these, has its sign.
+Every verdict is one clamped problem (`orbitdb.entropy.verdicts.corner`), given by integers, a, and the limits
+of the directions. These limits are pi/2, which is a ball, and the doubles of
+`orbitdb.billiard.legs.direction_limits`; balls first prove that no direction exceeds them (`limits_hold`).
+The directions found in doubles are only centres and are taken as exact. There the gradient g and the
+curvatures D, in balls, enclose the clamped directions within the radius max |g_i| / (D_i / 2), where i runs
+over the directions that do not press against a limit. The verdict is proved if f of the marked junction,
+computed from these balls, has its sign.
 
-What balls do not confirm is undecided in the bounds that follow, and its window is extended like any other.
+A verdict that balls do not confirm counts as undecided, and its window is extended like any other.
 """
 
 import time
@@ -28,24 +29,24 @@ PRECISION = 64
 """Bits of the arithmetic."""
 
 _OFTEN = 256
-"""Windows between two reports of how far the work is."""
+"""Number of windows between two progress reports."""
 
 
 def proved(
     windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None
 ) -> NDArray[np.bool_]:
-    """Tell of each window whether its verdict is proved in balls.
+    """Return whether each window's verdict is proved in balls.
 
     Parameters
     ----------
     windows : Windows
-        N of them.
+        N windows.
     verdict : ndarray of uint8, shape (N,)
-        `Verdict` of each; one that is undecided is not proved.
+        The `Verdict` of each window; undecided ones are never proved.
     a : float
         Half length of a straight wall, taken as exact.
     tell : callable, optional
-        Is told how far the work is.
+        Receives progress.
 
     Returns
     -------
@@ -73,10 +74,10 @@ def proved(
 
 
 def limits_hold(most: int, a: float) -> bool:
-    """Tell whether balls prove that no leg of up to so many walls has a direction beyond `direction_limits`.
+    """Return whether balls prove `direction_limits` for all legs with up to `most` walls.
 
-    As (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without, these
-    ends must be between the doubles, and the doubles within pi/2.
+    A leg with n walls has (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a, and one without walls has
+    |tan alpha| <= 1 / a. These ends must be between the doubles, and the doubles within pi/2.
     """
     n = np.arange(most + 1.0)[None]
     low, high = direction_limits(Chain(n, n, n, np.ones_like(n)), a)
@@ -88,9 +89,9 @@ def limits_hold(most: int, a: float) -> bool:
 
 
 def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[float]) -> arb | None:
-    """Return a ball that holds f of one window's marked junction, None where the bound's conditions fail.
+    """Return a ball that contains f of one window's marked junction; None if the error bound does not apply.
 
-    The start is directions of legs 0 to m + 1 (radians), which are moved between their limits.
+    `start` has the directions of legs 0 to m + 1 in radians; they are clipped to their limits.
     """
     low, high = problem.low[:, column], problem.high[:, column]
     start, low, high = np.clip(start, low, high).tolist(), low.tolist(), high.tolist()
@@ -127,15 +128,14 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, and keeps of that what balls prove; counts what comes of it.
+    """Decides windows in doubles, keeps the decisions that balls prove, and counts them.
 
     Attributes
     ----------
     proved, left_open : int
-        Windows decided in doubles that balls confirm, and that they do not; mirror images and reversals
-        are not counted.
+        Numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal.
     seconds : float
-        Time that the balls have taken.
+        Time spent in balls.
     """
 
     proved: int = 0
@@ -143,7 +143,7 @@ class Proof:
     seconds: float = 0.0
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-        """Decide windows, as `orbitdb.entropy.verdicts.decide` does, with proof."""
+        """Decide windows like `orbitdb.entropy.verdicts.decide`, but keep only proved decisions."""
         decision = decide(windows, a, tell)
         began = time.monotonic()
         sure = proved(windows, decision.verdict, a, tell)

@@ -1,19 +1,18 @@
-"""What becomes of windows: allowed, forbidden or undecided, whatever stands beyond their ends.
+"""Verdicts on windows: allowed, forbidden or undecided for all continuations beyond their ends.
 
-Two clamped problems tell: the directions in a window when what lies beyond its ends is pushed to either
-extreme. Every extreme continuation is written as a leg of given direction outside and a run before it:
+Two clamped problems decide a window: its directions when the continuations are pushed to either extreme.
+Every extreme continuation is written as an outer leg of given direction and a run next to it:
 
-* a run of which nothing is known pulls with a force in [-1, 1]: the ends are endless runs (k infinite),
-  down or up;
-* a run of at least K bounces of sense d pulls between -d, as an endless one does, and what it does
-  with K bounces and a leg beyond of direction -d pi/2;
-* a leg of at least q walls has a direction s x, s the sign, x from its least (`direction_limits`) to pi/2.
+* an unknown run pulls with a force in [-1, 1]; the extremes are endless runs (k infinite), down or up;
+* a run of at least K bounces with sense d pulls with a force between -d, like an endless run, and the pull of
+  K bounces with an outer leg in the direction -d pi/2;
+* a leg of at least q walls has a direction s x with sign s and x from its least (`direction_limits`) to pi/2.
 
-So all ends are one: legs 0 and m + 1 are given, and the legs between them maximise the length within their
-limits. These ranges hold every continuation, however long its runs and legs.
+So all ends have the same form: legs 0 and m + 1 are given, and the legs between them maximise the length
+within their limits. The ranges cover every continuation, however long its runs and legs.
 
 With theta_j = sigma_j alpha_j, sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
-entry off its diagonal. So all theta rise with the push at either end (docs/entropy-proof.md).
+off-diagonal entry. So all theta rise with the push at either end (docs/entropy-proof.md).
 """
 
 from dataclasses import dataclass
@@ -42,11 +41,11 @@ from orbitdb.progress import Tell
 EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16
 _CLEAR = 8.0
-"""Where f is so many times its error, its sign is known and its size well enough."""
+"""Ratio of f to its error at which its sign is known and its value accurate enough."""
 
 _SMALL = 1e-9
 ROUNDING = 12 * EPSILON
-"""psi/2k is good to 4.3 units, the sum adds 2.5; pi/2 as a double moves directions by less than one."""
+"""Covers 4.3 units for psi/2k, 2.5 for the sum, and less than one for pi/2 as a double."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +55,13 @@ class Corner(Columns):
     Attributes
     ----------
     legs : Chain
-        Runs and legs 0 to m + 1 as `OpenChains` has them, the runs at the ends as the push wants them.
+        Runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push.
     low, high : ndarray, shape (m + 2, N)
-        Limits of the directions; equal for the legs outside.
+        Limits of the directions; equal for the outer legs.
     marked : ndarray of intp, shape (N,)
         The row of the marked junction.
     lean : ndarray, shape (N,)
-        c in its condition, f = h + c o > 0, with h = psi/2k of the run and o the direction of the leg.
+        c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg.
     """
 
     legs: Chain
@@ -89,7 +88,7 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
     a : float
         Half length of a straight wall.
     left, right : ndarray, shape (N,)
-        +1 where an end is pushed so that the marked direction is as high as can be, -1 for as low.
+        +1 to push an end so that the marked direction is as high as possible, -1 for as low.
     """
     sigma = orientation(chains)
     k, d, n, s = chains.k.copy(), chains.d.copy(), chains.n.copy(), chains.s.copy()
@@ -108,7 +107,7 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 @dataclass(frozen=True, eq=False)
 class Condition(ByValue):
-    """The condition f > 0 of the marked junction at some directions, which need not be the maximum's.
+    """The condition f > 0 of the marked junction at directions near the maximum of the length.
 
     Attributes
     ----------
@@ -117,7 +116,7 @@ class Condition(ByValue):
     value : ndarray, shape (N,)
         f, in radians.
     error : ndarray, shape (N,)
-        How far f is from its value at the maximum, at most; rounding included.
+        Bound on the difference between f and its value at the maximum, rounding included.
     """
 
     alpha: Floats
@@ -126,17 +125,16 @@ class Condition(ByValue):
 
 
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
-    """Find the sign of the marked junction's condition, by Newton's method on all windows at once.
+    """Find the sign of the marked junction's condition by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is small beside f, or does not shrink any more: then the
-    sign is known, or cannot be.
+    A window leaves the batch when its error bound is at most `enough`, small beside f, or no longer shrinks.
 
     Parameters
     ----------
     problem : Corner
     a : float
     enough : ndarray, shape (N,)
-        Error of f that is small enough whatever f is.
+        Error of f that is always small enough.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
@@ -160,13 +158,13 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
 
 
 def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
-    """Tell for which windows a further step may tell more."""
+    """Return which windows may gain from another step."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
 
 
 def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:
-    """Return the directions after a Newton step within the limits; those that press against one stay."""
+    """Return the directions after a Newton step within the limits; those pressed against a limit stay."""
     stays = pressed[1:-1]
     w = slopes.stiffness
     diagonal = slopes.beyond[1:-1] + w[1:-1] + w[2:]
@@ -181,7 +179,7 @@ def _direction_error(
 ) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.status`, where the legs outside are given and so do not enter.
+    As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
     """
     inner = slice(1, -1)
     size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]
@@ -202,14 +200,14 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
 
 
 BATCH = 1 << 15
-"""Windows that are solved at a time: it bounds the memory."""
+"""Number of windows solved at a time; it limits the memory."""
 
 _ROUGH = 0.02
-"""Error of f, as a share of its range, at which it is clear enough which end to extend."""
+"""Error of f, as a fraction of its range, that suffices to choose the end to extend."""
 
 
 class Verdict(IntEnum):
-    """Whether the junction at the mark keeps to its walls."""
+    """Whether the marked junction satisfies its condition f > 0."""
 
     UNDECIDED = 0
     ALLOWED = 1
@@ -218,14 +216,14 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Decision(ByValue):
-    """What N windows are.
+    """Verdicts on N windows.
 
     Attributes
     ----------
     verdict : ndarray of uint8, shape (N,)
-        `Verdict`: f > 0 for every continuation, f < 0 for every one, or not known.
+        `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one.
     extend_left : ndarray of bool, shape (N,)
-        Whether, of an undecided window, the left end changes f more than the right one does.
+        Whether the left end of an undecided window changes f more than the right end.
     """
 
     verdict: NDArray[np.uint8]
@@ -233,11 +231,10 @@ class Decision(ByValue):
 
 
 def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-    """Decide windows at one a, telling how far the work is.
+    """Decide windows at one a and report progress.
 
-    f rises with the push d at the left end and with the push c at the right one (`OpenChains.lean`), or
-    at least crosses zero in this sense only. So the corner with both pushes reversed shows that it is
-    positive, the other one that it is negative.
+    f rises with the push d at the left end and the push c at the right end (`OpenChains.lean`), or at least
+    crosses zero only upwards. So f > 0 is decided with both pushes reversed, and f < 0 with both as they are.
     """
     check_functions()
     verdict = np.zeros(len(windows), dtype=np.uint8)

@@ -1,14 +1,13 @@
-"""Edge words, and windows: finite ones with a marked junction, seen as chains of legs between two ends.
+"""Edge words and windows: finite edge words with a marked junction, treated as chains of legs.
 
-Edge words are the paths between bounces as letters, one an edge. U, D is an edge of a run that goes up,
-down; X a leg without walls; a, b from a run to the top, to the bottom wall; w, v from top to bottom, from
-bottom to top; A, B from the top, from the bottom to a run. The letters do not say which semicircle is meant:
-it changes with every leg. So an edge word stands for two codes, mirror images of each other, and words of p
-edges and codes of p bounces grow at one rate.
+An edge word has one letter for each edge of a path. U and D are edges of a run that goes up or down. X is a
+leg without walls. a and b go from a run to the top or bottom wall, A and B from the top or bottom wall to a
+run, w from top to bottom, v from bottom to top. The letters do not name the semicircle, which changes with
+every leg. So an edge word represents two codes, mirror images, and words and codes grow at the same rate.
 
-The mark stands where a run ends and a leg begins; junctions where a leg ends and a run begins are the same
-seen backwards, and the mirror leaves six to begin with (`first_windows`). The legs that lie wholly inside
-the window are unknowns. What lies beyond its ends is any continuation at all.
+The mark is where a run ends and a leg begins. A junction where a leg ends and a run begins is the same in
+reverse, so with the mirror six windows are enough to start (`first_windows`). The legs wholly inside the
+window are unknowns; any continuation is allowed beyond its ends.
 """
 
 import math
@@ -30,7 +29,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""What may follow, so ordered that a letter and its mirror image, X aside, have images in one place."""
+"""The letters that may follow each; except for X, mirror images have mirrored lists in the same order."""
 
 
 def letters_of(text: str) -> Letters:
@@ -39,26 +38,25 @@ def letters_of(text: str) -> Letters:
 
 
 MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
-"""MAY_FOLLOW[x, y]: whether letter y may stand behind letter x; the geometric rules, all of them."""
+"""MAY_FOLLOW[x, y]: whether letter y may follow letter x. It holds all the geometric rules."""
 
 MIRROR = letters_of("DUXbavwBA")
-"""The letter of an edge seen upside down."""
+"""The letter of each edge turned upside down."""
 
 REVERSAL = letters_of("DUXABvwab")
-"""The letter of an edge run backwards."""
+"""The letter of each edge traversed backwards."""
 
 IN_RUN = np.isin(np.arange(9), (U, D))
 STARTS_LEG = np.isin(np.arange(9), (X, TO_TOP, TO_BOTTOM))
 ENDS_LEG = np.isin(np.arange(9), (X, FROM_TOP, FROM_BOTTOM))
 SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
-"""Changes with the mirror; 0 for X. For a, b, A, B it is that of the wall: +1 top, -1 bottom."""
+"""Sign that the mirror changes; 0 for X. For a, b, A, B it is the sign of the wall: +1 top, -1 bottom."""
 
 
 def geometric_entropy() -> float:
     """Return the growth rate of all edge words, an upper bound on the topological entropy for every a.
 
-    ln(1/z), z the root of z^3 + z^2 + 3 z = 1, rounded upward: 1.218756. It is also the limit of the
-    entropy as a grows.
+    It is ln(1/z) = 1.218756, rounded up, with z^3 + z^2 + 3 z = 1. The entropy tends to it as a grows.
     """
     low, high = 0.2, 0.4
     while (middle := (low + high) / 2) not in (low, high):
@@ -67,13 +65,13 @@ def geometric_entropy() -> float:
 
 
 def reverse(words: Letters) -> Letters:
-    """Return edge words run backwards, the last axis being that of the letters."""
+    """Return edge words traversed backwards; the letters are on the last axis."""
     return REVERSAL[words[..., ::-1]]
 
 
 _FIRST = ("UX", "Ua", "Da", "Xa", "Aa", "Ba")
 UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
-"""What stands at an end of a window: a run of which nothing is known, part of a run, part of a leg."""
+"""What is at an end of a window: an unknown run, part of a run, or part of a leg."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,18 +97,18 @@ class Windows(ByValue):
         return self.letters.shape[1]
 
     def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Windows":
-        """Return some of the windows."""
+        """Return the chosen windows."""
         return Windows(self.letters[chosen], self.mark[chosen])
 
 
 def first_windows() -> Windows:
-    """Return the six windows of two letters to which mirror and reversal carry every junction."""
+    """Return the six windows of two letters that represent every junction up to mirror and reversal."""
     letters = np.array([letters_of(text) for text in _FIRST])
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 
 
 def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
-    """Return the windows with one letter more, in all ways, at the end that is chosen for each."""
+    """Return all extensions of the windows by one letter, at the end chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
     fits = np.where(at_left[:, None], MAY_FOLLOW.T[ends], MAY_FOLLOW[ends])
     row, letter = np.nonzero(fits)
@@ -123,23 +121,23 @@ def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
 
 @dataclass(frozen=True, eq=False)
 class OpenChains(Columns):
-    """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, with a leg outside at each end.
+    """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, and an outer leg at each end.
 
-    Rows run from 0 to m + 1; run i precedes leg i, and run 0 is none. At an end where a leg is cut, legs 0
-    or m + 1 is that leg; else it is the unknown leg beyond the run that is cut.
+    Rows go from 0 to m + 1; run i precedes leg i, and there is no run 0. If the window cuts a leg at an end,
+    leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
 
     Attributes
     ----------
     k, d : ndarray, shape (m + 2, N)
-        Bounces and sense (+1 up) of each run; of a run that is cut, the bounces in the window. One bounce
-        has no sense; before the mark it is given that of the wall behind it.
+        Bounces and sense (+1 up) of each run. A cut run has only its bounces in the window. A single bounce
+        has no sense; before the mark, d is then the sign of the next wall.
     n, s : ndarray, shape (m + 2, N)
-        Walls of each leg, and the first of them (-1 bottom, +1 top, 0 none); of a leg that is cut, the
-        walls in the window. s is the sign of the direction at the leg's start; of leg 0, at its end.
+        Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none). A cut leg has only its
+        walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at its end.
     left, right : ndarray of int, shape (N,)
-        What stands at the ends.
+        What is at each end, such as `UNKNOWN_RUN`.
     marked : ndarray of intp, shape (N,)
-        The row of the leg behind the mark, and of the run before it.
+        The row of the leg after the mark and of the run before it.
     """
 
     k: Floats
@@ -165,17 +163,17 @@ class OpenChains(Columns):
 
     @property
     def lean(self) -> Floats:
-        """c in the condition h + c o > 0 of the mark, shape (N,): d without a wall, -s with walls."""
+        """c in the condition h + c o > 0 at the mark, shape (N,): d without walls, -s with walls."""
         return np.where(self.at_mark(self.n) > 0, -self.at_mark(self.s), self.sense)
 
     def at_mark(self, rows: Floats) -> Floats:
-        """Return for each window the entry of its marked row."""
+        """Return the entry in the marked row of each window."""
         found: Floats = rows[self.marked, np.arange(len(self))]
         return found
 
 
 def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains]]:
-    """Cut windows into runs and legs: for each number of unknowns the rows of windows, and their chains."""
+    """Cut windows into runs and legs; for each number of unknowns, yield row indices and chains."""
     left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
     unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
     for m in np.unique(unknowns):
@@ -209,9 +207,9 @@ def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.
     n[1 : m + 1] -= 1
     first = STARTS_LEG[letters] | (ENDS_LEG[letters] & (leg == 0))
     s = tally(place, np.where(first, sign, 0.0))
-    s[0] *= -1  # from the last wall of leg 0 the path goes away
+    s[0] *= -1  # the path leaves the last wall of leg 0
     marked = leg[np.arange(count), windows.mark]
     d = np.where(turn < 0, -1.0, 1.0)
     here = (marked, np.arange(count))
-    d[here] = np.where((k[here] == 1) & (s[here] != 0), s[here], d[here])  # its name suits the condition
+    d[here] = np.where((k[here] == 1) & (s[here] != 0), s[here], d[here])  # as the condition expects
     return OpenChains(k, d, n, s, left, right, marked)

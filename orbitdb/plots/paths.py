@@ -1,4 +1,4 @@
-"""Figures of orbits, in their stadium and in phase space, for axes of matplotlib that may be the caller's."""
+"""Figures of orbits in their stadium and in phase space, on new or given matplotlib axes."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -23,14 +23,14 @@ MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
 _SMALL = 2.2
-"""Axes narrower than this, in inches, show the path and small numbers alone, as in a grid of many orbits."""
+"""Axes narrower than this, in inches, show only the path and small numbers, as in a grid of many orbits."""
 _AWAY, _BESIDE = 12, 0.3
-"""How far numbers of bounces stand from a wall, in points, and the axes go beyond it, in inches."""
+"""Distance from a wall to the number of a bounce, in points, and to the edge of the axes, in inches."""
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
-"""Where on a link its arrow is: two that lie on each other, of an orbit that retraces its path, differ."""
+"""Place of the arrow along its link; not the middle, so that the two arrows of a retraced link differ."""
 _DIGIT = 0.63
-"""How wide a digit of a label is, in units of the size of its font."""
+"""Width of a digit of a label, in units of its font size."""
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
@@ -41,9 +41,9 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
     ax : Axes
     stadium : Stadium
     points : ndarray, shape (p, 2)
-        The bounces in their order; they are numbered from 1 if there are `MOST_NUMBERED` or fewer.
+        The bounces in order, numbered from 1 if there are at most `MOST_NUMBERED`.
     colour : str, optional
-        Of the path.
+        Colour of the path.
     """
     small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
     away, size = (_AWAY / 2, 5) if small else (_AWAY, 9)
@@ -63,7 +63,7 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
 
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
-    """Draw the direction on the links: on each, or on the first where there are many."""
+    """Draw the direction on every link, or only on the first of many."""
     ahead = np.roll(points, -1, axis=0) - points
     links = range(len(points) if len(points) <= _MOST_ARROWS else 1)
     for start, step in zip(points[links], ahead[links], strict=True):
@@ -75,10 +75,7 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
 
 
 def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
-    """Draw the stadium, faintly its continued walls and circles, and ticks at the ends of its walls.
-
-    If the axes are small, only the stadium.
-    """
+    """Draw the stadium, faint continued walls and circles, and ticks; small axes show only the stadium."""
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
     if small:
         ax.plot(*stadium.outline().T, color=INK, linewidth=1, zorder=2)
@@ -101,7 +98,7 @@ def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
 
 
 def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
-    """Return how far axes go beyond a stadium, across and up: `_BESIDE` of them, for numbers of bounces."""
+    """Return the room beside and above the stadium for numbers of bounces: `_BESIDE` inches in its units."""
     box, dpi = ax.get_window_extent(), ax.figure.dpi
     sizes = np.array([box.width, box.height]) / dpi
     unit = np.array([2 * (a + 1), 2]) / np.maximum(sizes - 2 * _BESIDE, sizes / 2)
@@ -110,20 +107,20 @@ def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
 
 
 class _AtWalls(Locator):
-    """Ticks at the ends of the stadium and of its straight walls, or fewer where labels would touch."""
+    """Ticks at the ends of the stadium and of its straight walls, or fewer if labels would touch."""
 
     def __init__(self, a: float) -> None:
         self._choices: tuple[list[float], ...] = ([-a - 1, -a, 0, a, a + 1], [-a - 1, 0, a + 1])
 
     def __call__(self) -> list[float]:
-        """Return the places of the ticks, on the axis as wide as it is by now."""
+        """Return the places of the ticks for the current width of the axis."""
         return next(filter(self._fit, self._choices), [0.0])
 
     def _fit(self, places: list[float]) -> bool:
-        """Tell whether the labels at some places, rising, stand a digit apart."""
+        """Return whether the labels at rising places are at least a digit apart."""
         assert self.axis is not None
         low, high = self.axis.get_view_interval()
-        scale = 3 * self.axis.get_tick_space() / (high - low)  # it counts labels three times as wide as high
+        scale = 3 * self.axis.get_tick_space() / (high - low)  # it assumes labels three times as wide as high
         return all(
             (right - left) * scale > _DIGIT * (len(_tick_label(left) + _tick_label(right)) / 2 + 1)
             for left, right in pairwise(places)
@@ -137,15 +134,15 @@ def _tick_label(x: float, _place: int | None = None) -> str:
 def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> Any:
     """Draw bounces in phase space: place along the boundary against tangential momentum.
 
-    The place is the arc length, as `Stadium.arclength` counts it, the momentum the sine of the angle between
-    the leaving path and the inward normal, positive anticlockwise.
+    The place is the arc length (`Stadium.arclength`). The momentum is the sine of the angle from the inward
+    normal to the outgoing path, positive anticlockwise.
 
     Parameters
     ----------
     ax : Axes
     stadium : Stadium
     periods : iterable of Period
-        Orbits, whose lambda per bounce colours the bounces.
+        Orbits; lambda per bounce sets the colour of their bounces.
 
     Returns
     -------
@@ -177,15 +174,15 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> A
 
 
 def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
-    """Draw how many orbits are no longer than L.
+    """Draw the number of orbits up to each length.
 
     Parameters
     ----------
     ax : Axes
     length : ndarray, shape (n,)
-        Lengths, in units of the radius.
+        Lengths in units of the radius.
     count : ndarray of int, shape (n,)
-        How many orbits have each.
+        Number of orbits of each length.
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
@@ -193,11 +190,11 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
 
 
 def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax: Axes | None) -> Axes:
-    """Draw on axes, by default of a new figure, with a title above them, in the house's look; return them."""
-    from matplotlib import pyplot  # not before: it looks for a display
+    """Draw in our style on axes, by default those of a new figure, add a title, and return the axes."""
+    from matplotlib import pyplot  # imported late because it looks for a display
 
-    # The figure comes before the look, whose end undoes all settings: the first one loads the backend, and
-    # that of a notebook then sets that figures are shown.
+    # Create the figure first. The first figure loads the backend, and a notebook's backend then sets that
+    # figures are shown; `look` would undo that setting.
     figure = ax.figure if ax else pyplot.figure(layout="constrained")
     with look():
         axes = ax or figure.subplots()

@@ -13,19 +13,19 @@ from orbitdb.plots.style import BLUE, INK
 from orbitdb.symbols.words import run_notation
 
 _HIGH, _BESIDE = 3.5, 0.6
-"""Height of a drawing with its label, and its width beyond that of the stadium, in units of the radius."""
+"""Height of a drawing with its label, and extra width beside the stadium, in units of the radius."""
 _UNIT = 0.26
-"""Inches for one radius in a figure of its own."""
+"""Inches per radius in a separate figure."""
 _LONGEST = 24
 
 
 def columns_of(count: int, a: float) -> int:
-    """Return the number of columns in which some drawings make a page."""
+    """Return the number of columns that gives a page of `count` drawings a suitable shape."""
     return max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
 
 
 def size_of(count: int, a: float) -> tuple[float, float]:
-    """Return the width and height in inches of a figure for some orbits."""
+    """Return the width and height of a figure for `count` orbits, in inches."""
     columns = columns_of(count, a)
     return max(4.0, columns * _width(a) * _UNIT), math.ceil(count / columns) * _HIGH * _UNIT + 0.6
 
@@ -37,7 +37,7 @@ def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
     ----------
     ax : Axes
     orbits : sequence of Orbit
-        They have coordinates.
+        Orbits with coordinates.
     """
     a = orbits[0].a
     wide, columns = _width(a), columns_of(len(orbits), a)

@@ -1,4 +1,4 @@
-"""How figures look and are written: colours for every eye, sizes for print, no display needed."""
+"""Style and output of figures: colours for the colour-blind, sizes for print, no display needed."""
 
 import textwrap
 from collections.abc import Iterator
@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-"""Colours that the colour-blind tell apart (Okabe and Ito); shape or line style always differ, too."""
+"""Colours that the colour-blind can distinguish (Okabe and Ito); shape or line style always differs too."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
 """The colours of curves by the names that the screen gives them."""
 
 _LINE, _BESIDE = 0.17, 0.2
-"""Inches that a line of a title is high, and that it leaves free on both sides together."""
+"""Height of a line of a title, and the total margin beside it, in inches."""
 
 _LOOK: Any = {
     "font.size": 10,
@@ -41,17 +41,17 @@ _LOOK: Any = {
 
 @contextmanager
 def look() -> Iterator[None]:
-    """Draw in the house's look."""
+    """Draw in our style."""
     with rc_context(_LOOK):
         yield
 
 
 @contextmanager
 def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
-    """Give a figure of this size in inches, to draw in the house's look.
+    """Make a figure of this size in inches, to be drawn in our style.
 
-    Its title, if any, is its label, too, and makes it higher by all lines but the first. One legend of
-    what is in all axes that have none of their own comes below them, where it covers no point.
+    A title is also the figure's label, and each of its lines after the first adds to the height. Axes without
+    a legend share one below them, where it covers no points.
     """
     lines = wrapped(title, width)
     with look():
@@ -66,7 +66,7 @@ def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
 
 
 def wrapped(text: str, width: float) -> str:
-    """Return a text as lines of a title, no wider than so many inches; what is beyond three is left out."""
+    """Return a text as at most three lines of a title, each at most `width` inches wide."""
     size = _LOOK["axes.titlesize"]
     room = 72 * (width - _BESIDE)
     for length in range(max(int(room / (0.4 * size)), 1), 0, -1):
@@ -77,12 +77,12 @@ def wrapped(text: str, width: float) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text to be drawn as it is: dollars are no formulas, and every letter is in the font."""
+    """Return a text that matplotlib draws literally: dollars are escaped, and all letters are ASCII."""
     return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
 
 
 def adjust(made: Figure, inches: tuple[float, float] | None, title: str | None) -> None:
-    """Give a figure another size, and a title in place of its own."""
+    """Change the size or the title of a figure."""
     if inches is not None:
         made.set_size_inches(*inches)
     if title is not None:
@@ -95,18 +95,18 @@ def adjust(made: Figure, inches: tuple[float, float] | None, title: str | None) 
 
 
 def save(made: Figure, path: Path, ending: str, description: str, dpi: int = 200) -> None:
-    """Write a figure with a description of what it shows; the same figure gives the same bytes."""
+    """Write a figure and a description of its content; the same figure gives the same bytes."""
     path.write_bytes(as_bytes(made, ending, description, dpi))
 
 
 def as_bytes(made: Figure, ending: str, description: str, dpi: int = 200) -> bytes:
-    """Return what a file with a figure holds (`save`)."""
+    """Return the bytes of a file with a figure (`save`)."""
     notes = {
         "png": {"Description": description},
         "svg": {"Title": description, "Date": None},
         "pdf": {"Title": description, "CreationDate": None},
     }
-    drawn = BytesIO()  # not the file: where that is full, matplotlib fails in ways of its own
+    drawn = BytesIO()  # not the file, because matplotlib fails in obscure ways if the disk is full
     with look():
         made.savefig(drawn, format=ending, dpi=dpi, metadata=notes[ending])
     return drawn.getvalue()

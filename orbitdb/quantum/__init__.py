@@ -1,1 +1,1 @@
-"""The quantum stadium: its levels, and what the orbits say of them."""
+"""The quantum stadium: its levels, and what the orbits predict about them."""

@@ -1,20 +1,17 @@
-"""The density of levels: its smooth part (Weyl's law) and what orbits contribute, whole and by parity.
+"""The density of levels: its smooth part (Weyl's law) and the terms of orbits, for all levels or one parity.
 
 d(k) is the smooth density plus the sum of Re(A exp(i k l)) over all terms, with Gutzwiller's amplitudes A.
 
-A quarter of the stadium has the walls of the stadium, on which the functions are 0, and two axes, on which
-they or their normal derivatives are, by parity. Perimeter terms are -length k / (4 pi) for the first kind,
-+ for the second; the arc adds 1/24 for its curvature; a right angle adds 1/16 between edges of one kind, and
--1/16 between those of two.
+A quarter of the stadium has Dirichlet outer walls, and axes that are Dirichlet or Neumann by parity. An edge
+adds -length k / (4 pi) if it is Dirichlet, + if it is Neumann. The curvature of the arc adds 1/24. A right
+angle adds 1/16 between edges of the same kind and -1/16 between edges of different kinds.
 
-A cyclic word of length L,
-exponent lambda and Maslov index mu has, for r = 1, 2, ..., l = r L and
+A cyclic word of length L, exponent lambda and Maslov index mu has terms for r = 1, 2, ... with l = r L and
 
     A = (L / pi) exp(-i r mu pi / 2) / sqrt|det(M^r - 1)|.
 
-The root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) where r times the number of walls is odd. Among the
-levels of one parity a word counts for a quarter, unless an element g of the stadium's symmetries maps it to
-itself: then half the orbit counts (docs/spectrum.md).
+The root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) if r times the number of walls is odd. For one
+parity a word counts as a quarter; if a symmetry maps it to itself, half the orbit counts (docs/spectrum.md).
 
 Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128;
 H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
@@ -44,12 +41,12 @@ class Parity(StrEnum):
 
     @property
     def signs(self) -> tuple[int, int]:
-        """+1 for even, -1 for odd, by x and y."""
+        """Signs under x -> -x and y -> -y: +1 for even, -1 for odd."""
         return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
 
 
 def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
-    """Return the smooth number of levels below k (1/radius), of one parity or of all (None)."""
+    """Return the smooth number of levels below k (1/radius) as a polynomial, for one parity or all (None)."""
     if parity is None:
         return Polynomial([1 / 6, -stadium.perimeter / (4 * math.pi), stadium.area / (4 * math.pi)])
     x, y = parity.signs
@@ -59,7 +56,7 @@ def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
 
 
 def wavenumber(smooth: Polynomial, number: float) -> float:
-    """Return the k below which there are so many levels, roughly, or that of the fewest."""
+    """Return the k at which the smooth number of levels reaches `number`, or is least if always above it."""
     constant, linear, quadratic = smooth.coef.tolist()
     root = linear**2 - 4 * quadratic * (constant - number)
     return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
@@ -70,7 +67,7 @@ _BOTH = MIRROR_X | MIRROR_Y
 SPATIAL = {
     label: [g for g in (MIRROR_X, MIRROR_Y, _BOTH) if mask >> g & 1] for label, mask in STABILISER_OF.items()
 }
-"""By symmetry label, the elements without time reversal that map a word to itself; all three: on the axis."""
+"""By symmetry label, the spatial elements that map a word to itself; all three for an orbit on the axis."""
 
 
 class Terms(NamedTuple):
@@ -83,11 +80,11 @@ class Terms(NamedTuple):
     amplitude : ndarray of complex128, shape (N,)
         A, in units of the radius.
     orbit : ndarray of int64, shape (N,)
-        Which of the classes a term is of; -1 for none.
+        Index of the class; -1 for the bouncing balls.
     repetitions : ndarray of int64, shape (N,)
-        How often the orbit, or half of it, is gone round.
+        Number of traversals of the orbit or half orbit.
     parts : ndarray of int64, shape (N,)
-        1, or 2 for half an orbit.
+        1 for an orbit, 2 for a half orbit.
     """
 
     length: Floats
@@ -97,17 +94,17 @@ class Terms(NamedTuple):
     parts: Integers
 
     def rows(self, here: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
-        """Return some of the terms."""
+        """Return the chosen terms."""
         return Terms._make(values[here] for values in self)
 
 
 class Classes(NamedTuple):
-    """Symmetry classes of orbits, one entry a class.
+    """Symmetry classes of orbits, one entry per class.
 
     Attributes
     ----------
     maslov, walls, words : ndarray of int64, shape (N,)
-        Maslov index and straight bounces of one traversal, and how many cyclic words count.
+        Maslov index and straight bounces of one traversal, and the number of cyclic words to count.
     length, lyapunov : ndarray, shape (N,)
     symmetry : ndarray of str or object, shape (N,)
         Symmetry labels.
@@ -128,9 +125,9 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     ----------
     classes : Classes
     longest : float
-        Terms up to this length.
+        Largest length of a term.
     parity : Parity, optional
-        By default of all levels.
+        All levels by default.
     """
     number = len(classes.length)
     kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)
@@ -143,7 +140,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     negative = np.where(halved, turned, classes.walls % 2 == 1)
     sign = np.array([1, x, y, x * y])[g]
 
-    orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # on the axis: both sides of it
+    orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # two sides on the axis
     times = (longest // length[orbit]).astype(np.int64)
     other_side = np.repeat(np.arange(len(orbit)) >= number, times)
     r = np.arange(1, times.sum() + 1) - np.repeat(np.cumsum(times) - times, times)
@@ -157,7 +154,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
 
 
 def _spatial(of: Classes) -> tuple[Integers, Integers]:
-    """Return how many spatial elements map each orbit to itself, and the first of them (or 0)."""
+    """Return the number of spatial elements that map each orbit to itself, and the first of them (or 0)."""
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]

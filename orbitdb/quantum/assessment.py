@@ -1,9 +1,9 @@
-"""Which levels of a list are missing, and which are none: the list against the staircase of the orbits.
+"""Find missing and spurious levels in a list by comparison with the staircase of the orbits.
 
 A missing level shifts N_X(k_i) - i by one from there on (`orbitdb.quantum.staircase`). Each k_i gets a true
-number n_i, rising with i, at the cost (N_X(k_i) - n_i + 1/2)^2 / (2 sigma^2); a number that is left out and
-a k_i that is taken for spurious cost `LEFT_OUT` each. Dynamic programming finds the cheapest assignment, for
-many scales of k at once if the radius is to be found, too.
+number n_i, rising with i, at the cost (N_X(k_i) - n_i + 1/2)^2 / (2 sigma^2). A skipped number and a k_i
+treated as spurious cost `LEFT_OUT` each. Dynamic programming finds the cheapest assignment, for many scales
+of k at once if the radius is to be fitted too.
 """
 
 import math
@@ -25,38 +25,37 @@ if TYPE_CHECKING:
 
 
 CUTOFF, CUTOFF_OF_ALL = 12.0, 16.0
-"""X of the staircase that lists are held against: of one parity, and of all levels."""
+"""Cutoff X of the staircase for lists of one parity and of all levels."""
 
 LEFT_OUT = 6.0
-"""What a missing or a spurious level costs."""
+"""Cost of a missing or a spurious level."""
 
 _SPREAD, _LEAST_SPREAD = 0.08, 0.12
-"""sigma of N_X(k_i) - n_i + 1/2 in complete lists is the first times the root of the density of levels,
-and never below the second."""
+"""sigma of complete lists is the first times the root of the density of levels, and at least the second."""
 
 _BAND = 12
-"""How far true numbers may be from the staircase."""
+"""Largest distance of true numbers from the staircase."""
 
 _WIDEST = 0.005
-"""How far off a radius that is to be found may be, relatively."""
+"""Largest relative correction of a fitted radius."""
 _SCALES, _FINER, _REFINED = 401, 21, 4
-"""How many scales are tried, how many around the best of them, and on how many grids."""
+"""Number of scales tried first, number tried around the best one, and number of grids."""
 WIDEST = 1 + 2 * _WIDEST
-"""How far the staircase must go, over the last level."""
+"""End of the staircase needed, in units of the last level."""
 
 _ROUNDS = 3
-"""How often the spread is taken from the list, and the levels are numbered again."""
+"""Number of times the spread is estimated and the levels are numbered."""
 
 
 class Gap(NamedTuple):
-    """A place where the numbers of a list are off.
+    """A place in a list where levels are missing or spurious.
 
     Attributes
     ----------
     after, before : float or None
-        The levels on both sides, in 1/radius; None at the beginning of the list or at its end.
+        The levels on both sides, in 1/radius; None at the beginning or end of the list.
     missing : int
-        How many levels are missing between them; below zero for spurious or double ones.
+        Number of missing levels minus the number of spurious or double ones between them.
     """
 
     after: float | None
@@ -66,27 +65,26 @@ class Gap(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(ByValue):
-    """What the orbits say about a list of levels.
+    """Comparison of a list of levels with the orbits.
 
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     parity : Parity or None
         None for all levels in one list.
     k : ndarray, shape (N,)
         The levels in rising order, in 1/radius, scaled by `scale`.
     number : ndarray of int, shape (N,)
-        Their true numbers, from 1 on; 0 for those that are taken for spurious.
+        Their true numbers, counted from 1; 0 for spurious levels.
     expected : ndarray, shape (N,)
-        N_X at each of them.
+        N_X at each level.
     sigma : ndarray, shape (N,)
-        How far expected and true numbers are apart, about.
+        Typical difference between expected and true numbers.
     scale, scale_error : float
-        The radius that was found over the one that was given, and its standard error; 1 and 0 if it was not
-        looked for.
+        The fitted radius divided by the given one, and its standard error; 1 and 0 if it was not fitted.
     cost : float
-        Of the assignment; the lower, the better the list fits.
+        Cost of the assignment; lower is better.
     """
 
     a: float
@@ -107,7 +105,7 @@ class Assessment(ByValue):
 
     @property
     def gaps(self) -> list[Gap]:
-        """Where levels are missing, or too many, in rising order."""
+        """The places where levels are missing or spurious, in rising order."""
         found: list[Gap] = []
         after, last, spurious = None, 0, 0
         for k, number in zip([*self.k.tolist(), None], [*self.number.tolist(), None], strict=True):
@@ -122,12 +120,12 @@ class Assessment(ByValue):
 
     @property
     def missing(self) -> int:
-        """How many levels are missing below the last one."""
+        """Number of levels missing below the last one."""
         return int(self.number.max(initial=0)) - int((self.number > 0).sum())
 
     @property
     def spurious(self) -> int:
-        """How many of the list are none, or double."""
+        """Number of spurious or double levels in the list."""
         return int((self.number == 0).sum())
 
     def to_pandas(self) -> "pandas.DataFrame":
@@ -135,12 +133,12 @@ class Assessment(ByValue):
         return load("pandas", "to_pandas()", "pandas").DataFrame(self.gaps, columns=list(Gap._fields))
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw N_X(k_i) - i + 1/2 with matplotlib, and the steps that missing levels make in it.
+        """Draw N_X(k_i) - i + 1/2 with matplotlib, and its steps at missing levels.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
+            Axes to draw on; by default those of a new figure.
         """
         paths = load("orbitdb.plots.paths", "plot()", "plot")
         axes: Axes = paths.draw_titled(lambda ax: self.draw(ax), (), self.verdict(), ax)
@@ -157,7 +155,7 @@ class Assessment(ByValue):
         ax.set(xlabel="$kR$", ylabel="levels")
 
     def verdict(self) -> str:
-        """Say in a sentence what is missing."""
+        """Say in one sentence which levels are missing or spurious."""
         of = f" of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
         none = self.spurious
         extra = f"; {none} {'is' if none == 1 else 'are'} spurious or double" if none else ""
@@ -170,20 +168,20 @@ class Assessment(ByValue):
 def assess(
     k: Floats, orbits: Staircase, a: float, parity: Parity | None = None, fit_scale: bool = False
 ) -> Assessment:
-    """Hold a list of levels against the staircase of the orbits.
+    """Compare a list of levels with the staircase of the orbits.
 
     Parameters
     ----------
     k : ndarray, shape (N,)
-        In rising order, in 1/radius.
+        Levels in rising order, in 1/radius.
     orbits : Staircase
         For one cutoff, up to `WIDEST` times the last level.
     a : float
-        The stadium.
+        Half length of the stadium.
     parity : Parity, optional
-        Of the levels; by default they are all levels.
+        Parity of the levels; None if the list has all levels.
     fit_scale : bool, optional
-        Whether the radius is to be found, within half a per cent.
+        Whether to fit the radius, within half a per cent.
     """
     density = np.gradient(orbits.smooth, orbits.k)
     wider = 1.0
@@ -204,13 +202,13 @@ def assess(
 
 
 def misfit(k: Floats, orbits: Staircase) -> float:
-    """Return the least cost of numbering levels, with the spread that complete lists have."""
+    """Return the least cost of numbering levels, with the spread of complete lists."""
     density = np.gradient(orbits.smooth, orbits.k)
     return float(numbered(*_held(k[None, :], orbits, density, 1.0))[1][0])
 
 
 def _held(k: Floats, orbits: Staircase, density: Floats, wider: float) -> tuple[Floats, Floats]:
-    """Return N_X, and sigma, at levels for several scales, shape (S, N)."""
+    """Return N_X and sigma at levels for several scales, shape (S, N)."""
     expected = orbits.at(k.ravel())[0].reshape(k.shape)
     at = np.maximum(np.interp(k, orbits.k, density), 0.0)
     return expected, wider * np.maximum(_SPREAD * np.sqrt(at), _LEAST_SPREAD)
@@ -219,9 +217,9 @@ def _held(k: Floats, orbits: Staircase, density: Floats, wider: float) -> tuple[
 def _fitted(
     k: Floats, orbits: Staircase, density: Floats, wider: float, near: float | None
 ) -> tuple[float, float]:
-    """Return the scale of k at the least cost, found on finer and finer grids, and its standard error.
+    """Return the scale of k with the least cost, searched on finer and finer grids, and its standard error.
 
-    The error takes the deviations of the levels as independent.
+    The error assumes independent deviations of the levels.
     """
     step = 2 * _WIDEST / (_SCALES - 1)
     scales = np.linspace(1 - _WIDEST, 1 + _WIDEST, _SCALES)
@@ -238,17 +236,17 @@ def _fitted(
 
 
 def numbered(expected: Floats, sigma: Floats) -> tuple[Integers, Floats]:
-    """Return the true numbers of levels at the least cost, for several lists at once.
+    """Return the true numbers of levels with the least cost, for several lists at once.
 
     Parameters
     ----------
     expected, sigma : ndarray, shape (S, N)
-        N_X at each level in rising order, and how far it may be off.
+        N_X at each level in rising order, and its uncertainty.
 
     Returns
     -------
     number : ndarray of int, shape (S, N)
-        From 1 on, rising; 0 for spurious levels.
+        Rising numbers from 1; 0 for spurious levels.
     cost : ndarray, shape (S,)
     """
     lists, count = expected.shape
@@ -279,7 +277,7 @@ def numbered(expected: Floats, sigma: Floats) -> tuple[Integers, Floats]:
 
 
 def _moved(total: Floats, shift: Integers) -> Floats:
-    """Return costs in a band that begins higher; numbers that fall out below it are settled at its first."""
+    """Return the costs in a band moved up by a shift; numbers past the old band cost `LEFT_OUT` each."""
     width = total.shape[1]
     place = np.arange(width) + shift[:, None]
     inside = np.minimum(place, width - 1)
@@ -288,7 +286,7 @@ def _moved(total: Floats, shift: Integers) -> Floats:
 
 
 def _last_least(values: Floats, least: Floats) -> NDArray[np.int16]:
-    """Return where the running minimum of each row was reached."""
+    """Return the last place at which the running minimum of each row was reached."""
     places = np.where(values <= least, np.arange(values.shape[1]), 0)
     return np.maximum.accumulate(places, axis=1).astype(np.int16)
 
@@ -296,7 +294,7 @@ def _last_least(values: Floats, least: Floats) -> NDArray[np.int16]:
 def _traced(
     total: Floats, taken: NDArray[np.bool_], came: NDArray[np.int16], low: Integers
 ) -> tuple[Integers, Floats]:
-    """Return the numbers of the cheapest assignments, from the last level back to the first."""
+    """Trace the cheapest assignments back from the last level; return their numbers and costs."""
     count, lists, _ = taken.shape
     every = np.arange(lists)
     at = total.argmin(axis=1)

@@ -1,8 +1,8 @@
 """Spectral elements: the Laplacian on curved cells, and all its eigenvalues in an interval.
 
-The polynomials go through Gauss-Lobatto-Legendre nodes, which are those of the quadrature, too, so that
-the mass matrix is diagonal. The gradient is kept as a matrix B of its values at all nodes, weighted so that
-K = B^T B: then |B v|^2 gives the energy of a function as a sum of positive terms, without cancellation.
+The polynomials interpolate at Gauss-Lobatto-Legendre nodes. The quadrature uses the same nodes, so the mass
+matrix is diagonal. The gradient is a matrix B of its values at all nodes, weighted so that K = B^T B. Then
+|B v|^2 gives the energy of a function as a sum of positive terms, without cancellation.
 
 Source: A. T. Patera, J. Comput. Phys. 54 (1984) 468; G. E. Karniadakis and S. J. Sherwin,
 Spectral/hp Element Methods for Computational Fluid Dynamics (2005).
@@ -24,15 +24,15 @@ from orbitdb.errors import WorkError
 from orbitdb.quantum.mesh import Cell
 
 _MORE = 6
-"""Eigenvalues beyond those of an interval that are asked for: iterations then settle sooner."""
+"""Extra eigenvalues outside the interval, which make the iterations converge sooner."""
 
 _SAME = 1e-10
-"""Nodes nearer than this are one: of different ones the nearest are 1e-6 apart."""
+"""Nodes closer than this are the same; different ones are at least 1e-6 apart."""
 
 
 @cache
 def nodes(order: int) -> tuple[Floats, Floats, Floats]:
-    """Return nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and what differentiates there.
+    """Return nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and the differentiation matrix.
 
     Parameters
     ----------
@@ -59,17 +59,17 @@ class Grid(NamedTuple):
     Attributes
     ----------
     root : csr_matrix
-        The matrix B whose B^T B has the eigenvalues k^2 of -Laplace, in units of 1/radius^2: two rows a node
-        of a cell, a column a node that is not fixed. Functions are weighted with the root of the mass, so
-        that |v|^2 is the integral of the square.
+        The matrix B. The eigenvalues of B^T B are those of -Laplace, k^2 in units of 1/radius^2. It has two
+        rows per node of a cell and a column per free node. Functions are multiplied by the root of the mass,
+        so that |v|^2 is the integral of the square.
     points : ndarray, shape (E, n, n, 2)
         The nodes of each cell.
     node : ndarray of int, shape (E, n, n)
-        Which of all different nodes each is.
+        Index of each of them among the M different nodes.
     mass : ndarray, shape (M,)
-        Of all nodes.
+        Diagonal of the mass matrix.
     free : ndarray of bool, shape (M,)
-        Those that are not fixed.
+        Whether a node is free, that is, the function there is not fixed to 0.
     """
 
     root: sparse.csr_matrix
@@ -79,7 +79,7 @@ class Grid(NamedTuple):
     free: NDArray[np.bool_]
 
     def functions(self, vectors: Floats) -> Floats:
-        """Return functions, shape (M free, F), at the nodes of each cell, shape (F, E, n, n)."""
+        """Return eigenvectors, shape (free nodes, F), as functions at the nodes of cells, (F, E, n, n)."""
         values = np.zeros((vectors.shape[1], len(self.mass)))
         values[:, self.free] = vectors.T / np.sqrt(self.mass[self.free])
         return values[:, self.node]
@@ -91,11 +91,11 @@ def grid(cells: Sequence[Cell], order: int, fixed: Callable[[Floats], NDArray[np
     Parameters
     ----------
     cells : sequence of Cell
-        They meet in whole edges.
+        Neighbouring cells share whole edges.
     order : int
         Degree of the polynomials.
     fixed : callable
-        Tells of points, shape (N, 2), where functions are 0 (Dirichlet); the rest of the edge is free.
+        Returns at which points, shape (N, 2), functions are 0 (Dirichlet); the rest of the edge is free.
     """
     x, weights, slope = nodes(order)
     s, t = np.meshgrid((x + 1) / 2, (x + 1) / 2, indexing="ij")
@@ -127,7 +127,7 @@ def grid(cells: Sequence[Cell], order: int, fixed: Callable[[Floats], NDArray[np
 
 
 def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
-    """Return all different points, shape (M, 2), and which of them each point is; cells share some."""
+    """Return the different points, shape (M, 2), and the index of each point among them."""
     pairs = cKDTree(points).query_pairs(_SAME, output_type="ndarray")
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
     _, node = csgraph.connected_components(links, directed=False)
@@ -135,18 +135,18 @@ def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
 
 
 def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats]:
-    """Return how many eigenvalues of B^T B lie below an interval, and those in it, in rising order."""
+    """Return the number of eigenvalues of B^T B below an interval, and those in it, in rising order."""
     below, values, _ = eigenvectors(root, low, high)
     return below, values
 
 
 def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats, Floats]:
-    """Return how many eigenvalues of B^T B lie below an interval, those in it, and their vectors.
+    """Return the number of eigenvalues of B^T B below an interval, those in it, and their eigenvectors.
 
     Parameters
     ----------
     root : csr_matrix
-        B.
+        The matrix B.
     low, high : float
         The interval, low < high; low may be 0.
 
@@ -157,13 +157,12 @@ def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int,
     Raises
     ------
     WorkError
-        If not all of them are found.
+        If the eigenvalues cannot be counted or not all are found.
 
     Notes
     -----
-    By Sylvester's law of inertia the negative pivots of B^T B - s are as many as eigenvalues below s: that
-    counts what shifted and inverted Lanczos iterations then have to find. Values are Rayleigh quotients
-    |B v|^2 / |v|^2.
+    By Sylvester's law of inertia, the negative pivots of B^T B - s count the eigenvalues below s. This checks
+    shift-and-invert Lanczos iterations. The values are Rayleigh quotients |B v|^2 / |v|^2.
     """
     matrix = (root.T @ root).tocsc()
     below = _factors(matrix, low)[1] if low > 0 else 0
@@ -190,7 +189,7 @@ def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int,
 
 
 def _factors(matrix: sparse.csc_matrix, shift: float) -> tuple[linalg.SuperLU, int]:
-    """Return the factors of a matrix less a shift, and its number of negative eigenvalues."""
+    """Return the factors of a matrix minus a shift, and its number of negative eigenvalues."""
     shifted = (matrix - shift * sparse.eye_array(matrix.shape[0])).tocsc()
     factors = linalg.splu(
         shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}

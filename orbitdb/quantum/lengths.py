@@ -1,8 +1,8 @@
-"""The length spectrum: the Fourier transform of the fluctuations of levels, and that of orbits.
+"""The length spectrum: the Fourier transform of the fluctuating density, from levels or from orbits.
 
 F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, with the window
-w = sin^4(pi k / K). Levels give a sum of w exp(i k x) less the smooth part; every term Re(A exp(i k l)) of
-orbits gives a peak at x = l, and a small image at -l.
+w = sin^4(pi k / K). Levels give a sum of w exp(i k x) minus the smooth part. Every term Re(A exp(i k l)) of
+orbits gives a peak at x = l and a small image at -l.
 """
 
 import math
@@ -18,14 +18,14 @@ BLOCK = 1 << 20
 
 EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
         -0.1268 - 0.1103j, -0.1372 - 0.1005j, -0.1452 - 0.0928j, -0.1513 - 0.0870j)  # fmt: skip
-"""Where the bouncing balls end at a joint, by times up and down j: they meet half a parabola there.
+"""Correction E_j for the end of the bouncing balls at a joint, for j = 1, 2, .. times up and down.
 
-The trace of j steps of the quantum map of the transverse coordinate s, which drifts over a length 2 and gets
-the phase -k s^2 where s > 0, less that of balls at s < 0. By scaling it depends on j alone."""
+It is the trace of j steps of the quantum map of the transverse coordinate s, minus the part of the balls at
+s < 0. A step is a drift over the length 2 and the phase -k s^2 for s > 0. E_j does not depend on k."""
 
 
 def reach(k_max: float) -> float:
-    """Return how far from a length its peak is felt, in units of the radius; beyond it is below 1e-5."""
+    """Return the distance from a length beyond which its peak is below 1e-5, in units of the radius."""
     return 30 * math.pi / k_max
 
 
@@ -37,7 +37,7 @@ def of_levels(
     Parameters
     ----------
     k : ndarray, shape (N,)
-        All levels below `k_max`, of one parity or of all; those above do not count.
+        All levels below `k_max`, of one parity or of all; higher ones are ignored.
     x : ndarray, shape (n,)
         Lengths.
     k_max : float
@@ -56,7 +56,7 @@ def of_levels(
 
 
 def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
-    """Return F from terms; x in rising order, shape (n,)."""
+    """Return F from terms at rising lengths x, shape (n,)."""
     found = np.zeros(len(x), np.complex128)
     far = reach(k_max)
     ordered = terms.rows(np.argsort(terms.length))
@@ -83,7 +83,7 @@ def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
 
 
 def _peak(y: Floats, k_max: float) -> Complexes:
-    """Return the integral of w(k) exp(i k y): that of cosines around the middle of the window."""
+    """Return the integral of w(k) exp(i k y); around the middle of the window w is a sum of cosines."""
     z = k_max * y / (2 * math.pi)
     sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
     found: Complexes = k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z)
@@ -104,10 +104,10 @@ def family(
 
     Notes
     -----
-    Among the levels of one parity a ball that goes j times up and down a quarter has length l = 2j, and A is
-    (-chi_y)^j times the sum of three terms: of the family (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4), of the
-    axis x = 0 chi_x / (2 pi), and of its edge at the joint E_j (2 / pi), with E_j from `EDGE`. Of all levels
-    only even j remain, four times the family and the edge.
+    For the levels of one parity, a ball that goes up and down j times in a quarter has the length l = 2j, and
+    A is (-chi_y)^j times the sum of three terms: (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4) for the family,
+    chi_x / (2 pi) for the axis x = 0, and (2 / pi) E_j (`EDGE`) for the edge at the joint. For all levels
+    only even j remain, with four times the family and edge terms.
     """
     x, y = (0, -1) if parity is None else parity.signs
     step, share = (2, 4) if parity is None else (1, 1)
@@ -118,7 +118,7 @@ def family(
 
 
 def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the bouncing balls as terms that are as strong in the middle of the window."""
+    """Return the bouncing balls as terms with the right amplitudes in the middle of the window."""
     middle = np.array([k_max / 2])
     balls = list(family(stadium, middle, longest, parity))
     length = np.array([each for each, _ in balls], np.float64)
@@ -129,14 +129,14 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
 
 
 def counted(terms: Terms, k: Floats) -> Floats:
-    """Return what terms add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
+    """Return the contribution of terms to the number of levels below k: the sum of Im(A exp(i k l)) / l."""
     return _transform(terms.length, terms.amplitude / terms.length, k).imag
 
 
 def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
-    """Return what the bouncing balls add to the number of levels below each k, of one parity or of all.
+    """Return the contribution of the bouncing balls to the number of levels below each k.
 
-    To leading orders the integral of a term is the term a quarter of a turn behind, over its length.
+    To leading order, integrating a term over k delays its phase by a quarter turn and divides it by l.
     """
     return sum((wave.imag / length for length, wave in family(stadium, k, longest, parity)), np.zeros_like(k))
 
@@ -146,7 +146,7 @@ def _window(k: Floats, k_max: float) -> Floats:
 
 
 def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
-    """Return nodes in 0..K and weights, with the window, that integrate what oscillates as exp(i k x)."""
+    """Return nodes in 0..K, and weights including the window, that resolve oscillations exp(i k x)."""
     count = math.ceil(k_max * (2 * float(np.abs(x).max()) + reach(k_max)) / 2) + 100
     nodes, weights = np.polynomial.legendre.leggauss(count)
     k = (nodes + 1) * k_max / 2
@@ -154,6 +154,6 @@ def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
 
 
 def _transform(k: Floats, weights: Floats | Complexes, x: Floats) -> Complexes:
-    """Return the sum of weights exp(i k x), shape of x."""
+    """Return the sum of weights times exp(i k x) at each x."""
     parts = np.array_split(x, max(1, len(x) * len(k) // BLOCK))
     return np.concatenate([np.exp(1j * part[:, None] * k) @ weights for part in parts])

@@ -1,8 +1,8 @@
 """The Dirichlet levels of a stadium: the k at which Laplace psi = -k^2 psi, psi = 0 on the boundary.
 
-They are found window by window of k. A window is solved on two grids. The finer one gives the levels, and
-decides which of them lie in the window. The error of a level is twice its distance from the level with the
-same number on the coarser grid, which has polynomials of lower degree and fewer cells at the joint.
+They are found in windows of k. Each window is solved on two grids. The finer grid gives the levels and
+decides which are in the window. The coarser grid has polynomials of lower degree and fewer cells at the
+joint. The error of a level is twice its distance from the level with the same number on the coarser grid.
 """
 
 import math
@@ -32,25 +32,24 @@ if TYPE_CHECKING:
 
 
 LEAST_A, LARGEST_A = 0.05, 20.0
-"""Half lengths for which the errors were tried."""
+"""Range of half lengths for which the errors were tested."""
 MOST_LEVELS = 20_000
-"""Of all parities, up to the end of a range. A window takes memory in proportion to them: at `a` = 1.6 it was
-1.1 GB at 7500 levels and 2.0 GB at 14 700, in 22 and 53 s. So it is 3 GB here, and all windows take hours."""
+"""Largest number of levels of all parities below the end of a range. A window needs memory in proportion to
+it, 3 GB at this limit (2.0 GB and 53 s for 14 700 levels at `a` = 1.6), and all windows take hours."""
 
 _IN_WINDOW = 64
-"""Levels of a parity in a window, roughly."""
+"""Approximate number of levels of a parity in a window."""
 _COARSE, _FINE = (14, 2), (16, 3)
-"""Degree of the polynomials, and divisions of the cells at the joint, of both grids."""
+"""Degree of the polynomials, and divisions of the cells at the joint, of the two grids."""
 _PHASE = 10.5
-"""k times the size of a cell at most."""
+"""Largest value of k times the size of a cell."""
 _SAFETY = 2.0
 ROUNDING = 2e-12
-"""Relative error that rounding may add: what three grids differ by, and something to spare."""
+"""Relative error allowed for rounding: the difference between three grids, with a margin."""
 _ON_END = 1e-10
-"""Relative distance below which a level is taken to lie on an end of a window; grids differ by less."""
+"""Relative distance from the end of a window within which a level counts as on it; grids differ by less."""
 _BEYOND = 1e-6
-"""Relative distance beyond the ends of a window at which levels are counted; grids differ by less, so that
-all of them give a level the same number."""
+"""Relative distance outside a window at which levels are counted; grids differ by less, so numbers agree."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -60,18 +59,18 @@ class LevelWindow(ByValue):
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     parity : Parity
     low, high : float
-        The window, in 1/radius: all levels with low <= k < high are there.
+        The window, in 1/radius: it has all levels with low <= k < high.
     below : int
-        How many levels of the parity lie below the window.
+        Number of levels of the parity below the window.
     k, error : ndarray, shape (N,)
         The levels in rising order, and estimates of their errors.
     seconds : float
         Processor time.
     arithmetic : str
-        What computed them.
+        The software that computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     a: float
@@ -87,7 +86,7 @@ class LevelWindow(ByValue):
 
 @dataclass(frozen=True)
 class LevelTask:
-    """All levels of one parity with low <= k < high are to be found: a task for any process."""
+    """The task of finding all levels of one parity with low <= k < high, which any process can do."""
 
     a: float
     parity: Parity
@@ -100,7 +99,7 @@ class LevelTask:
         Raises
         ------
         WorkError
-            If the grids do not agree in the number of levels.
+            If the grids disagree on the number of levels.
         """
         began = time.process_time()
         below, k = self.on_grid(*_FINE)
@@ -108,7 +107,7 @@ class LevelTask:
         same = coarse[max(below - fewer, 0) : below - fewer + len(k)]
         if below < fewer or len(same) < len(k):
             raise WorkError(
-                f"two grids give different numbers of levels {self.parity} with k from {self.low:g} to "
+                f"two grids give different numbers of {self.parity} levels with k from {self.low:g} to "
                 f"{self.high:g}: change the ends of the range slightly"
             )
         error = _SAFETY * np.abs(k - same) + ROUNDING * k
@@ -118,27 +117,27 @@ class LevelTask:
         )
 
     def on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
-        """Return how many levels lie below the window, and those in it.
+        """Return the number of levels below the window, and the levels in it.
 
-        The grid is given by the degree of its polynomials and the divisions of its cells at the joint. A
-        level on an end belongs to the window above it, whichever way it was rounded.
+        `order` is the degree of the polynomials, `layers` the number of divisions of the cells at the joint.
+        A level on an end belongs to the window above, whichever way it was rounded.
         """
         before, k = self._around(order, layers)
         first, last = np.searchsorted(k, np.array([self.low, self.high]) * (1 - _ON_END))
         return before + int(first), np.maximum(k[first:last], self.low)
 
     def _around(self, order: int, layers: int) -> tuple[int, Floats]:
-        """Return how many levels lie below a slightly wider window, and those in it."""
+        """Return the number of levels below a slightly wider window, and the levels in it."""
         low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
         below, values = eigenvalues(self.grid(order, layers).root, low**2, high**2)
         return below, np.sqrt(values)
 
     def grid(self, order: int = _FINE[0], layers: int = _FINE[1]) -> Grid:
-        """Return a grid that is fine enough for the window, by default that of the levels."""
+        """Return a grid for the window, by default the finer one."""
         return grid(quarter_stadium(self.a, _PHASE / self.high, layers), order, self.fixed)
 
     def fixed(self, points: Floats) -> NDArray[np.bool_]:
-        """Tell which points, shape (N, 2), lie where the functions are 0: on the edge, on axes if odd."""
+        """Return at which points, shape (N, 2), the functions are 0: on the edge, and on axes if odd."""
         x, y = points.T
         beyond = np.maximum(x - self.a, 0.0)
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
@@ -147,7 +146,7 @@ class LevelTask:
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
-    """Yield the windows that a range of k is cut into.
+    """Cut a range of k into windows.
 
     Raises
     ------
@@ -179,17 +178,17 @@ class Levels(ByValue):
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     low, high : float
-        The range, in 1/radius: all levels with low <= k < high are there.
+        The range, in 1/radius: it has all levels with low <= k < high.
     k, error : ndarray, shape (N,)
         The levels in rising order, and estimates of their errors.
     parity : ndarray of str, shape (N,)
         Even or odd in x, then in y, such as ``oe``.
     parities : tuple of Parity
-        Those that are there.
+        The parities included.
     basis : str
-        What levels from orbits rest on; empty for those from elements.
+        The orbits used, for levels from orbits; empty for levels from elements.
 
     Examples
     --------
@@ -210,7 +209,7 @@ class Levels(ByValue):
     def joined(
         cls, a: float, low: float, high: float, parts: Mapping[Parity, Iterable[LevelWindow]]
     ) -> "Levels":
-        """Return the levels in a range, by parity from windows that cover it."""
+        """Return the levels in a range from windows that cover it, given by parity."""
         rows = sorted(
             (k, error, str(parity))
             for parity, found in parts.items()
@@ -258,7 +257,7 @@ class Levels(ByValue):
 
 
 def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
-    """Return parities by their names, each once, or refuse what is none."""
+    """Return parities by name, each once; refuse other names."""
     try:
         return list(dict.fromkeys(map(Parity, names)))
     except ValueError:
@@ -273,7 +272,7 @@ def levels(
     Parameters
     ----------
     stadium : Stadium or float
-        The stadium, or its a, from `LEAST_A` to `LARGEST_A`.
+        The stadium or its half length, from `LEAST_A` to `LARGEST_A`.
     high, low : float
         The range of k, in 1/radius.
     parities : sequence of Parity or str, optional

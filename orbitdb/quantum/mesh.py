@@ -1,8 +1,8 @@
-"""Curved quadrilateral cells of the quarter stadium: a rectangle, and a quarter of a disc of three patches.
+"""Curved quadrilateral cells of the quarter stadium: a rectangle, and a quarter disc made of three patches.
 
-A cell is a part of a patch, which is a smooth map of the unit square; the arc is an edge of two patches and
-exact. The boundary is only once differentiable at the joint of wall and arc, where levels' functions behave
-as r^2 ln r: the cells that meet there shrink towards it.
+A cell is a part of a patch, which is a smooth map of the unit square. The arc is an edge of two patches and
+exact. The boundary is only once differentiable at the joint of wall and arc, where eigenfunctions behave
+like r^2 ln r. So the cells at the joint shrink towards it.
 """
 
 import math
@@ -18,8 +18,9 @@ Patch = Callable[[Floats, Floats], Floats]
 """Maps coordinates in the unit square to points, shape (..., 2)."""
 
 _CORE = 0.5
-"""How far the inner patch of the disc reaches along the axes, and (the next) along the diagonal."""
+"""Extent of the inner patch of the disc along the axes."""
 _DIAGONAL = 0.4
+"""x and y of its corner on the diagonal."""
 _SHRINK = 0.15
 _LARGEST = 0.4
 
@@ -32,7 +33,7 @@ class Cell:
     ----------
     patch : Patch
     corners : ndarray, shape (4, 2)
-        In the unit square, one after another along its edge.
+        Corners in the unit square, in order along the edge of the cell.
     """
 
     patch: Patch
@@ -46,17 +47,17 @@ class Cell:
 
 
 def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
-    """Return the cells of the quarter x > 0, y > 0, the centre of the arc at (a, 0).
+    """Return the cells of the quarter x > 0, y > 0; the centre of the arc is at (a, 0).
 
     Parameters
     ----------
     a : float
         Half length of a straight wall.
     size : float
-        Length that edges of cells have at most, roughly; in units of the radius. Cells of the disc are
-        smaller in any case, and none of the rectangle is longer than 1.
+        Approximate upper limit for the edges of cells, in units of the radius. For the disc and the height of
+        the rectangle it is at most 0.4, for the width of the rectangle at most 1.
     layers : int
-        How often the cells at the joint are divided.
+        Number of times the cells at the joint are divided.
     """
     small = min(size, _LARGEST)
     cells = [*rectangle(a, min(size, 1.0), small), *quarter_disc(a, small)]
@@ -64,7 +65,7 @@ def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
 
 
 def rectangle(width: float, size: float, height: float) -> list[Cell]:
-    """Return the cells of 0 < x < width, 0 < y < 1, no longer and no higher than given."""
+    """Return the cells of 0 < x < width, 0 < y < 1, at most `size` wide and about `height` high."""
 
     def patch(s: Floats, t: Floats) -> Floats:
         return np.stack([width * s, t], axis=-1)
@@ -96,19 +97,19 @@ def quarter_disc(centre: float, size: float) -> list[Cell]:
 
 
 def _steps(length: float, size: float) -> Floats:
-    """Return equal steps from 0 to 1 that are no longer than a size where the whole is a length."""
+    """Return equal steps from 0 to 1 that divide a length into parts of at most a size."""
     return np.linspace(0.0, 1.0, max(1, math.ceil(length / size)) + 1)
 
 
 def _divided(patch: Patch, along: Floats, across: Floats) -> Iterator[Cell]:
-    """Yield the cells of a patch between lines of its coordinates."""
+    """Yield the cells of a patch between its coordinate lines."""
     for low, high in pairwise(along):
         for near, far in pairwise(across):
             yield Cell(patch, np.array([[low, near], [high, near], [high, far], [low, far]]))
 
 
 def _towards(joint: Floats, cell: Cell, layers: int) -> Iterator[Cell]:
-    """Yield the parts of a cell, which is divided towards the joint if that is a corner of it."""
+    """Yield the parts of a cell, divided towards the joint if the joint is one of its corners."""
     corners = cell.corners
     places = cell.patch(corners[:, 0], corners[:, 1])
     here = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)

@@ -1,4 +1,4 @@
-"""The length spectrum of a stadium: that of its orbits, and beside it that of its levels."""
+"""The length spectrum of a stadium, from its orbits and from its levels."""
 
 import math
 from collections.abc import Iterator
@@ -30,22 +30,22 @@ _FAMILY = "02"
 
 
 class Peak(NamedTuple):
-    """An orbit behind a peak of the length spectrum.
+    """An orbit that contributes to a peak of the length spectrum.
 
     Attributes
     ----------
     length : float
-        Where the peak is, in units of the radius.
+        Position of the peak, in units of the radius.
     height : float
-        |F| there: of the levels, or of the orbits where there are none.
+        |F| at the peak, from the levels if there are any, otherwise from the orbits.
     code : str
         Representative of the class; ``02`` is the bouncing-ball family.
     repetitions : float
-        How often the orbit is gone round; a half stands for half the orbit, as counts in one parity.
+        Number of traversals; halves come from half orbits, which occur for one parity.
     total : float
-        The length of that.
+        Length of the repeated orbit.
     strength : float
-        |F| of this class alone at the peak.
+        |F| of this term alone at the peak.
     """
 
     length: float
@@ -66,17 +66,17 @@ class Spectrum(ByValue):
     parity : Parity or None
         None for all levels.
     k_max : float
-        In 1/radius.
+        End of the window, in 1/radius.
     length : ndarray, shape (n,)
         x, in units of the radius.
     orbits : ndarray of complex128, shape (n,)
         F of the orbits and the bouncing-ball family.
     quantum : ndarray of complex128, shape (n,), or None
-        F of the levels, less their smooth density; None without levels.
+        F of the levels without their smooth density; None without levels.
     complete : float
-        Up to this length no orbit is missing from the sum, by proof; beyond it the sum is partial.
+        Length up to which the sum is proved to contain every orbit; beyond it the sum is partial.
     terms : Terms
-        Those of orbits, then of the family.
+        The terms of the orbits, then those of the family.
     codes : ndarray of object, shape (C,)
         Representatives of the classes.
     """
@@ -100,13 +100,13 @@ class Spectrum(ByValue):
 
     @property
     def misfit(self) -> float | None:
-        """rms of quantum - orbits over that of quantum; None without levels."""
+        """rms of quantum - orbits divided by the rms of quantum; None without levels."""
         if self.quantum is None:
             return None
         return float(np.linalg.norm(self.quantum - self.orbits) / np.linalg.norm(self.quantum))
 
     def notes(self) -> list[str]:
-        """Say what the orbits lack, and how far they are from the levels, a line each."""
+        """Say how complete the orbits are and how far they are from the levels, one line each."""
         end = math.floor(self.complete * 100) / 100
         if end < self.length[-1]:
             said = [f"complete, by proof, up to length {end:.2f}: beyond it the sum over orbits is partial"]
@@ -121,13 +121,13 @@ class Spectrum(ByValue):
         return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 
     def rows(self) -> list[tuple[float | None, ...]]:
-        """Return one row a length, its columns `COLUMNS`."""
+        """Return one row per length, with the columns `COLUMNS`."""
         nothing = [None] * len(self.length)
         quantum = (nothing, nothing) if self.quantum is None else _parts(self.quantum)
         return list(zip(self.length.tolist(), *quantum, *_parts(self.orbits), strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a data frame of pandas (extra ``pandas``)."""
+        """Return the rows as a pandas data frame (extra ``pandas``)."""
         return load("pandas", "to_pandas()", "pandas").DataFrame(self.rows(), columns=list(COLUMNS))
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
@@ -152,7 +152,7 @@ class Spectrum(ByValue):
         return axes
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
-        """Yield the peaks by length, of each the strongest orbits, so many at most."""
+        """Yield up to `most` of the strongest orbits of each peak, by rising length."""
         height = np.abs(self.orbits if self.quantum is None else self.quantum)
         inner = height[1:-1]
         tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
@@ -172,12 +172,12 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
 
 
 def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
-    """Refuse what cannot be all levels of a stadium of radius 1.
+    """Refuse a list that cannot be all levels of a stadium of radius 1.
 
     Raises
     ------
     InputError
-        If they are too few, not positive, not in rising order, or not as many as Weyl's law says.
+        If the levels are too few, not positive, not in rising order, or not as many as Weyl's law expects.
     """
     if len(k) < _LEAST_LEVELS:
         raise InputError(f"{several(len(k), 'level')}, too few: give {_LEAST_LEVELS} or more")
@@ -191,5 +191,5 @@ def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
         of = "" if parity is None else f" of parity {parity}"
         raise InputError(
             f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: see --energies, --parity and --a, and that k is in 1/radius"
+            f"{exact(stadium.a)}: check --energies, --parity and --a, and that k is in 1/radius"
         )

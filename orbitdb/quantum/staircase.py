@@ -1,12 +1,11 @@
-"""The number of levels below k, from orbits alone, and the levels that it gives.
+"""The number of levels below k from orbits alone, and the levels that follow.
 
 With all terms Re(A exp(i k l)) of the density of levels (`orbitdb.quantum.amplitudes`) and bouncing balls,
 
     N_X(k) = smooth number + sum of Im(A exp(i k l)) / l * exp(-(l / X)^2 / 2).
 
 A longer cutoff X makes steeper steps and needs longer orbits. The n-th level is where N_X first reaches
-n - 1/2; several X give several answers, of which the median is the level, and their spread the base of its
-error.
+n - 1/2. The level is the median over several X, and its error follows from their spread.
 """
 
 import math
@@ -22,24 +21,24 @@ from orbitdb.quantum.amplitudes import Classes, Parity, orbit_terms, weyl
 from orbitdb.quantum.lengths import family
 
 CUTOFFS = (6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0)
-"""X of the levels, in units of the radius."""
+"""Cutoffs X for the levels, in units of the radius."""
 
 BEYOND = 2.5
-"""How many X long the longest terms are: those beyond have less than a twentieth of their weight."""
+"""Length of the longest terms in units of X; longer ones have a weight of less than 0.05."""
 
 _BIN = 0.02
-"""Width of the bins that terms are collected in by length."""
+"""Width in length of the bins that collect terms."""
 _ORDERS = 10
-"""Powers of k (l - centre of the bin) that are kept: the rest is below 1e-8 of a term at k = 100."""
+"""Number of powers of k (l - centre of the bin) kept; the rest is below 1e-8 of a term at k = 100."""
 _MORE = 3
-"""How many levels more than Weyl's law has are looked for."""
+"""Number of levels to look for beyond Weyl's law."""
 _NEIGHBOURS = 9
 _AT_LEAST = 0.05
-"""Of the error of a level, in mean spacings."""
+"""Least error of a level, in mean spacings."""
 _LEAST_DENSITY = 0.1
 _RMS, _GOOD = 0.027, 0.2
 _STEPS = 16
-"""Places of a grid of k in one period of the longest term."""
+"""Grid points of k per period of the longest term."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +48,7 @@ class Staircase:
     Attributes
     ----------
     k : ndarray, shape (n,)
-        A grid, from near 0 on.
+        A grid that starts near 0, in 1/radius.
     count : ndarray, shape (X, n)
         N_X at each k.
     cutoffs : tuple of float
@@ -64,11 +63,11 @@ class Staircase:
     smooth: Floats
 
     def at(self, k: Floats) -> Floats:
-        """Return N_X at some k, shape (X, m), between the places of the grid by straight lines."""
+        """Return N_X at some k by linear interpolation, shape (X, m)."""
         return np.stack([np.interp(k, self.k, row) for row in self.count])
 
     def reached(self, numbers: Floats) -> Floats:
-        """Return where each N_X first reaches some numbers, shape (X, m); NaN beyond the grid."""
+        """Return the k at which each N_X first reaches some numbers, shape (X, m); NaN beyond the grid."""
         return np.stack([_first(self.k, row, numbers) for row in self.count])
 
 
@@ -79,18 +78,17 @@ def staircase(
     parity: Parity | None = None,
     cutoffs: Sequence[float] = CUTOFFS,
 ) -> Staircase:
-    """Return the numbers of levels below k, from orbits, up to some k.
+    """Return the numbers of levels below k, from orbits, on a grid up to `k_max`.
 
     Parameters
     ----------
     stadium : Stadium
     classes : Classes
-        All orbits that are long enough, and shorter than `BEYOND` times the largest cutoff, or twice that for
-        one parity.
+        All orbits shorter than `BEYOND` times the largest cutoff, or than twice that for one parity.
     k_max : float
         End of the grid, in 1/radius.
     parity : Parity, optional
-        By default all levels are counted.
+        All levels are counted by default.
     cutoffs : sequence of float, optional
     """
     longest = BEYOND * max(cutoffs)
@@ -113,7 +111,7 @@ def _collected(
 ) -> Floats:
     """Return the sums of Im(amplitude exp(i k l)) with the weights of each cutoff, shape (X, n).
 
-    Terms of nearly one length are collected in bins, as powers of k times the distance from the centre.
+    Terms of nearly equal length share a bin, as a power series in k times the distance from its centre.
     """
     if not len(length):
         return np.zeros((len(cutoffs), len(k)))
@@ -137,7 +135,7 @@ def _binned(place: NDArray[np.int64], values: NDArray[np.complex128], count: int
 
 
 def _first(k: Floats, count: Floats, numbers: Floats) -> Floats:
-    """Return where a function on a grid first reaches some numbers, by straight lines."""
+    """Return where a function on a grid first reaches some numbers, by linear interpolation."""
     highest = np.maximum.accumulate(count)
     place = np.searchsorted(highest, numbers)
     inside = np.clip(place, 1, len(k) - 1)
@@ -150,11 +148,10 @@ def _first(k: Floats, count: Floats, numbers: Floats) -> Floats:
 
 
 def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
-    """Return the levels below some k, as the orbits have them, and their errors, shape (N,) each.
+    """Return the levels below `k_max` from orbits, and their errors, shape (N,) each.
 
-    The error is taken from the spread of the answers of the cutoffs and of its mean over neighbouring
-    levels; measured at a from 0.5 to 3, it holds for 98 % of the levels where rms errors are below .2 mean
-    spacings, and for 90 % well beyond.
+    The error combines the spread over the cutoffs with its mean over neighbouring levels. Measured for a from
+    0.5 to 3, it holds for 98 % of the levels up to `reliable_end`, and for 90 % far above.
     """
     most = math.floor(float(orbits.smooth[-1])) + _MORE
     found = orbits.reached(np.arange(0.5, most))
@@ -170,10 +167,10 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
 
 
 def reliable_end(stadium: Stadium, parity: Parity) -> float:
-    """Return the k up to which levels from orbits have an rms error below .2 mean spacings, as was measured.
+    """Return the k up to which the measured rms error of levels from orbits is below 0.2 mean spacings.
 
-    The rms error near k, in mean spacings, is about `_RMS` times the mean number of levels of the parity per
-    unit of k, whatever the stadium, if all periods to 12 are there.
+    With all periods to 12, the rms error near k, in mean spacings, is about `_RMS` times the mean density of
+    levels of the parity in k, in every stadium.
     """
     smooth = weyl(stadium, parity)
     slope, curve = smooth.coef[1], 2 * smooth.coef[2]

@@ -19,7 +19,7 @@ LENGTHS = (1, 5, 20)
 """L of the number variance and of Delta_3, in mean spacings."""
 
 FAMILY_TO = 30.0
-"""Up to this length bouncing balls are taken out of the staircase, in units of the radius."""
+"""Largest length of bouncing balls that are taken out of the staircase, in units of the radius."""
 
 _WINDOWS_A_SPACING = 4
 _NODES = 64
@@ -31,18 +31,17 @@ class Statistics(NamedTuple):
     Attributes
     ----------
     parity : str
-        Or ``GOE`` and ``Poisson``, for what random matrices and random numbers have.
+        A parity, or ``GOE`` or ``Poisson`` for random matrices or random numbers.
     balls : str
-        ``in`` where the levels are unfolded with Weyl's law; ``out`` where the bouncing balls are taken out
-        of the staircase, too.
+        ``in`` if levels are unfolded with Weyl's law alone; ``out`` if bouncing balls are taken out too.
     levels : int or None
     gap_ratio, gap_ratio_error : float or None
         Mean of min/max of neighbouring gaps, and its standard error.
     spacing_variance : float
     delta3_1, delta3_5, delta3_20 : float or None
-        Dyson and Mehta's Delta_3 at L = 1, 5, 20; None where the levels are too few.
+        Dyson and Mehta's Delta_3 at L = 1, 5, 20; None if there are too few levels.
     variance_1, variance_5, variance_20 : float or None
-        Variance of the number of levels in a stretch of so many spacings.
+        Variance of the number of levels in a stretch of L = 1, 5, 20 mean spacings; None as above.
     """
 
     parity: str
@@ -60,13 +59,13 @@ class Statistics(NamedTuple):
 
 
 def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
-    """Return levels in units of the mean spacing, with Weyl's law, and the bouncing balls if asked for."""
+    """Return levels in units of the mean spacing by Weyl's law, with or without the bouncing balls."""
     smooth: Floats = weyl(stadium, parity)(k)
     return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
 
 
 def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Statistics:
-    """Return the statistics of all levels of one parity from the lowest on, shape (N,), in rising order."""
+    """Return the statistics of all levels k of one parity from the lowest, shape (N,), in 1/radius."""
     x = np.sort(unfolded(k, stadium, parity, balls))
     gaps = np.diff(x)
     ratios = gap_ratios(x)
@@ -78,7 +77,7 @@ def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False)
 
 
 def expected() -> list[Statistics]:
-    """Return what random matrices (GOE) and random numbers (Poisson) have."""
+    """Return the statistics of random matrices (GOE) and of random numbers (Poisson)."""
     goe = [*(float(goe_delta3(each)) for each in LENGTHS), *(float(goe_variance(each)) for each in LENGTHS)]
     poisson = [*(each / 15 for each in LENGTHS), *map(float, LENGTHS)]
     return [
@@ -88,21 +87,21 @@ def expected() -> list[Statistics]:
 
 
 def gap_ratios(x: Floats) -> Floats:
-    """Return min/max of neighbouring gaps, shape (N - 2,); 1 where both are zero."""
+    """Return min/max of neighbouring gaps, shape (N - 2,); 1 if both are zero."""
     gaps = np.diff(x)
     low, high = np.minimum(gaps[1:], gaps[:-1]), np.maximum(gaps[1:], gaps[:-1])
     return np.where(high > 0, low / np.where(high > 0, high, 1.0), 1.0)
 
 
 def _windows(x: Floats, length: float) -> Floats:
-    """Return where stretches of a length begin; none if the levels do not hold two of them."""
+    """Return where stretches of a length begin; empty if the levels do not span two lengths."""
     room = x[-1] - x[0] - length
     count = math.floor(room * _WINDOWS_A_SPACING) if room >= length else 0
     return x[0] + room * (np.arange(count) + 0.5) / max(count, 1)
 
 
 def number_variance(x: Floats, length: float) -> float | None:
-    """Return the mean of (n - L)^2 over stretches of L mean spacings; None for too few levels."""
+    """Return the mean of (n - L)^2 over stretches of L mean spacings; None if there are too few levels."""
     starts = _windows(x, length)
     if not len(starts):
         return None
@@ -111,9 +110,9 @@ def number_variance(x: Floats, length: float) -> float | None:
 
 
 def delta3(x: Floats, length: float) -> float | None:
-    """Return Delta_3: how far the staircase is from a straight line in L mean spacings, mean square.
+    """Return Delta_3, the mean square deviation of the staircase from a straight line over L mean spacings.
 
-    With z the places of n levels from the middle of a stretch, it is
+    For n levels at z_i from the middle of a stretch, with S1 = sum z_i and S2 = sum z_i^2, it is
     n^2/16 - S1^2/L^2 + 3 n S2 / (2 L^2) - 3 S2^2 / L^4 + sum (n - 2 i + 1) z_i / L.
     """
     starts = _windows(x, length)
@@ -131,7 +130,7 @@ def delta3(x: Floats, length: float) -> float | None:
 
 
 def goe_variance(length: float | Floats) -> Floats:
-    """Return the number variance of random matrices of the orthogonal ensemble."""
+    """Return the number variance of the Gaussian orthogonal ensemble (GOE)."""
     length = np.maximum(np.asarray(length, np.float64), 1e-12)
     one, _ = sici(np.pi * length)
     two, cosine = sici(2 * np.pi * length)
@@ -142,7 +141,7 @@ def goe_variance(length: float | Floats) -> Floats:
 
 
 def goe_delta3(length: float) -> float:
-    """Return Delta_3 of random matrices: 2/L^4 times the integral of (L^3 - 2 L^2 r + r^3) variance(r)."""
+    """Return Delta_3 of the GOE: 2/L^4 times the integral of (L^3 - 2 L^2 r + r^3) variance(r) over 0..L."""
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     r = (nodes + 1) * length / 2
     kernel = length**3 - 2 * length**2 * r + r**3

@@ -1,11 +1,11 @@
 """Wave functions of levels, and how strongly orbits scar them.
 
-A wave is known at the nodes of the elements of a quarter of the stadium; elsewhere its polynomials give it.
+A wave is given at the nodes of the elements of a quarter stadium and interpolated by their polynomials.
 The integral of psi^2 over the whole stadium is 1. The scar strength of an orbit is
 
-    S = (area / L) * integral of psi^2 along the orbit,
+    S = (area / L) * integral of psi^2 along the orbit.
 
-with mean 1 over the levels of a parity, 2 or 0 for an orbit on an axis.
+Its mean over the levels of a parity is 1, or 2 or 0 for an orbit on an axis.
 
 Sources: E. J. Heller, Phys. Rev. Lett. 53 (1984) 1515; E. B. Bogomolny, Physica D 31 (1988) 169;
 A. Baecker, S. Fuerstberger, R. Schubert, Phys. Rev. E 70 (2004) 036204 (Husimi functions on the boundary).
@@ -39,14 +39,14 @@ if TYPE_CHECKING:
 
 
 _NEAREST = 12
-"""Nodes near a point whose cells may hold it."""
+"""Number of nodes near a point whose cells are searched for it."""
 _NEWTON, _SETTLED = 20, 1e-12
 _BLOCK = 1 << 13
-"""Points that are evaluated together: what is gathered for them stays in the cache."""
+"""Number of points evaluated together, so that their data stay in the cache."""
 _INSIDE = 1e-7
-"""How far outside a cell, in its coordinates, a point may be found to be in it."""
+"""Distance outside a cell, in its coordinates, at which a point still counts as inside."""
 _MORE_NODES = 24
-"""Of the quadrature along a chord, beyond one in each unit of k times its length."""
+"""Extra nodes of the quadrature along a chord, in addition to k times its length."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,7 +78,7 @@ class Wave:
         Parameters
         ----------
         x, y : array-like
-            From the centre, in units of the radius, of one shape.
+            Coordinates from the centre, in units of the radius; their shapes must be compatible.
         """
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
         sign = np.where(x < 0, self.parity.signs[0], 1) * np.where(y < 0, self.parity.signs[1], 1)
@@ -94,7 +94,7 @@ class Wave:
         return sign * found.reshape(x.shape)
 
     def normal_derivative(self, s: ArrayLike) -> Floats:
-        """Return the derivative of psi along the outward normal at places of the boundary.
+        """Return the outward normal derivative of psi at places of the boundary.
 
         Parameters
         ----------
@@ -107,12 +107,12 @@ class Wave:
         return signs * (slopes * np.abs(normal)).sum(axis=-1)
 
     def strength(self, orbit: "Orbit") -> float:
-        """Return how strongly an orbit scars the level: the mean of psi^2 along it, times the area.
+        """Return the scar strength of an orbit: the mean of psi^2 along it times the area.
 
         Raises
         ------
         InputError
-            If it is no orbit, or of another stadium.
+            If the word is not an orbit, or belongs to another stadium.
         """
         return float(self.strengths([orbit])[0])
 
@@ -121,7 +121,7 @@ class Wave:
         places, weights, count = [], [], []
         for orbit in orbits:
             if orbit.points is None or orbit.a != self.stadium.a:
-                raise InputError(f"{orbit.code} is no orbit at a = {exact(self.stadium.a)}: it scars no wave")
+                raise InputError(f"{orbit.code} is not an orbit at a = {exact(self.stadium.a)}: use another")
             nodes, weight = _along(orbit.points, self.k)
             places.append(nodes)
             weights.append(weight / weight.sum())
@@ -132,17 +132,17 @@ class Wave:
         return self.stadium.area * mean
 
     def husimi(self, s: ArrayLike, sine: ArrayLike) -> Floats:
-        """Return the Husimi function of the normal derivative, shape (S, P), with largest value 1.
+        """Return the Husimi function of the normal derivative, shape (S, P), scaled to a maximum of 1.
 
         Parameters
         ----------
         s : array-like, shape (S,)
             Arc lengths, as in `normal_derivative`.
         sine : array-like, shape (P,)
-            Sines of the angle to the normal.
+            Sines of the angles to the normal.
         """
         whole = self.stadium.perimeter
-        count = 2 * math.ceil(2 * self.k * whole) + 128  # even: as symmetric as the stadium
+        count = 2 * math.ceil(2 * self.k * whole) + 128  # even, to keep the symmetry of the stadium
         place = (np.arange(count) + 0.5) * whole / count
         slope = self.normal_derivative(place)
         away = place - np.asarray(s, np.float64)[:, None]
@@ -153,12 +153,12 @@ class Wave:
         return found / found.max()
 
     def plot(self, ax: "Axes | None" = None, orbit: "Orbit | None" = None) -> "Axes":
-        """Draw psi^2 with matplotlib, and an orbit over it.
+        """Draw psi^2 with matplotlib, with an orbit on top if one is given.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
+            Axes to draw on; by default those of a new figure.
         orbit : Orbit, optional
         """
         waves = load("orbitdb.plots.waves", "plot()", "plot")
@@ -174,7 +174,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     Parameters
     ----------
     stadium : Stadium or float
-        The stadium, or its a.
+        The stadium or its half length.
     low, high : float
         The range of k, in 1/radius.
     parity : str
@@ -195,7 +195,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
 
 
 def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
-    """Return places on the boundary and outward normals, shape (..., 2), by arc length."""
+    """Return the points and outward normals of the boundary at arc lengths s, shape (..., 2) each."""
     a = stadium.a
     s = np.mod(s, stadium.perimeter)
     right, top, left = 2 * a, 2 * a + math.pi, 4 * a + math.pi
@@ -212,7 +212,7 @@ def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
 
 
 def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
-    """Return nodes and weights of a quadrature along a closed path that resolves psi^2."""
+    """Return nodes and weights of a quadrature along a closed path, fine enough for psi^2."""
     places, weights = [], []
     for one, other in pairwise([*points, points[0]]):
         length = float(np.hypot(*(other - one)))
@@ -224,7 +224,7 @@ def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """The cells that waves of one window share; points, shape (E, n, n, 2)."""
+    """The cells shared by the waves of a window; `points` has shape (E, n, n, 2)."""
 
     points: Floats
 
@@ -233,7 +233,7 @@ class _Cells:
         return cKDTree(self.points.reshape(-1, 2))
 
     def at(self, points: Floats) -> "_Places":
-        """Find the cells of points, shape (N, 2), and where they are in them, by Newton's method."""
+        """Find the cells of points, shape (N, 2), and their coordinates there by Newton's method."""
         n = self.points.shape[1]
         x, _, slope = nodes(n - 1)
         _, near = self._tree.query(points, k=_NEAREST)
@@ -268,7 +268,7 @@ class _Cells:
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """Points by their cells, shape (N,), and coordinates in -1..1 there, shape (N, 2)."""
+    """Points given by their cells, shape (N,), and their coordinates in -1..1 there, shape (N, 2)."""
 
     cell: NDArray[np.intp]
     inside: Floats
@@ -280,12 +280,12 @@ class _Places:
         return _lagrange(self.inside[:, 0], order), _lagrange(self.inside[:, 1], order)
 
     def interpolated(self, nodal: Floats) -> Floats:
-        """Return what is known at the nodes of the cells, shape (N, n, n, ...), at the points."""
+        """Interpolate nodal values, shape (N, n, n, ...), at the points."""
         one, other = self._bases
         return _contracted(one, other, nodal)
 
     def jacobian(self) -> Floats:
-        """Return the derivatives of x, y by the coordinates, shape (N, 2, 2)."""
+        """Return the derivatives of x, y with respect to the coordinates, shape (N, 2, 2)."""
         return np.stack(self._derivatives(self.points[self.cell]), axis=-1)
 
     def _derivatives(self, nodal: Floats) -> tuple[Floats, Floats]:
@@ -305,13 +305,13 @@ class _Places:
 
 
 def _contracted(one: Floats, other: Floats, nodal: Floats) -> Floats:
-    """Return the sums of one_i other_j nodal_ij of each point, shape (N, ...)."""
+    """Return the sum of one_i other_j nodal_ij for each point, shape (N, ...)."""
     found: Floats = np.einsum("pi,pi...->p...", one, np.einsum("pj,pij...->pi...", other, nodal))
     return found
 
 
 def _lagrange(x: Floats, order: int) -> Floats:
-    """Return the polynomials that are 1 at one node, at points, shape (N, n): the barycentric formula."""
+    """Return the Lagrange polynomials of the nodes at x, shape (N, n), by the barycentric formula."""
     at, _, _ = nodes(order)
     weights = 1 / np.where(np.eye(order + 1, dtype=bool), 1.0, at[:, None] - at).prod(axis=1)
     off = x[:, None] - at

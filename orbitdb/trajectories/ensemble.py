@@ -1,8 +1,8 @@
 """Ensembles of random trajectories: the reference for averages over orbits.
 
-The starts are drawn with the invariant measure of the bounces, restricted to the semicircles, and go on
-from semicircle to semicircle (`orbitdb.trajectories.rays`). So every step is a fair sample from the
-first on, and only the tangent vectors need a while to settle.
+The starts are drawn from the invariant measure of the bounces on the semicircles and followed from
+semicircle to semicircle (`orbitdb.trajectories.rays`). So every step is a fair sample from the start; only
+the tangent vectors need time to settle.
 """
 
 import math
@@ -17,10 +17,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 TRAJECTORIES = 4096
-"""Run at the same time; few enough for their arrays to stay in the cache."""
+"""Number followed at the same time, small enough for their arrays to stay in the cache."""
 
 LEAST = 256
-"""At least so many: with fewer an error, which comes from their spread, would itself be uncertain."""
+"""Least number of trajectories; with fewer, the errors from their spread would be uncertain."""
 
 BLOCK = 256
 _RENORMALISE = 8
@@ -28,17 +28,17 @@ _SETTLED = 8.0
 
 
 class Beam(NamedTuple):
-    """Tangent vectors along N trajectories and what has been summed up on the way; shape (N,) each."""
+    """Tangent vectors along N trajectories and sums along the path; shape (N,) each."""
 
     y: Floats  # offset across the path, scaled to |y| + |slope| = 1
-    slope: Floats  # its change of direction
-    growth: Floats  # logarithm of the scales taken out
+    slope: Floats  # change of direction
+    growth: Floats  # logarithm of the scale factors taken out
     path: Floats  # length of the path
-    bounces: Floats  # on walls and semicircles
+    bounces: Floats  # number of bounces on walls and semicircles
 
     @classmethod
     def begin(cls, y: Floats, slope: Floats) -> "Beam":
-        """Return beams with the given tangent vectors and nothing summed up."""
+        """Return beams with the given tangent vectors and zero sums."""
         return cls(y, slope, *np.zeros((3, len(y))))
 
 
@@ -47,8 +47,8 @@ def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
 
     Notes
     -----
-    A path of length l adds l * slope to y, a bounce on a semicircle takes 2 y / sin(theta) from the
-    slope: the matrices of `orbitdb.billiard.stability` less the -1 that each bounce has.
+    A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
+    slope. These are the matrices of `orbitdb.billiard.stability` without the factor -1 of each bounce.
     """
     y, slope = beam.y, beam.slope
     growth, path, bounces = beam.growth.copy(), beam.path.copy(), beam.bounces + steps
@@ -67,11 +67,10 @@ def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
 
 
 def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
-    """Return random starts whose tangent vectors have forgotten how they began.
+    """Return random starts whose tangent vectors have settled.
 
-    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the one that grows. Near the
-    circle a vector first grows by shear alone, as the logarithm of the steps; there, measured,
-    lambda is 1.6 sqrt(a) a step.
+    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the unstable direction. Near the
+    circle a vector first grows only by shear, and lambda (measured) is 1.6 sqrt(a) per step.
     """
     arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
     arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
@@ -82,7 +81,7 @@ def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
 
 @dataclass(frozen=True)
 class Reference:
-    """Averages over random trajectories, each with the standard error of its mean.
+    """Averages over random trajectories, with their standard errors.
 
     Attributes
     ----------
@@ -93,7 +92,7 @@ class Reference:
     mean_free_path, mean_free_path_error : float
         Mean path between bounces; `Stadium.mean_free_path` is its exact value.
     bounces : int
-        Bounces in all.
+        Total number of bounces.
     groups : int
         Number of independent starts; the errors come from their spread.
     seed : int
@@ -123,19 +122,18 @@ def simulate(
     ----------
     stadium : Stadium
     bounces : int
-        Bounces to expect in all; every trajectory makes at least one on a semicircle.
+        Expected total number of bounces; every trajectory makes at least one on a semicircle.
     seed : int, optional
-        The same seed and numbers give the same result.
+        The same arguments give the same result.
     trajectories : int, optional
-        How many run at the same time; by default `TRAJECTORIES`, or fewer if that comes nearer to the
-        bounces, but at least `LEAST`.
+        Number followed at the same time; by default at most `TRAJECTORIES` and at least `LEAST`.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 
     Raises
     ------
     ValueError
-        If there are no bounces, or fewer than two trajectories.
+        If `bounces` is below 1 or `trajectories` below 2.
     """
     for done, found in references(stadium, bounces, seed, trajectories):
         if progress is not None:
@@ -151,11 +149,11 @@ def references(
 ) -> Iterator[tuple[float, Reference]]:
     """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
 
-    Every value is a full result of fewer bounces, so a caller may stop at any.
+    Every value is a complete result from fewer bounces, so the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
-        raise ValueError("give at least one bounce, and two trajectories")
+        raise ValueError("give at least one bounce and two trajectories")
     if trajectories is None:
         trajectories = max(LEAST, math.ceil(wanted / math.ceil(wanted / TRAJECTORIES)))
     arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
@@ -169,22 +167,22 @@ def references(
 
 
 def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference:
-    """Average over trajectories, and take the errors from their spread.
+    """Average over trajectories, with errors from their spread.
 
-    Between two bounces on a semicircle lie perimeter / 2 pi bounces and a path of area / 2 on average,
-    by the invariant measure. With these exact numbers the exponents need only the growth per step.
+    By the invariant measure, a step from semicircle to semicircle has perimeter / 2 pi bounces and a path of
+    area / 2 on average. With these exact numbers the exponents need only the growth per step.
 
-    The mean free path is a check of that measure. Plain numbers of bounces have no error that could be
-    told: n walls between two semicircles have a probability of about a^2 / n^3, one such leg brings on
-    others nearly as long, and most runs lack the few very long ones that the mean needs without their
-    scatter showing it. But such a leg is steep: its path is 2 n and little more. So path less twice the
-    walls has a scatter that is soon known, and what is taken off on average, twice 2a / pi, is exact.
+    The mean free path is a check of that measure. The plain number of bounces has no reliable error: n walls
+    between two semicircles have a probability of about a^2 / n^3, one such leg causes others nearly as long,
+    and most simulations lack the few very long legs that determine the mean. But such a leg is steep, with a
+    path hardly longer than 2 n. So the scatter of the path minus twice the walls is soon known. The mean of
+    the part subtracted, twice 2a / pi, is exact.
     """
     count = len(beam.growth)
     walls = beam.bounces - steps
 
     def mean(values: Floats) -> tuple[float, float]:
-        """Return the mean a step, and its standard error."""
+        """Return the mean per step and its standard error."""
         return float(values.mean()) / steps, float(values.std(ddof=1)) / steps / math.sqrt(count)
 
     rest, rest_error = mean(beam.path - 2 * walls)

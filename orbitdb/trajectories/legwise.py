@@ -1,12 +1,12 @@
 """Lyapunov exponents from random trajectories leg by leg, given the exact means of the largest terms.
 
-Over a leg a beam grows by ln D + ln K + c2 + rest (`orbitdb.averages.exact_means`), and the mean of all
-but the rest is known exactly. The rest
+Over a leg a beam grows by ln D + ln K + c2 + rest (`orbitdb.averages.exact_means`). The means of all terms
+except the rest are known exactly. The rest
 
     ln(1 + (1/D + b)/K) - ln(1 + (1/D + 1/D')/K),     b = 1/(D' + 1/(K' + b')),
 
-is small and scatters little, D', K' and b' those of the leg before. Starts are drawn afresh from the
-invariant measure of the runs, so that every one of them is independent.
+is small and scatters little; D', K' and b' belong to the leg before. The starts are drawn from the invariant
+measure of the runs and are independent.
 """
 
 import math
@@ -26,14 +26,13 @@ class Runs(NamedTuple):
     """N runs of trajectories; arrays of shape (N,)."""
 
     t: Floats  # angle between path and circle, in (0, pi/2)
-    beta: Floats  # direction of the line that comes in, in (-t, t)
+    beta: Floats  # direction of the incoming line, in (-t, t)
 
 
 def random_runs(n: int, rng: np.random.Generator) -> Runs:
     """Draw n runs from the invariant measure.
 
-    A bounce with a uniform place u in (0, pi) and cosine of its angle is the first one of its run
-    where u < 2 t.
+    The place u in (0, pi) and cos(t) of a bounce are uniform; it is the first of its run if u < 2 t.
     """
     kept: list[Floats] = []
     have = 0
@@ -46,14 +45,14 @@ def random_runs(n: int, rng: np.random.Generator) -> Runs:
 
 
 class Leg(NamedTuple):
-    """The bounces of N runs and the legs behind them, up to the next runs; arrays of shape (N,)."""
+    """N runs and the legs after them, up to the next runs; arrays of shape (N,)."""
 
-    runs: Runs  # the next ones
-    bounces: Floats  # of the run
+    runs: Runs  # the next runs
+    bounces: Floats  # number of bounces of the run
     walls: Floats  # straight bounces of the leg
     kick: Floats  # K = 2 k / sin(t) of the run
     drift: Floats  # D of the leg
-    path: Floats  # length from the foot of the centre on the line that comes in to the next one
+    path: Floats  # length from the foot of the centre on the incoming line to the next such foot
 
 
 def next_leg(runs: Runs, a: float) -> Leg:
@@ -61,9 +60,9 @@ def next_leg(runs: Runs, a: float) -> Leg:
 
     Notes
     -----
-    The line behind a run, turned as above, comes from copy q of the other semicircle, the one that its
-    level there is nearest to, and passes that centre at s, cos(t) of the next run but for a sign that
-    says whether it goes up or down. Either way, the mirror that makes it go up leaves beta.
+    The line that leaves a run reaches the copy of the other semicircle whose centre is nearest to its height
+    there, and passes that centre at the signed distance s. |s| is cos(t) of the next run. The sign says
+    whether that run goes up or down; a mirror makes it go up, with direction beta.
     """
     t = runs.t
     bounces = np.floor((np.pi - runs.beta - t) / (2 * t)) + 1
@@ -79,21 +78,21 @@ def next_leg(runs: Runs, a: float) -> Leg:
 
 
 STARTS = 4096
-"""Followed at the same time, at most; few enough for their arrays to stay in the cache."""
+"""Largest number followed at the same time, small enough for their arrays to stay in the cache."""
 
 LEGS = 32
-"""Legs of a start that are averaged over, at most; more would say little that is new."""
+"""Largest number of legs per start; more would add little information."""
 
 _SETTLED = 1e-9
 _LONGEST_WAY = 2000
 
 
 class Beams(NamedTuple):
-    """What N trajectories bring to a run, shape (N,) each."""
+    """N trajectories as they arrive at a run, shape (N,) each."""
 
-    drift: Floats  # D of the leg that they come by
-    low: Floats  # the convergence b of the beam at its end, for the least that it can have been at the start
-    high: Floats  # and for the most: equal once the start is forgotten
+    drift: Floats  # D of the leg before the run
+    low: Floats  # convergence b of the beam at the end of that leg, for the least possible initial value
+    high: Floats  # the same for the largest initial value; equal to `low` once the start is forgotten
 
 
 def simulate_legs(
@@ -109,30 +108,29 @@ def simulate_legs(
     ----------
     stadium : Stadium
     bounces : int
-        Bounces to expect in all, `LEGS` legs from every start, or fewer where there would be less than
-        `LEAST` starts.
+        Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
     known : tuple of float
-        The exact mean of ln D + ln K + c2 of a leg, and a bound on its error.
+        The exact mean of ln D + ln K + c2 per leg, and a bound on its error.
     seed : int, optional
-        The same seed and number give the same result.
+        The same arguments give the same result.
     progress : callable, optional
         Called after every batch with the fraction done and the averages so far.
 
     Returns
     -------
     Reference
-        The errors come from the spread of independent starts, `Reference.groups` of them, and are added
-        to those of the known mean and of starts that are not quite forgotten.
+        The errors combine the spread of the independent starts (`Reference.groups`), the error of the known
+        mean, and the remaining influence of the start.
 
     Raises
     ------
     ValueError
-        If there are no bounces.
+        If `bounces` is below 1.
 
     Notes
     -----
-    Below about a = 0.1 an angle t changes little over many legs, and what is left of lambda is no longer
-    small: the errors hold, but those of `orbitdb.trajectories.ensemble` are smaller.
+    Below about a = 0.1 the angle t changes little over many legs, and the rest is no longer small. The errors
+    are still correct, but those of `orbitdb.trajectories.ensemble` are smaller.
     """
     if bounces < 1:
         raise ValueError("give at least one bounce")
@@ -153,7 +151,7 @@ def simulate_legs(
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
-    """Follow fresh starts; return the means a leg of each of the terms that `follow` gives, shape (4, N)."""
+    """Follow new random starts; return the means per leg of the terms from `follow`, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
     for _ in range(legs):
@@ -163,7 +161,7 @@ def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats
 
 
 def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
-    """Follow starts until their beams have forgotten how they began, to all that matters."""
+    """Follow starts until their beams no longer depend on the initial convergence."""
     first = next_leg(runs, a)
     runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
     for _ in range(_LONGEST_WAY):
@@ -174,20 +172,20 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 
 
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
-    """Follow trajectories over a run and the leg behind it.
+    """Follow trajectories over a run and the leg after it.
 
     Parameters
     ----------
     runs : Runs
     beams : Beams
-        What is known of the slopes of tangent vectors at their beginning.
+        Bounds on the convergence at the beginning of the runs.
     a : float
 
     Returns
     -------
     tuple
-        The next runs, the beams there, and per trajectory, shape (4, N): the rest, the width of what
-        it may be, the path less two for every wall, and the bounces.
+        The next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
+        the path minus two for every wall, and the number of bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift
@@ -203,11 +201,10 @@ def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 def _reference(
     moments: Floats, starts: int, legs: int, stadium: Stadium, known: tuple[float, float], seed: int
 ) -> Reference:
-    """Put averages together, from sums over starts of the terms and of their squares, shape (2, 4).
+    """Compute the averages from sums over starts of the terms and of their squares, shape (2, 4).
 
-    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average.
-    The path of a leg of n walls is about 2 n; what it has more is soon known, unlike n itself, and the
-    mean of n is a. So the mean free path is a check of the map and of the measure.
+    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average. The path minus 2 per wall scatters
+    little, and the mean number of walls is a. So the mean free path checks the map and the measure.
     """
     rest, width, path, bounces = means = moments[0] / starts
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))

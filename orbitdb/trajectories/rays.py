@@ -1,9 +1,8 @@
-"""Trajectories bounce by bounce, and, where only averages are wanted, faster: from semicircle to semicircle.
+"""Trajectories bounce by bounce or, faster and for averages, from semicircle to semicircle.
 
-Unfold the stadium at its walls: a path that leaves a semicircle for the other one is a straight line,
-and the copy of the strip it is in when it reaches the other circle says how many walls it has hit. So
-the thousands of bounces of a path that runs up and down between the walls cost no more than one, and no
-rounding adds up in them. All is vectorised over trajectories.
+If the stadium is unfolded at its walls, a path from one semicircle to the other is a straight line. The copy
+of the strip in which it reaches the other circle gives the number of walls. So thousands of bounces between
+the walls cost no more than one and accumulate no rounding errors.
 """
 
 from typing import NamedTuple
@@ -18,21 +17,21 @@ _TINY = 1e-150
 
 
 class Rays(NamedTuple):
-    """N trajectories just behind a bounce; all arrays of shape (N,)."""
+    """N trajectories just after a bounce; all arrays of shape (N,)."""
 
-    x: Floats  # the point of the bounce, from the middle of the stadium
+    x: Floats  # point of the bounce, from the centre of the stadium
     y: Floats
-    vx: Floats  # direction of the path that leaves it, a unit vector
+    vx: Floats  # direction of the outgoing path, a unit vector
     vy: Floats
-    side: Floats  # where the bounce was: -1 left semicircle, +1 right semicircle, 0 a straight wall
+    side: Floats  # place of the bounce: -1 left semicircle, +1 right semicircle, 0 straight wall
 
 
 class Bounce(NamedTuple):
     """The next bounce of N rays; all arrays of shape (N,)."""
 
-    rays: Rays  # just behind it
+    rays: Rays  # just after the bounce
     path: Floats  # length of the path to it
-    kick: Floats  # what it adds to the convergence of a beam, 2 / sin(theta) on a semicircle and 0 on a wall
+    kick: Floats  # convergence that it adds to a beam: 2 / sin(theta) on a semicircle, 0 on a wall
 
 
 def bounce(rays: Rays, a: float) -> Bounce:
@@ -46,8 +45,8 @@ def bounce(rays: Rays, a: float) -> Bounce:
 
     Notes
     -----
-    Where a path crosses the level of the wall ahead decides what it hits: the stadium is convex, so
-    within (-a, a) it is the wall and beyond it the semicircle of that side.
+    The stadium is convex. If the path crosses the height of the wall ahead within (-a, a), it hits the wall;
+    otherwise it hits the semicircle on that side.
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
     wall = np.copysign(1.0, vy)
@@ -68,12 +67,12 @@ def bounce(rays: Rays, a: float) -> Bounce:
 
 
 class Arcs(NamedTuple):
-    """N trajectories just behind a bounce on a semicircle; all arrays of shape (N,)."""
+    """N trajectories just after a bounce on a semicircle; all arrays of shape (N,)."""
 
     side: Floats  # -1 left, +1 right semicircle
-    x: Floats  # the point of the bounce, from the centre of its circle
+    x: Floats  # point of the bounce, from the centre of its circle
     y: Floats
-    vx: Floats  # direction of the path that leaves it, a unit vector
+    vx: Floats  # direction of the outgoing path, a unit vector
     vy: Floats
 
 
@@ -88,12 +87,12 @@ def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
 
 
 class Step(NamedTuple):
-    """The way of N trajectories to their next bounce on a semicircle; all arrays of shape (N,)."""
+    """The step of N trajectories to their next bounce on a semicircle; all arrays of shape (N,)."""
 
-    arcs: Arcs  # just behind that bounce
+    arcs: Arcs  # just after that bounce
     path: Floats  # length of the path to it
-    walls: Floats  # straight bounces on the way
-    kick: Floats  # 2 / sin(theta), what the bounce adds to the convergence of a beam
+    walls: Floats  # number of straight bounces on the way
+    kick: Floats  # 2 / sin(theta), the convergence that the bounce adds to a beam
 
 
 def advance(arcs: Arcs, a: float) -> Step:
@@ -107,8 +106,8 @@ def advance(arcs: Arcs, a: float) -> Step:
 
     Notes
     -----
-    The next bounce is on the same semicircle where the chord of the circle ends on it. Otherwise the level
-    at which the unfolded path reaches the other centre's x gives the copy.
+    The next bounce is on the same semicircle if the chord of the circle ends there. Otherwise the height at
+    which the unfolded path reaches the x of the other centre gives the copy.
     """
     side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
     along = x * vx + y * vy
@@ -129,9 +128,8 @@ def _off_circle(
 ) -> tuple[Floats, ...]:
     """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
 
-    The distance comes from the impact parameter about the centre, which is as exact far away as near; from
-    one bounce to the next on the same circle the angle is kept as it is, however grazing. Points and
-    directions are put back to radius and length 1 to first order.
+    The distance comes from the impact parameter about the centre, which is accurate at any distance. Bounces
+    on the same circle keep their angle exactly. Points and directions are normalised to first order.
     """
     along = dx * vx + dy * vy
     impact = dx * vy - dy * vx

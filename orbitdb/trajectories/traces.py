@@ -1,4 +1,4 @@
-"""One trajectory as a symbol sequence: followed from a start both ways, or measured as points."""
+"""One trajectory as a symbol sequence: followed both ways from a start, or measured as points."""
 
 import math
 from collections.abc import Sequence
@@ -16,30 +16,30 @@ from orbitdb.numerals import exact
 from orbitdb.trajectories.rays import Rays, bounce
 
 BOUNCES = 60
-"""Followed each way if no number is named, where rounding allows as many."""
+"""Default number of bounces each way; rounding may allow fewer."""
 
 MOST_BOUNCES = 1000
 _LEAST_POINTS = 3
 _ROUNDED = 1e-6
-"""A start that is given with six digits may lie this far outside."""
+"""A start may be this far outside, as when it is given with six digits."""
 
 _ROUNDING = 8 * float(np.finfo(float).eps)
-"""Of a start and of one bounce, in units of 1 + a."""
+"""Rounding error of a start and of one bounce, in units of 1 + a."""
 
 _LOST = 1e20
-"""Growth of an error beyond which nothing is known, so that numbers stay finite."""
+"""Cap on the growth of an error, so that numbers stay finite."""
 
 _EXACT = 1e-9
-"""Where the error is below it, a bounce no farther than that from a joint is taken to be on it."""
+"""If its error is below this, a bounce no farther from a joint than the error counts as on the joint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trace(ByValue):
     """The bounces of one trajectory."""
 
-    first: int  # number of its first bounce; number 1 is the first one behind a start, or the first point
+    first: int  # number of the first bounce; number 1 is the first after a start, or the first point
     symbols: NDArray[np.uint8]  # shape (T,)
-    points: Floats  # Cartesian, from the middle of the stadium, in units of the radius, shape (T, 2)
+    points: Floats  # Cartesian, from the centre of the stadium, in units of the radius, shape (T, 2)
 
     def __len__(self) -> int:
         return len(self.symbols)
@@ -48,29 +48,29 @@ class Trace(ByValue):
 def trace_start(
     stadium: Stadium, start: Sequence[float], tolerance: float, bounces: int | None = None
 ) -> Trace:
-    """Follow a trajectory from its start, ahead and back, as far as rounding leaves its bounces known.
+    """Follow a trajectory from its start, forward and back, until rounding makes its bounces uncertain.
 
     Parameters
     ----------
     stadium : Stadium
     start : (float, float, float)
-        x, y from the middle of the stadium, and the angle of the path from the x axis (radians).
+        x, y from the centre of the stadium, and the angle of the path from the x axis (radians).
     tolerance : float
-        Error of a bounce, as an estimate, at which to stop.
+        Estimated error of a bounce at which to stop.
     bounces : int, optional
-        At most so many each way; `BOUNCES` by default.
+        Largest number of bounces each way; `BOUNCES` by default.
 
     Raises
     ------
     InputError
-        If the start is no three numbers or outside the stadium, the number of bounces is none, or the
-        path runs through a joint of wall and semicircle.
+        If the start is not three finite numbers or is outside the stadium, `bounces` is out of range, no
+        bounce is within the tolerance, or the path runs through a joint of wall and semicircle.
     """
     if bounces is not None and not 1 <= bounces <= MOST_BOUNCES:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_BOUNCES}")
     ray = _both_ways(stadium, start)
     rows = _follow(stadium, ray, bounces or BOUNCES)
-    joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows[:3]]  # back in time, then ahead
+    joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows[:3]]  # in order of time
     symbols, coordinates = written(stadium, *joined)
     ahead, back = (_known(stadium, [row[n] for row in rows], tolerance, way) for n, way in ((0, 1), (1, -1)))
     if not ahead + back:
@@ -84,7 +84,7 @@ def trace_start(
 
 
 def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
-    """Return the ray of a start and the one that leaves it backwards."""
+    """Return the rays that leave a start forward and backward."""
     values = _numbers(start, "a start is x,y,angle, such as 0,0.5,1.2")
     if values.shape != (3,):
         raise InputError("a start is x,y,angle: three numbers, such as 0,0.5,1.2")
@@ -94,7 +94,7 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
     if off > 1 + _ROUNDED:
         raise InputError(
             f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {exact(stadium.a)}: "
-            "x and y count from its middle, in units of the radius"
+            "measure x and y from its centre, in units of the radius"
         )
     scale = 1 / max(1.0, off)
     xs, ys = np.full(2, centre + (x - centre) * scale), np.full(2, y * scale)
@@ -103,7 +103,7 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
 
 
 def _numbers(values: Any, help: str) -> Floats:
-    """Return finite numbers as an array."""
+    """Return values as an array of finite numbers; raise `InputError` with the help text if they are not."""
     try:
         found = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -114,12 +114,12 @@ def _numbers(values: Any, help: str) -> Floats:
 
 
 def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return x, y and side of the bounces, and about how far off they may be along the wall.
+    """Return x, y and side of the bounces, and estimates of their errors along the wall.
 
     Notes
     -----
-    An error across the path and one of its direction grow as tangent vectors do
-    (`orbitdb.trajectories.ensemble.follow`); what later bounces add grows less.
+    An error across the path and one of its direction grow like tangent vectors
+    (`orbitdb.trajectories.ensemble.follow`). Errors added by later bounces grow less.
     """
     offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays.x))
     rows = []
@@ -136,7 +136,7 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:
-    """Return how many bounces one way are known, but the last that was followed; refuse a joint."""
+    """Return the number of known bounces one way, without the last one followed; refuse a joint."""
     x, y, side, error = rows
     angle = np.arctan2(y, side * x - stadium.a)
     room = np.where(side == 0, stadium.a - np.abs(x), HALF_PI - np.abs(angle))
@@ -159,14 +159,14 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     ----------
     stadium : Stadium
     points : array-like, shape (N, 2)
-        x, y of N >= 3 successive bounces; the last may be the first again, which closes a polygon.
+        x, y of N >= 3 successive bounces; the last may repeat the first to close a polygon.
     tolerance : float
-        How far from the boundary they may lie.
+        Largest distance of a point from the boundary.
 
     Raises
     ------
     InputError
-        If they are no such points.
+        If the points are not such bounces.
     """
     found = _numbers(points, "give points as pairs x,y, one per bounce")
     if found.size == 0:
@@ -187,12 +187,11 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     x, y = found.T
     side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
     y = np.where(side == 0, np.copysign(1.0, y), y)
-    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # beside it nothing of a run: a straight wall
+    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # a straight wall at each end, so that runs end
     return Trace(1, written(stadium, *alone)[0][0], found)
 
 
 def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> None:
-    """Refuse points that are no bounces."""
     x, y = points.T
     off = np.hypot(np.maximum(np.abs(x) - stadium.a, 0), y) - 1
     worst = int(np.abs(off).argmax())
@@ -200,5 +199,5 @@ def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> No
         where = "outside" if off[worst] > 0 else "inside"
         raise InputError(
             f"point {worst + 1}, ({x[worst]:g}, {y[worst]:g}), lies {abs(off[worst]):.2g} {where} the "
-            f"stadium at a = {exact(stadium.a)}, more than the tolerance {tolerance:g}: points are bounces"
+            f"stadium at a = {exact(stadium.a)}, more than the tolerance {tolerance:g}: give only bounces"
         )

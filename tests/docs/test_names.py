@@ -105,7 +105,8 @@ def test_all_pages_install_extras_in_the_same_way():
     lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))
     assert len(lines) >= 4
     assert {name for name, _ in lines} == {"orbitdb", "."}
-    assert {extras for name, extras in lines if name == "."} == {"test", "plot,pandas", "docs"}  # of a checkout
+    checkout = {extras for name, extras in lines if name == "."}
+    assert checkout == {"test", "plot,pandas", "docs"}
     assert {extra for _, extras in lines for extra in extras.split(",")} <= known
 
 

@@ -235,4 +235,4 @@ def test_progress_counts_the_windows_of_each_length():
     found = list(search(Stadium(1.6), 6, tell=lambda done, total, text: told.setdefault(text, (done, total))))
     for bounds, count in zip(found, np.diff([0, *(each.windows for each in found)]), strict=True):
         assert told[f"{bounds.window} letters"] == (0, count)
-        assert told[f"{bounds.window} letters: what they leave"] == (0, 0)
+        assert told[f"{bounds.window} letters: growth rates"] == (0, 0)

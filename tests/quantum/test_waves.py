@@ -119,9 +119,9 @@ def test_scar_strength_is_the_mean_of_psi_squared_along_the_orbit(few):
     assert wave.strength(orbit) == pytest.approx(area * total / there(orbit.length), rel=1e-6)
     for image in ("1032", "0321"):
         assert wave.strength(solve_word(image, A)) == pytest.approx(wave.strength(orbit), rel=1e-8)
-    with pytest.raises(InputError, match="scars no wave"):
+    with pytest.raises(InputError, match="is not an orbit at a"):
         wave.strength(solve_word("1001", A))
-    with pytest.raises(InputError, match="no orbit at a"):
+    with pytest.raises(InputError, match="not an orbit at a"):
         wave.strength(solve_word("0123", 1.5))
 
 
