@@ -79,19 +79,26 @@ def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
     assert found.lower <= sound.lower < sound.upper <= found.upper
 
 
+@pytest.mark.parametrize("a", [1e-3, 0.3, 1.6])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
-def test_balls_are_right_from_any_starting_directions(way):
-    """Starting anywhere, the ball contains f at the clamped directions."""
+def test_balls_are_right_from_any_starting_directions(way, a):
+    """Starting anywhere, the ball contains f at the clamped directions.
+
+    Directions that are all off by as much, some up and some down, need the whole radius of the proof.
+    """
     random = np.random.default_rng(1)
-    for windows, _ in levels(1.6, 6):
+    for windows, _ in levels(a, 5):
         for _, chains in open_chains(windows):
-            problem = corner(chains, 1.6, way * chains.sense, way * chains.lean)
-            exact = solve_corner(problem, 1.6, np.zeros(len(chains)))
-            start = random.normal(size=problem.low.shape).T.tolist()
-            for column, (value, error) in enumerate(zip(exact.value, exact.error, strict=True)):
-                found = condition_in_balls(problem, column, 1.6, start[column])
-                assert found is not None
-                assert found.overlaps(arb(value, error))
+            problem = corner(chains, a, way * chains.sense, way * chains.lean)
+            exact = solve_corner(problem, a, np.zeros(len(chains)))
+            shape = problem.low.shape
+            starts = [random.normal(size=shape)]
+            starts += [exact.alpha + off * random.choice([-1.0, 1.0], shape) for off in (0.2, 0.6, 1.2, 1.2)]
+            for start in starts:
+                for column, (value, error) in enumerate(zip(exact.value, exact.error, strict=True)):
+                    found = condition_in_balls(problem, column, a, start.T.tolist()[column])
+                    assert found is not None
+                    assert found.overlaps(arb(value, error))
 
 
 @pytest.mark.parametrize("a", [1e-4, 0.3, 1.6])
