@@ -191,6 +191,15 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert there(answer(app.path, lacking_births, main.selection)) in shown(app)
 
 
+async def test_another_stadium_drops_the_comparison(varied):
+    async with browsing(varied) as (app, pilot):
+        await press(pilot, "j", "m", "j", "m")
+        assert len(app.screen.compared) == 2
+        await press(pilot, "a", "up", "enter")
+        assert stadiums_of(app) == {1.0}
+        assert app.screen.compared == ()
+
+
 @pytest.mark.slow
 async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
     async with browsing(varied) as (app, pilot):
