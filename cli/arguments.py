@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.cli.options import USUAL_A
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli.render import note, repeats
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole

@@ -74,7 +74,7 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at one a, or refuse an option that cannot be read."""
-        from orbitdb.store.asking.criteria import choose
+        from orbitdb.store.asking.criteria import chosen_by
         from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
         from orbitdb.store.asking.selection import SelectionError
 
@@ -82,7 +82,7 @@ class Choice:
         if parameters and self.where is None:
             raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
         names = ("p", "status", "symmetry", "contains", "where")
-        chosen = choose(
+        chosen = chosen_by(
             a,
             **{name: getattr(self, name) for name in names},
             time_reversal=self.reversal,

@@ -118,9 +118,6 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-USUAL_A = 1.6
-"""The paper's stadium."""
-
 HalfLength = Annotated[float, number_option("--a", help="Half length of a straight wall.")]
 StoredHalfLength = Annotated[
     float | None,

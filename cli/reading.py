@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.options import USUAL_A
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact

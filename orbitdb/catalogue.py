@@ -13,7 +13,7 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.criteria import Criteria, choose, chosen_periods, with_criteria
+from orbitdb.store.asking.criteria import Criteria, chosen_by, chosen_periods, with_criteria
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import default_path
 from orbitdb.store.reading.lookup import meant
@@ -1026,7 +1026,7 @@ class Catalogue:
         named = criteria.copy()
         if named.get("a") is None:
             named["a"] = self.a
-        return choose(**named)
+        return chosen_by(**named)
 
     def _at(self, a: float | None) -> float:
         """Return the stadium that a question is about."""

@@ -30,7 +30,7 @@ class ByValue:
         return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
 
 
-class Columns(ByValue):
+class Batch(ByValue):
     """Base of dataclasses, made with ``eq=False``, whose arrays have N entries along their last axis.
 
     Fields that are no arrays hold for all N.
@@ -42,7 +42,7 @@ class Columns(ByValue):
 
 
 def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:
-    if isinstance(value, Columns):
+    if isinstance(value, Batch):
         return value.rows(chosen)
     if not isinstance(value, np.ndarray):
         return value

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import settings
 
 if TYPE_CHECKING:  # pytest's controller process need not import it
-    from orbitdb.filling.resuming import Progress
+    from orbitdb.filling.resuming import Step
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as `orbitdb.cli.main` does
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # children share compiled imports
@@ -99,11 +99,11 @@ def filled(filled_once: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def begin_fill(small_blocks: None) -> Callable[..., Generator["Progress"]]:
+def begin_fill(small_blocks: None) -> Callable[..., Generator["Step"]]:
     """Start to fill a period in small blocks; return the rest of the fill, which close() stops."""
     from orbitdb.filling.fill import fill_periods
 
-    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Progress"]:
+    def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Step"]:
         going = fill_periods(path, a, [p])
         full = (step for step in going if step.words)  # a block of high first symbols may be empty
         for _ in range(batches):

@@ -22,7 +22,7 @@ from orbitdb.cli.tui.table.columns import USUAL, chosen
 from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.plaintext import printable
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.where import check
 from orbitdb.store.file.tokens import tokens
@@ -30,8 +30,8 @@ from orbitdb.symbols.words import least_rotation, parse_primitive
 
 _LONGEST_NAME = 40
 
-Criteria = Mapping[str, Any]
-"""A subset as JSON holds it: what `choose` takes."""
+KeptCriteria = Mapping[str, Any]
+"""A subset as JSON holds it: what `chosen_by` takes."""
 
 
 @dataclass
@@ -39,7 +39,7 @@ class State:
     """What is kept: columns in their order, subsets of any catalogue by name, words as they were marked."""
 
     columns: list[str] = field(default_factory=lambda: list(USUAL))
-    filters: dict[str, Criteria] = field(default_factory=dict)
+    filters: dict[str, KeptCriteria] = field(default_factory=dict)
     marked: list[str] = field(default_factory=list)
 
 
@@ -105,8 +105,8 @@ def among_marked(words: Sequence[str], where: str | None) -> str:
     return f"({bare.strip()}) and {marks}"
 
 
-def criteria_of(selection: Selection) -> Criteria:
-    """Return a subset as `choose` takes it, whatever its a is; what chooses nothing is left out."""
+def criteria_of(selection: Selection) -> KeptCriteria:
+    """Return a subset as `chosen_by` takes it, whatever its a is; what chooses nothing is left out."""
     spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
     several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
@@ -115,11 +115,11 @@ def criteria_of(selection: Selection) -> Criteria:
     return {name: value for name, value in (plain | several | ranges).items() if value}
 
 
-def selection_of(criteria: Criteria, a: float) -> Selection:
+def selection_of(criteria: KeptCriteria, a: float) -> Selection:
     """Return a kept subset at some a, or refuse what is none, as somebody has written it by hand."""
     try:
         parameters = dict(criteria.get("parameters") or {})
-        return choose(a=a, **{**criteria, "parameters": parameters})
+        return chosen_by(a=a, **{**criteria, "parameters": parameters})
     except (TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
             raise

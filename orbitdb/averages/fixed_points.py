@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
-from orbitdb.equality import ByValue, Columns
+from orbitdb.equality import Batch, ByValue
 
 
 class Weight(StrEnum):
@@ -31,7 +31,7 @@ class Weight(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class ClassRows(Columns):
+class ClassRows(Batch):
     """Symmetry classes of isolated orbits, with any periods and in any order.
 
     Attributes

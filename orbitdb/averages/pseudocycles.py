@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 
 CHUNK = 1 << 16
 """Approximate number of pseudo-cycles built at a time; it limits the memory."""
 
 
 @dataclass(frozen=True, eq=False)
-class Factors(Columns):
+class Factors(Batch):
     """The N different factors (1 - t z^p)^count of 1/zeta.
 
     Attributes
@@ -118,7 +118,7 @@ def _add(sums: Floats, period: Integers, totals: Floats) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Terms(Columns):
+class _Terms(Batch):
     """Pseudo-cycles: their dearest factor, its multiplicity, and their products."""
 
     last: Integers

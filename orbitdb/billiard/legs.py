@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from orbitdb.arithmetic import ABOVE
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import STRAIGHT
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])
@@ -35,7 +35,7 @@ _LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True, eq=False)
-class Chain(Columns):
+class Chain(Batch):
     """N words as cyclic chains of m runs and m legs each: all that the length depends on.
 
     Attributes
@@ -220,7 +220,7 @@ def summation_rounding(m: int) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives(Columns):
+class Derivatives(Batch):
     """First and second derivatives of L at some directions, all of shape (m, N)."""
 
     gradient: Floats  # dL/dalpha: the offset, across the leg, of the points that its ends should meet

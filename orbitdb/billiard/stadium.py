@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
+from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 
 Pair = tuple[Floats, Floats]
@@ -58,7 +59,7 @@ class Stadium:
         If a is not a number in `MIN_A`..`MAX_A`.
     """
 
-    a: float = 1.6
+    a: float = USUAL_A
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "a", _half_length(self.a))

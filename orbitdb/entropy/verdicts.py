@@ -34,7 +34,7 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
-from orbitdb.equality import ByValue, Columns
+from orbitdb.equality import Batch, ByValue
 from orbitdb.orbits.cyclic import tridiagonal
 from orbitdb.progress import Tell
 
@@ -49,7 +49,7 @@ ROUNDING = 12 * EPSILON
 
 
 @dataclass(frozen=True, eq=False)
-class Corner(Columns):
+class Corner(Batch):
     """N windows with an extreme push at each end.
 
     Attributes

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
-from orbitdb.equality import ByValue, Columns
+from orbitdb.equality import Batch, ByValue
 
 Letters = NDArray[np.uint8]
 
@@ -120,7 +120,7 @@ def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class OpenChains(Columns):
+class OpenChains(Batch):
     """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, and an outer leg at each end.
 
     Rows go from 0 to m + 1; run i precedes leg i, and there is no run 0. If the window cuts a leg at an end,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.filling.fill import cut
-from orbitdb.filling.resuming import Progress, Work, resume
+from orbitdb.filling.resuming import Step, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.births.changes import Changes, find_changes
 from orbitdb.store.file.schema import BORN, DIED
@@ -31,7 +31,7 @@ BLOCK = 1 << 17
 """Words of a block, about: some seconds of work."""
 
 
-def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Progress]:
+def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
     """Store the births and deaths of all classes of some periods.
 
     Parameters
@@ -45,7 +45,7 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
     Yields
     ------
-    Progress
+    Step
         As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     periods = sorted(set(periods))

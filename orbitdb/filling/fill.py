@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Progress, Work, resume
+from orbitdb.filling.resuming import Step, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
@@ -131,7 +131,7 @@ _LAST_FULL_MASK = 64
 
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
-) -> Generator[Progress]:
+) -> Generator[Step]:
     """Store all admissible words of some periods and what becomes of them at one a.
 
     Parameters
@@ -149,7 +149,7 @@ def fill_periods(
 
     Yields
     ------
-    Progress
+    Step
         As `orbitdb.filling.resuming.resume` does, which says what it raises.
     """
     stadium, periods = Stadium(a), list(periods)
@@ -198,12 +198,12 @@ class _Fill(Work):
         return words, counts_when_done(cursor.p, found) | {"words": words}
 
 
-def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
+def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
     Yields
     ------
-    Progress
+    Step
         Behind every batch; all primitive words of the period are counted.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
@@ -219,7 +219,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Progress]:
                 with writer.writing() as connection:
                     classes.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
-                yield Progress(p, done, total)
+                yield Step(p, done, total)
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:

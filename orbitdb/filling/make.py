@@ -11,7 +11,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.estimate import check_room, need, sweep_need
 from orbitdb.filling.fill import METHODS, fill_geometric, fill_periods
-from orbitdb.filling.resuming import Progress
+from orbitdb.filling.resuming import Step
 from orbitdb.filling.workers import Workers, at_work, cores
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
@@ -22,9 +22,7 @@ _BIRTHS_A_SECOND = 40_000
 """Words whose births are found in a second, about."""
 
 
-def watched(
-    steps: Generator[Progress], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0
-) -> None:
+def watched(steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0) -> None:
     """Take the steps of a fill, and tell how far all its periods are, of which some words were known."""
     total = sum(totals.values())
     with closing(steps):

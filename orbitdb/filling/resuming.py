@@ -21,7 +21,7 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 
 
-class Progress(NamedTuple):
+class Step(NamedTuple):
     """How far a fill, a sweep or births have come.
 
     Attributes
@@ -66,12 +66,12 @@ class Work(ABC):
         return {}
 
 
-def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Progress]:
+def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
     """Do what is missing of some periods; go on behind another process that does the same.
 
     Yields
     ------
-    Progress
+    Step
         Behind every block that is safely stored.
 
     Raises
@@ -92,7 +92,7 @@ def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Pr
             yield from _blocks(work, missing, workers)
 
 
-def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Progress]:
+def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
     """Store the blocks behind the cursors, and close every period behind its last one."""
     clock = time.monotonic()
     begun = list(cursors.values())
@@ -105,7 +105,7 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
             cursors[p] = move(connection, cursors[p], part.span, spent)
         if part.span.upto == Span.whole(p).upto:
             _close(work, cursors[p])
-        yield Progress(p, cursors[p].words, count_admissible(p))
+        yield Step(p, cursors[p].words, count_admissible(p))
 
 
 def _close(work: Work, cursor: Cursor) -> None:

@@ -17,7 +17,7 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Progress, Work, resume
+from orbitdb.filling.resuming import Step, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
@@ -46,7 +46,7 @@ def sweep_periods(
     periods: Iterable[int],
     workers: Workers = HERE,
     selection: Selection | None = None,
-) -> Generator[Progress]:
+) -> Generator[Step]:
     """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
 
     Parameters
@@ -65,7 +65,7 @@ def sweep_periods(
 
     Yields
     ------
-    Progress
+    Step
         As `orbitdb.filling.resuming.resume` does, which says what it raises.
 
     Raises

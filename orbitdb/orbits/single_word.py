@@ -5,7 +5,7 @@ from typing import Any
 
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.births.changes import Life, find_changes
+from orbitdb.orbits.births.changes import Stretch, find_changes
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
@@ -15,7 +15,7 @@ LONGEST = 200
 """Bounces of a word that is followed in a, at most."""
 
 
-def existence(word: str) -> list[Life]:
+def existence(word: str) -> list[Stretch]:
     """Find the ranges of a in which one word is an orbit.
 
     Parameters

@@ -14,13 +14,13 @@ from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors
 from orbitdb.billiard.legs import Chain, Derivatives, Legs, derivatives, direction_limits, length
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
 from orbitdb.orbits.orbit import Orbits, Status
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict(Columns):
+class Verdict(Batch):
     """What has become of N words, and what that was decided by."""
 
     slopes: Derivatives

@@ -20,7 +20,14 @@ from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
-from orbitdb.store.reading.audit import StoredBlock, choose, ids_in, load_orbits, stadium_id, whole_rows
+from orbitdb.store.reading.audit import (
+    StoredBlock,
+    ids_in,
+    load_orbits,
+    sampled_classes,
+    stadium_id,
+    whole_rows,
+)
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
@@ -162,7 +169,7 @@ def certify(
     source = Reader(path)
     with source.moment() as moment:
         connection = moment.connection
-        chosen = choose(connection, selection, sample, np.random.default_rng(seed))
+        chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
         number = stadium_id(connection, selection.a)
         if number is None:
             return

@@ -21,7 +21,7 @@ from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
-from orbitdb.store.reading.audit import StoredBlock, choose, load_orbits, whole_rows
+from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
@@ -128,7 +128,7 @@ def verify(
     """
     rng = np.random.default_rng(seed)
     connection = moment.connection
-    classes = {s.a: choose(connection, s, sample, rng) for s in selections}
+    classes = {s.a: sampled_classes(connection, s, sample, rng) for s in selections}
     parts = chain(
         file_parts(selections),
         [Part("provenance", check_provenance)],

@@ -14,7 +14,7 @@ from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes,
 from orbitdb.averages.tilted import tilt
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import exponents
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
@@ -92,7 +92,7 @@ def test_the_error_estimate_is_useful_at_small_a():
 
 
 def test_the_catalogue_gives_the_values_of_its_orbits(filled):
-    found = there(sum_rules_of(answer(filled, read_whole, choose(status="orbit"))))
+    found = there(sum_rules_of(answer(filled, read_whole, chosen_by(status="orbit"))))
     alone = swept_sum_rules(1.6, [], HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 
@@ -101,7 +101,7 @@ def test_the_catalogue_gives_the_values_of_its_orbits(filled):
     "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": "2-6", "status": "boundary"}]
 )
 def test_a_subset_of_the_orbits_has_no_sum_rules(filled, criteria):
-    chosen = choose(**{"status": "orbit"} | criteria)
+    chosen = chosen_by(**{"status": "orbit"} | criteria)
     assert sum_rules_of(answer(filled, read_whole, chosen)) is None
 
 

@@ -88,7 +88,7 @@ async def browse(path: Path) -> None:
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.table.paged_table import PagedTable
     from orbitdb.cli.tui.table.pages import Ordering
-    from orbitdb.store.asking.criteria import choose
+    from orbitdb.store.asking.criteria import chosen_by
     from orbitdb.store.asking.selection import Selection
 
     app = BrowseApp(path, Selection())
@@ -100,7 +100,7 @@ async def browse(path: Path) -> None:
         await pilot.pause()  # drawing the first screen delays keys, too
         for name, (criteria, order) in BROWSE.items():
             begun, worked, before, slowest = time.perf_counter(), time.process_time(), table.source, 0.0
-            main.selection, main.ordering = choose(**criteria), Ordering(order.strip("-"), "-" in order)
+            main.selection, main.ordering = chosen_by(**criteria), Ordering(order.strip("-"), "-" in order)
             while table.source is before:
                 pressed, cursor, key = time.perf_counter(), table.cursor, "k" if table.cursor else "j"
                 app.post_message(events.Key(key, key))

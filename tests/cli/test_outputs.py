@@ -29,7 +29,7 @@ from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
@@ -142,7 +142,7 @@ def legwise(_: Catalogue) -> Columns:
 
 def checked(catalogue: Catalogue) -> Columns:
     with reading(catalogue.path) as moment:
-        found = report(verify(moment, [choose(a=1.6, p="2-4")], None, 2, 7))
+        found = report(verify(moment, [chosen_by(a=1.6, p="2-4")], None, 2, 7))
     names = ("rows", "failures", "worst", "share", "first")
     return records(found, {"check": "name"} | {name: name for name in names})
 

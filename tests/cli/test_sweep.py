@@ -11,7 +11,7 @@ from contents import alter, made
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 
 OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
 
@@ -131,7 +131,7 @@ def test_other_commands_answer_from_sweeps(cli):
 @pytest.mark.usefixtures("small_sweeps")
 def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
     chosen = ("--a", "0.8", "--reversal", "self")
-    going = sweep_periods(born, 0.8, [6], selection=choose(a=0.8, time_reversal="self"))
+    going = sweep_periods(born, 0.8, [6], selection=chosen_by(a=0.8, time_reversal="self"))
     next(going)
     going.close()
     assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err

@@ -17,12 +17,12 @@ from quick import slow_but
 
 from orbitdb.filling import births, fill, sweeps
 from orbitdb.filling.fill import fill_geometric, fill_periods
-from orbitdb.filling.resuming import Progress
+from orbitdb.filling.resuming import Step
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.file.migrate import migrate
 
-Work = Callable[[Path], Iterator[Progress]]
+Work = Callable[[Path], Iterator[Step]]
 WORKS: dict[str, Work] = {
     "fill": lambda path: fill_periods(path, 1.6, [4, 5, 6]),
     "fill at another a": lambda path: fill_periods(path, 1.0, [6]),
@@ -30,7 +30,7 @@ WORKS: dict[str, Work] = {
     "births": lambda path: births.fill_births(path, [2, 3, 5]),
     "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [5, 6]),
     "sweep of some": lambda path: sweeps.sweep_periods(
-        path, 1.6, [6], selection=choose(time_reversal="pair", length=(None, 25))
+        path, 1.6, [6], selection=chosen_by(time_reversal="pair", length=(None, 25))
     ),
 }
 

@@ -25,7 +25,7 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.sums import exponents
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges
 from orbitdb.store.reading.moment import Reader
@@ -63,7 +63,7 @@ def test_a_swept_subset_equals_the_choice_from_stored_rows(tmp_path, a, highest,
     made(path, fill_periods(path, a, periods))
     with closing(Catalogue(path)) as catalogue:
         for subset in subsets:
-            agree(catalogue, choose(a, **subset), periods)
+            agree(catalogue, chosen_by(a, **subset), periods)
 
 
 def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> None:
@@ -89,7 +89,7 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
 @pytest.mark.slow
 @pytest.mark.parametrize("subset", [SUBSETS[0], SUBSETS[-1]])
 def test_averages_over_a_swept_subset_equal_those_over_rows(filled_once, tmp_path, subset):
-    chosen = choose(1.6, p="2-6", **subset)
+    chosen = chosen_by(1.6, p="2-6", **subset)
     path = tmp_path / "swept.db"
     made(path, sweep_periods(path, 1.6, range(2, 8), selection=replace(chosen, periods=())))
     with closing(Catalogue(path)) as swept, closing(Catalogue(filled_once)) as filled:
@@ -110,7 +110,7 @@ def test_a_bound_on_a_range_refers_to_the_stored_number():
     (swept,) = exponents(pack(from_strings([word])), 10, Stadium(a))
     assert swept.length[0] == pytest.approx(stored, rel=1e-14)
     for bounds in ((stored, None), (None, stored), (stored, stored)):
-        selection = choose(a, length=bounds)
+        selection = chosen_by(a, length=bounds)
         assert within_ranges(pack(from_strings([word])), 10, swept.length, swept.lyapunov, selection).all()
 
 
@@ -146,7 +146,7 @@ def asked(criteria: dict[str, Any], order: list[str]) -> Selection:
     named = {name: criteria[name] for name in order}
     if "symmetry" in named:
         named["symmetry"] = ",".join(named["symmetry"])
-    return choose(**named)
+    return chosen_by(**named)
 
 
 def meant(criteria: dict[str, Any]) -> dict[str, Any]:
@@ -173,8 +173,8 @@ def test_each_subset_has_a_unique_text(one, other, chance):
 
 
 def test_the_set_of_all_orbits_has_the_empty_text():
-    assert swept_text(choose()) == swept_text(choose(p=3, status="orbit", length=(-np.inf, None))) == ""
-    assert swept_text(choose(length=(-0.0, 20), time_reversal="self")) == "reversal=self length=0.0:20.0"
+    assert swept_text(chosen_by()) == swept_text(chosen_by(p=3, status="orbit", length=(-np.inf, None))) == ""
+    assert swept_text(chosen_by(length=(-0.0, 20), time_reversal="self")) == "reversal=self length=0.0:20.0"
 
 
 def test_a_stored_sweep_with_an_impossible_symmetry_is_still_read():

@@ -8,7 +8,7 @@ from orbitdb import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.asking.codes import hint
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import least_rotation, parse
@@ -42,7 +42,7 @@ def test_a_class_with_an_invalid_word_is_refused(own):
     ],
 )  # fmt: skip
 def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
-    chosen = choose(where=where, parameters={"w": "130"} if ":w" in where else {})
+    chosen = chosen_by(where=where, parameters={"w": "130"} if ":w" in where else {})
     assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
     assert catalogue.count(chosen) == len(found)
     assert sum(catalogue.classes(chosen).chosen) == len(found)

@@ -23,7 +23,7 @@ from orbitdb.cli.main import execute
 from orbitdb.store.asking import confinement
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.confinement import CancelledError
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 
 LISTS = ("rules", "coordinates")
@@ -54,15 +54,15 @@ def asked(tmp_path_factory):
 @example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
 def test_rows_and_counts_agree_with_a_list(asked, criteria, order, limit, offset, names):
     catalogue, rows = asked
-    found = list(catalogue.rows(choose(**criteria), names, order, limit, offset))
+    found = list(catalogue.rows(chosen_by(**criteria), names, order, limit, offset))
     assert found == model.columns_of(expected(rows, criteria, order, limit, offset), names)
-    assert catalogue.count(choose(**criteria)) == len(expected(rows, criteria))
+    assert catalogue.count(chosen_by(**criteria)) == len(expected(rows, criteria))
 
 
 @pytest.mark.parametrize("kind", ["exists", "not_at"])
 def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
     catalogue, rows = asked
-    asks = [choose(exists=at) if kind == "exists" else choose(not_at=at) for at in EDGES]
+    asks = [chosen_by(exists=at) if kind == "exists" else chosen_by(not_at=at) for at in EDGES]
     found = [catalogue.count(each) for each in asks]
     assert found == [len(expected(rows, {kind: (at,)})) for at in EDGES]
     assert len(set(found)) > 2
@@ -72,7 +72,7 @@ def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
 @example({"p": "2-30", "status": "orbit,geometric"}, "code")
 def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
-    subset = catalogue.select(choose(**criteria), order=order, coordinates=True)
+    subset = catalogue.select(chosen_by(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
     assert subset.codes.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born"):
@@ -93,7 +93,7 @@ def test_classes_agree_with_a_list(asked, criteria):
     catalogue, rows = asked
     wanted = expected(rows, criteria | {"status": "orbit"})
     counts = Counter((row["representative"], *(row[name] for name in OF_CLASSES)) for row in wanted)
-    found = catalogue.classes(choose(**criteria))
+    found = catalogue.classes(chosen_by(**criteria))
     for place, name in enumerate(OF_CLASSES, 1):
         assert getattr(found, name).tolist() == [known[place] for known in counts], name
     assert found.chosen.tolist() == list(counts.values())
@@ -104,7 +104,7 @@ def test_classes_agree_with_a_list(asked, criteria):
 def test_tallies_agree_with_a_list(asked, criteria, names):
     catalogue, rows = asked
     wanted = model.columns_of(expected(rows, criteria), names)
-    found = answer(catalogue.path, tally, choose(**criteria), names)
+    found = answer(catalogue.path, tally, chosen_by(**criteria), names)
     assert found == Counter(wanted)
     assert marginal(found, 0) == Counter(first for first, *_ in wanted)
 
@@ -115,7 +115,7 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
     known = [value for value in values if value is not None]
-    found = answer(catalogue.path, histogram, choose(**criteria), column, bins)
+    found = answer(catalogue.path, histogram, chosen_by(**criteria), column, bins)
     if found is None:
         assert not known
         return
@@ -229,7 +229,7 @@ CANCELLED = [
 def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as catalogue:
-        selection, looks = choose(**criteria), itertools.count()
+        selection, looks = chosen_by(**criteria), itertools.count()
         size = catalogue.count(selection)  # makes SQLite read the schema
         whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)
         asked = next(looks)

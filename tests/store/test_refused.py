@@ -15,7 +15,7 @@ from orbitdb.answers.whole_periods import read_terms
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.parsing import parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
@@ -97,7 +97,7 @@ def test_an_unterminated_string_is_quoted_as_typed():
 
 def test_a_bound_number_matches_the_code_with_its_digits(varied):
     with closing(Catalogue(varied)) as catalogue:
-        chosen = choose(a=1.6, where="code LIKE :code", parameters={"code": 13})
+        chosen = chosen_by(a=1.6, where="code LIKE :code", parameters={"code": 13})
         (found,) = catalogue.select(chosen)
         assert found.code == "13"
 
@@ -119,7 +119,7 @@ def test_a_class_number_must_encode_a_word_of_its_period(varied):
 def test_the_elements_of_a_class_must_lead_to_its_words(own):
     alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
     with pytest.raises(StoreError, match="no image of"), closing(Catalogue(own)) as catalogue:
-        list(catalogue.rows(choose(a=1.6), ("code", "coordinates")))
+        list(catalogue.rows(chosen_by(a=1.6), ("code", "coordinates")))
 
 
 def test_replacing_in_null_gives_null(varied):

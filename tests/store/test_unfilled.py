@@ -14,7 +14,7 @@ from orbitdb.answers.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.fills import Fill
 from orbitdb.symbols.pruning import count_admissible
@@ -115,9 +115,9 @@ def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
 
 
 def test_missing_births_are_reported_only_if_needed(varied):
-    assert answer(varied, without_births, choose(p="3-4"), ("born",)) == [3, 4]
-    assert answer(varied, without_births, choose(), order="dies desc") == [2, 3, 4, 5, 6]
-    assert answer(varied, without_births, choose(p="3-4")) == []
+    assert answer(varied, without_births, chosen_by(p="3-4"), ("born",)) == [3, 4]
+    assert answer(varied, without_births, chosen_by(), order="dies desc") == [2, 3, 4, 5, 6]
+    assert answer(varied, without_births, chosen_by(p="3-4")) == []
 
 
 def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):

@@ -19,7 +19,7 @@ from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.births.changes import events
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import reading
 from orbitdb.symbols.words import keys_of_period
@@ -170,11 +170,15 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
 
 def test_only_births_of_chosen_periods_are_checked(begun):
     list(fill_births(begun, [6]))
-    for chosen, expected in (((), [5, 6]), ([choose(p=6)], [6]), ([choose(p=7), choose(a=1, p="4-5")], [5])):
+    for chosen, expected in (
+        ((), [5, 6]),
+        ([chosen_by(p=6)], [6]),
+        ([chosen_by(p=7), chosen_by(a=1, p="4-5")], [5]),
+    ):
         with reading(begun) as moment:
             assert [found.p for found in whole_births(moment.connection, chosen)] == expected
     with reading(begun) as moment:
-        steps = verify(moment, [choose(p=5)], missing_births=True)
+        steps = verify(moment, [chosen_by(p=5)], missing_births=True)
         counted = {check.name: check.rows for step in steps for check in step.checks}
     assert (counted["births"], counted["lives"]) == (17, 17)
 

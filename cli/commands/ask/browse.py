@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.reading import meant
@@ -36,7 +37,7 @@ def browse(
     from orbitdb.store.asking.where import check
     from orbitdb.symbols.words import parse
 
-    chosen = choice.at(options.USUAL_A if a is None else a)
+    chosen = choice.at(USUAL_A if a is None else a)
     if code is not None:
         parse(code)
     if web:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output
@@ -111,7 +112,7 @@ def verify(
     missing: list[str] = []
     with source.moment() as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
-        subset = choice.at(options.USUAL_A)
+        subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
         if a is not None and not is_known(moment, stadiums[0]):
             note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import lengths
 from orbitdb.cli.output import Output
@@ -40,7 +41,7 @@ def bounds(
             metavar="NUMBER|FROM:TO:COUNT",
             help="Half length of a straight wall, or a logarithmic grid of them.",
         ),
-    ] = str(options.USUAL_A),
+    ] = str(USUAL_A),
     window: Annotated[
         int | None,
         options.count_option(

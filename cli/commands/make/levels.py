@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -38,7 +39,7 @@ def levels(
     parity: Annotated[
         str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
     ] = None,
-    a: options.HalfLength = 1.6,
+    a: options.HalfLength = USUAL_A,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
     output: Output,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -26,7 +27,7 @@ _NEAR = 0.05
 
 def simulate(
     *,
-    a: options.HalfLength = 1.6,
+    a: options.HalfLength = USUAL_A,
     wanted: Annotated[
         int, options.count_option("--bounces", least=1, most=10**12, help="Bounces in all, such as 1e8.")
     ] = 20_000_000,

@@ -14,7 +14,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
 from orbitdb.orbits.error_bounds import direction_errors
@@ -37,7 +37,7 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 
 
 @dataclass(frozen=True, eq=False)
-class Bracketed(Columns):
+class Bracketed(Batch):
     """K proved changes of words, as a structure of arrays of shape (K,)."""
 
     word: Integers  # which word changes

@@ -23,7 +23,7 @@ from orbitdb.symbols.words import to_strings
 
 Flags = NDArray[np.bool_]
 
-Life = tuple[float, float | None]
+Stretch = tuple[float, float | None]
 
 JOINTS = ("bottom left", "bottom right", "top left", "top right")
 """Where a straight wall and a semicircle meet."""
@@ -72,7 +72,7 @@ class Changes(ByValue):
     joint: Integers
     slope: Floats
 
-    def lives(self) -> list[list[Life]]:
+    def lives(self) -> list[list[Stretch]]:
         """Return for each word the ranges of a in which it is an orbit; None for no end."""
         births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
         deaths: list[list[float | None]] = [[] for _ in births]

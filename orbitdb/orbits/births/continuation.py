@@ -16,7 +16,7 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.newton import minus_hessian, newton
 
@@ -26,7 +26,7 @@ _PLAIN_STEPS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Station(Columns):
+class Station(Batch):
     """N words at one a on their way."""
 
     x: float  # ln a

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Chain, direction_limits
-from orbitdb.equality import Columns
+from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import Station, between, hermite, slacks_and_slopes
 from orbitdb.orbits.newton import newton
 
@@ -36,7 +36,7 @@ _CLOSE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Zeros(Columns):
+class Zeros(Batch):
     """K zeros of single slacks, or cells with one, as a structure of arrays of shape (K,)."""
 
     word: Indices  # which word

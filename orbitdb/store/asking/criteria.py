@@ -6,6 +6,7 @@ from inspect import Parameter, Signature, signature
 from numbers import Real
 from typing import Any, TypedDict, TypeVar
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.parsing import (
@@ -16,7 +17,7 @@ from orbitdb.store.asking.parsing import (
     parse_symmetry,
 )
 from orbitdb.store.asking.periods import fillable
-from orbitdb.store.asking.selection import MEASURES, USUAL_A, Bounds, Selection, SelectionError
+from orbitdb.store.asking.selection import MEASURES, Bounds, Selection, SelectionError
 from orbitdb.symbols.words import parse
 
 _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
@@ -24,7 +25,7 @@ _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
 
 
 class Criteria(TypedDict, total=False):
-    """What a subset can be chosen by, as `choose` takes it."""
+    """What a subset can be chosen by, as `chosen_by` takes it."""
 
     a: float | None
     p: int | str | Iterable[int] | None
@@ -59,7 +60,7 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def choose(
+def chosen_by(
     a: float | None = None,
     p: int | str | Iterable[int] | None = None,
     status: Status | str | Iterable[Status | str] | None = None,

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
@@ -15,10 +16,6 @@ MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "die
 
 Bounds: TypeAlias = tuple[float | None, float | None]
 """The least and the greatest value, both allowed; None where there is none."""
-
-
-USUAL_A = 1.6
-"""The paper's stadium."""
 
 _MOST_VALUES = 6
 

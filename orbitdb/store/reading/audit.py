@@ -13,17 +13,17 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
 from orbitdb.store.reading.chosen import listed, orders_of
-from orbitdb.store.reading.soundness import Columns, are_whole, sound_words
+from orbitdb.store.reading.soundness import StoredColumns, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
-Row = dict[str, Any]
+StoredRow = dict[str, Any]
 Ids = dict[int, Integers]
 """The ids of classes, in order, by period."""
 
 _BLOCK = 4096
 
 
-def choose(
+def sampled_classes(
     connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
 ) -> Ids:
     """Return by period the ids of the chosen classes, or of a random sample of them."""
@@ -72,7 +72,7 @@ class StoredBlock:
     certificate if there is one.
     """
 
-    columns: Columns
+    columns: StoredColumns
 
     @property
     def words(self) -> Sequence[str]:
@@ -129,7 +129,7 @@ def stadium_id(connection: sa.Connection, a: float) -> int | None:
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
 
 
-def fills(connection: sa.Connection) -> list[Row]:
+def fills(connection: sa.Connection) -> list[StoredRow]:
     """Return the rows of `fill`, each with its a."""
     query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
     return [dict(row) for row in connection.execute(query).mappings()]

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
-from orbitdb.store.asking.selection import USUAL_A
 from orbitdb.store.file.database import asking
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound

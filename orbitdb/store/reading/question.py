@@ -31,7 +31,7 @@ from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
 _OF_WORDS = ("code", "word", "element")
-"""Columns in which words of a class differ."""
+"""Values in which words of a class differ."""
 
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
@@ -45,7 +45,7 @@ BLOCK = 1 << 14
 _FEW = 1 << 16
 """Sorted rows up to which a limit helps SQLite: it takes longer to keep more of them than to sort all."""
 
-Columns = dict[str, NDArray[Any]]
+Values = dict[str, NDArray[Any]]
 
 
 def choose(
@@ -63,10 +63,10 @@ def choose(
     ----------
     connection, selection
     order : str, optional
-        Columns with commas between, each with ``desc`` behind it or ``-`` before it to fall; of rows that
+        Values with commas between, each with ``desc`` behind it or ``-`` before it to fall; of rows that
         are equal in them the lower period, the lower least word and the lower element come first.
     columns : sequence of str, optional
-        Columns of the view ``class`` that are wanted, too.
+        Values of the view ``class`` that are wanted, too.
     most : int, optional
         So many rows are wanted, the first ones; more may be found, in any order.
     counted : bool, optional

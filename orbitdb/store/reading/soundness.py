@@ -14,8 +14,8 @@ from orbitdb.plaintext import printable, shortened
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings
 
-Row = Mapping[str, Any]
-Columns = Mapping[str, Sequence[Any]]
+StoredRow = Mapping[str, Any]
+StoredColumns = Mapping[str, Sequence[Any]]
 
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
@@ -30,12 +30,12 @@ def unsound(what: str, value: object) -> AlteredError:
     return AlteredError(f"{what} {shortened(text)!r}")
 
 
-def is_whole(row: Row, p: int) -> bool:
+def is_whole(row: StoredRow, p: int) -> bool:
     """Tell whether a row of `orbit` has what its status demands."""
     return bool(are_whole({name: [value] for name, value in row.items()}, p)[0])
 
 
-def are_whole(columns: Columns, p: int) -> Marks:
+def are_whole(columns: StoredColumns, p: int) -> Marks:
     """Tell of rows of `orbit` of one period, given by columns, which have what their status demands."""
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}

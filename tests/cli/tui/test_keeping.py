@@ -15,7 +15,7 @@ from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 
 
@@ -199,5 +199,5 @@ def test_choices_link_to_their_actions():
     ],
 )  # fmt: skip
 def test_choices_without_their_own_field_come_last(chosen, told):
-    shown = choices.chips(choose(**chosen), [])
+    shown = choices.chips(chosen_by(**chosen), [])
     assert shown.endswith(f"[@click=screen.filter]{told}[/]")

@@ -21,7 +21,7 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.confinement import CancelledError
-from orbitdb.store.asking.criteria import choose
+from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.reading.moment import Reader
 
@@ -57,7 +57,7 @@ def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names
     catalogue, rows = asked
     columns = tuple(dict.fromkeys(("code", *(name for name in names if name != "coordinates"))))
     wanted = expected(rows, criteria, str(ordering))
-    pages = pages_of(catalogue, choose(**criteria), ordering, columns)
+    pages = pages_of(catalogue, chosen_by(**criteria), ordering, columns)
     assert len(pages) == len(wanted)
     ends = {0, 63, 64, len(wanted) - 1} & set(range(len(wanted)))
     for place in {*ends, *(int(part * len(wanted)) for part in places if wanted)}:
@@ -77,7 +77,7 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
     period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
     turned = [word for word in words if len(word) == len(typed) and typed in 2 * word]
     fits = period or turned or [word for word in words if word.startswith(typed)]
-    place, _ = place_of(pages_of(catalogue, choose(**criteria), ordering), typed)
+    place, _ = place_of(pages_of(catalogue, chosen_by(**criteria), ordering), typed)
     assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 
@@ -86,7 +86,7 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
 @example({"status": "all"}, EDGES[0])
 def test_rows_at_another_a_follow_from_births(asked, criteria, at):
     catalogue, rows = asked
-    wanted, pages = expected(rows, criteria), pages_of(catalogue, choose(**criteria))
+    wanted, pages = expected(rows, criteria), pages_of(catalogue, chosen_by(**criteria))
     there = pages.followed(at)
     stands = [standing_of(row, at) for row in wanted]
     assert there.counts() == Counter(stands)
