@@ -35,9 +35,9 @@ LEAST_A, LARGEST_A = 0.05, 20.0
 """Range of half lengths for which the errors were tested."""
 MOST_LEVELS = 20_000
 """Largest number of levels of all parities below the end of a range. A window needs memory in proportion to
-it, 3 GB at this limit (2.0 GB and 53 s for 14 700 levels at `a` = 1.6), and all windows take hours."""
+it, 3 to 4 GB at this limit, and all windows take hours."""
 
-_IN_WINDOW = 64
+_IN_WINDOW = 96
 """Approximate number of levels of a parity in a window."""
 _COARSE, _FINE = (14, 2), (16, 3)
 """Degree of the polynomials, and divisions of the cells at the joint, of the two grids."""

@@ -73,12 +73,12 @@ def test_a_window_between_two_levels_is_solved():
 
 @pytest.mark.slow
 def test_windows_meet_without_a_gap_and_follow_weyls_law():
-    found = [task.solved() for task in windows(Stadium(1.6), Parity.OO, 0.0, 23.0)]
+    found = [task.solved() for task in windows(Stadium(1.6), Parity.OO, 0.0, 27.0)]
     assert len(found) > 1
     assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
     assert [each.below for each in found] == [sum(len(one.k) for one in found[:n]) for n in range(len(found))]
-    k, places = np.concatenate([each.k for each in found]), np.linspace(0, 23, 2000)
-    assert levels(1.6, 23.0, parities=("oo",)).k.tolist() == k.tolist()
+    k, places = np.concatenate([each.k for each in found]), np.linspace(0, 27, 2000)
+    assert levels(1.6, 27.0, parities=("oo",)).k.tolist() == k.tolist()
     off = np.searchsorted(k, places) - weyl(Stadium(1.6), Parity.OO)(places)
     assert abs(off.mean()) < 0.05
     assert np.abs(off).max() < 2.7

@@ -101,21 +101,21 @@ def test_weyls_law_adds_up_edges_and_corners(a, parity, number):
 
 
 @given(a=st.floats(0.05, 20), parity=st.sampled_from(list(Parity)), low=st.floats(3, 30),
-       whole=st.integers(1, 3), rest=st.floats(0.1, 63.9))  # fmt: skip
-@example(1.6, Parity.OE, 5.0, 2, 15.9)
-@example(1.6, Parity.OE, 5.0, 2, 16.1)
+       whole=st.integers(1, 3), rest=st.floats(0.1, 95.9))  # fmt: skip
+@example(1.6, Parity.OE, 5.0, 2, 23.9)
+@example(1.6, Parity.OE, 5.0, 2, 24.1)
 def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
-    """Each has 64 levels. A remainder of at least 16 levels is a window of its own."""
+    """Each has 96 levels. A remainder of at least 24 levels is a window of its own."""
     smooth = weyl(Stadium(a), parity)
     first = max(smooth(low), 0.0)
-    high = wavenumber(smooth, first + 64 * whole + rest)
-    assume(abs(rest - 16) > 0.01)
+    high = wavenumber(smooth, first + 96 * whole + rest)
+    assume(abs(rest - 24) > 0.01)
     found = list(windows(Stadium(a), parity, low, high))
     assert all((each.a, each.parity) == (a, parity) for each in found)
     assert [each.low for each in found] == [low, *(each.high for each in found[:-1])]
     assert found[-1].high == high
     sizes = [smooth(each.high) - max(smooth(each.low), 0.0) for each in found]
-    expected = [64] * whole + [rest] if rest > 16 else [64] * (whole - 1) + [64 + rest]
+    expected = [96] * whole + [rest] if rest > 24 else [96] * (whole - 1) + [96 + rest]
     assert sizes == pytest.approx(expected, abs=1e-6)
 
 
