@@ -37,7 +37,7 @@ from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
 
 _EDGES = 10
-"""Length of the windows decided where no bounds are stored; it takes up to half a second, at small a."""
+"""Length of the windows decided if no bounds are stored; takes up to half a second, at small a."""
 
 _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000
@@ -60,7 +60,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
 def table_of_rows(
     chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
 ) -> Result:
-    """Return counts of rows that are read, by period (`Subset.table`)."""
+    """Return counts by period of rows already read (`Subset.table`)."""
     known = {}
     for order in filled:
         here, least = status[p == order], representative[p == order]
@@ -71,7 +71,7 @@ def table_of_rows(
 
 
 def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
-    """Return the columns of Table 1 for some periods, given all counts that sums over divisors need."""
+    """Return the columns of Table 1 for some periods, from the counts of these periods and their divisors."""
     rows = []
     for p in periods:
         here, whole = known[p], not missing_divisors(p, known)
@@ -82,20 +82,20 @@ def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list
 
 
 def entropy_of_rows(subset: WholePeriods) -> Result:
-    """Return the topological entropy of chosen orbits that are read, by period (`Subset.entropy`)."""
+    """Return the topological entropy by period of orbits already read (`Subset.entropy`)."""
     columns, notes = _entropy(subset.cycles(), subset.periods, subset.why_missing(), subset.selection)
     return Result(subset.selection, columns, (subset.selection.describe(),), notes)
 
 
 def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
-    """Return the average Lyapunov exponents of chosen orbits that are read, by period (`Subset.averages`)."""
+    """Return the average Lyapunov exponents by period of orbits already read (`Subset.averages`)."""
     notes: list[str] = []
     columns = averages(subset, _weight(weight), notes)
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
 
 
 def entropy(moment: Moment, chosen: Selection) -> Result:
-    """Return the topological entropy by period, from counts where there are no rows (`Catalogue.entropy`)."""
+    """Return the topological entropy by period, from rows or else from counts (`Catalogue.entropy`)."""
     if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
         notes = gaps(moment, chosen, left_out=True, counted=counted)
         lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
@@ -118,7 +118,7 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
 def _entropy(
     cycles: NDArray[np.int64], periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the entropy of whole periods by the counts of their orbits, and what is to be said of it."""
+    """Return the entropy of whole periods from the counts of their orbits, and notes on it."""
     found = by_period.entropy_of_counts(cycles)
     columns = {"p": found.p.tolist()}
     columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
@@ -130,7 +130,7 @@ def _entropy(
 def _told(
     found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[str, ...]:
-    """Say what the zeta function lacks, and which sums over fixed points do."""
+    """Name the periods that the zeta function or the sums over fixed points lack."""
     divided = [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
         for p in periods
@@ -176,7 +176,7 @@ def lyapunov(
 
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
-    """Return the averages of every method over whole periods, and note what is missing."""
+    """Return the averages of every method over whole periods; add a note on what is missing."""
     given = Given(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}
@@ -189,13 +189,13 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
 
 
 def _of_periods(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
-    """Return the rows of whole periods."""
+    """Keep the rows of whole periods."""
     kept = [place for place, p in enumerate(columns["p"]) if p in periods]
     return {name: [values[place] for place in kept] for name, values in columns.items()}
 
 
 def read(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
-    """Return the chosen classes of whole periods, None if there is none; note what is left out."""
+    """Return the chosen classes of whole periods, None without any; add notes on what is left out."""
     subset = read_whole(moment, chosen, swept)
     notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
@@ -205,7 +205,7 @@ def read(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> Wh
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
-    """Say why births do not answer for a subset of the orbits of periods that only they know."""
+    """Explain that births count all orbits of a period, but not those of a subset."""
     if all_orbits(chosen):
         return []
     known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
@@ -214,12 +214,12 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
         return []
     return [
         f"births tell how many orbits of {written_periods(born)} there are at a = {exact(chosen.a)}, "
-        "and not which of them are chosen: leave out all but --p, or fill them"
+        "but not which of them are chosen: leave out all but --p, or fill them"
     ]
 
 
 def _without_orbits(a: float) -> str:
-    """Say between what the exponents are, whatever the orbits."""
+    """Give the bounds on the exponents that follow from exact means, without any orbit."""
     means = exact_means(a)
     low, high = means.bounds
     scales = (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
@@ -255,9 +255,9 @@ def _up_to(
 
 
 def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
-    """Return the closest stored bounds on the entropy at one a, and a line that tells of them.
+    """Return the closest stored bounds on the entropy at one a, and a line that describes them.
 
-    Where others, in balls, are less close, the line tells of them, too.
+    If less close ones were proved in balls, the line gives those, too.
     """
     closest = moment.entropy_bounds(a)
     if closest is None:
@@ -268,7 +268,7 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
 
 
 def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
-    """Return the closest stored bounds on the entropy at one a, or some found now, and a line on them."""
+    """Return the closest stored bounds on the entropy at one a, or bounds found now, and a line on them."""
     if (known := stored_enclosure(moment, a)) is not None:
         return known
     found = _found_now(a)
@@ -278,7 +278,7 @@ def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
 
 @cache
 def _found_now(a: float) -> EntropyBounds:
-    """Return bounds on the entropy at one a, for which the next average there need not wait again."""
+    """Find bounds on the entropy at one a, and keep them for the next average."""
     *_, last = search(Stadium(a), _EDGES)
     return last
 
@@ -286,9 +286,9 @@ def _found_now(a: float) -> EntropyBounds:
 def outside(
     periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
 ) -> str:
-    """Say at which periods h_zeta of all orbits, None or NaN where there is none, lies outside the bounds.
+    """Name the periods at which h_zeta of all orbits lies outside the bounds.
 
-    Empty if there are none, or if the bounds are not those of the chosen orbits.
+    Empty if there are none, or if the bounds do not apply to the chosen subset. h_zeta may be None or NaN.
     """
     known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
     beyond = [p for p, h in known if h < found.lower or h > found.upper]

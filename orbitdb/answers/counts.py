@@ -1,4 +1,4 @@
-"""Counts: the paper's Table 1 at any a, and rows of a subset by values of some columns, or by bins of one."""
+"""Counts: the paper's Table 1 at any a, and rows of a subset by values or bins of columns."""
 
 import math
 from collections import Counter
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from orbitdb.orbits.sums import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
-"""The columns of a fill that a tally has, in its order."""
+"""The columns of a fill that make a tally, in its order."""
 
 _FINEST = 1e-12
-"""Least width of a bin, of the value: edges that are nearer are written alike."""
+"""Least width of a bin relative to its value; closer edges would look alike in print."""
 
 _DECADES = 1000.0
-"""Bins are even in the logarithm where the greatest value is so many times the least."""
+"""Bins are even in the logarithm if the ratio of the greatest value to the least exceeds this."""
 
 Key = tuple[Any, ...]
 
@@ -43,13 +43,13 @@ class Counted:
     a : float
         The stadium.
     known : dict of int to Tally
-        By period; those that are not chosen are there where sums over divisors need them.
+        By period. Includes periods not chosen that sums over divisors need.
     chosen : tuple of int
         The chosen periods among them.
     from_births : tuple of int
-        The chosen periods that births have counted, and no fill or sweep.
+        The chosen periods counted from births, without a fill or a sweep.
     from_sweeps : tuple of int
-        The chosen periods that a sweep has counted, and no fill.
+        The chosen periods counted by a sweep, without a fill.
     """
 
     a: float
@@ -60,18 +60,18 @@ class Counted:
 
     @property
     def without_rows(self) -> tuple[int, ...]:
-        """The chosen periods that no fill has counted."""
+        """The chosen periods without a fill."""
         return self.from_sweeps + self.from_births
 
     def cycles(self) -> NDArray[np.int64]:
-        """Return how many words of each period 0 .. the highest chosen one are orbits; 0 of others."""
+        """Return how many words of each period, from 0 to the highest chosen, are orbits; 0 if not known."""
         found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
         for p in self.chosen:
             found[p] = self.known[p].n_c
         return found
 
     def describe(self) -> str | None:
-        """Say in one line which periods are counted from what else than a fill; None if there are none."""
+        """Say which periods are not counted from a fill, and how they are; None if there are none."""
         sources = {"from a sweep, their rows are not stored": self.from_sweeps,
                    "from births, with no fill": self.from_births}  # fmt: skip
         told = [
@@ -97,7 +97,7 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 
 def _tally(fill: Fill) -> "Tally":
-    """Return the counts of a filled period; what is not known is no zero."""
+    """Return the counts of a filled period; a missing count is an error, not zero."""
     from orbitdb.orbits.sums import Tally
 
     counts = [getattr(fill, name) for name in _COUNTS]
@@ -135,7 +135,7 @@ def tally(
 ) -> dict[Key, int]:
     """Return how many rows of a subset have each combination of values of some columns of the view ``class``.
 
-    `cancelled` is asked now and then whether to stop.
+    `cancelled` is called now and then; True stops the work.
     """
     chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
@@ -152,10 +152,10 @@ def histogram(
     bins: int,
     cancelled: Callable[[], bool] = never,
 ) -> Histogram | None:
-    """Return how many rows of a subset lie in each bin of a column of numbers of classes.
+    """Return how many rows of a subset lie in each bin of a numeric column of classes.
 
-    The edges of the bins, of which there are `bins` at most, are round numbers, or else even in the
-    logarithm. None if no row has a value.
+    There are at most `bins` bins. Their edges are round numbers, or even in the logarithm. None if no row
+    has a value.
     """
     chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
@@ -172,7 +172,7 @@ def histogram(
 
 
 def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
-    """Return multiples of a round number, such as 0.2 or 2.5, around two values, at most some bins apart."""
+    """Return multiples of a round number, such as 0.2 or 2.5, that enclose two values in few enough bins."""
     width = max((high - low) / bins, _FINEST * abs(high))
     decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
@@ -181,7 +181,7 @@ def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
 
 def _multiples(low: float, high: float, step: float) -> NDArray[np.float64]:
     first, last = math.floor(low / step), math.floor(high / step) + 1
-    # 3 * 0.1 is an ulp above 0.3, which somebody who asks for the same bin types
+    # 3 * 0.1 is an ulp above the 0.3 that a user would type to get the same bin
     return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
 
 

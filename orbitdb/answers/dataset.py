@@ -1,8 +1,8 @@
-"""A catalogue as a dataset: tables that any tool reads, described after the Frictionless standard.
+"""A catalogue as a dataset: tables for any tool, described by the Frictionless standard.
 
-A folder holds orbits in Parquet, one file for each a and whole period, everything else in csv,
-``datapackage.json`` with what each column is and the sha256 sum of each file, and a README. The same
-catalogue gives the same bytes. The folder is made beside its place, and renamed when it is complete.
+The folder holds orbits in Parquet, one file for each a and whole period; everything else in csv;
+``datapackage.json``, which describes each column and has the sha256 sum of each file; and a README. The same
+catalogue gives the same bytes. The folder is written under a temporary name and renamed when complete.
 """
 
 import csv
@@ -39,7 +39,7 @@ ORBITS = (*(name for name in WRITTEN if name not in ("a", "rules")), COORDINATES
 """The columns of orbits."""
 
 _BYTES = 60
-"""Of a word with its coordinates in Parquet, at most about: at p = 13 it is 27."""
+"""Rough upper bound on the bytes of a word with coordinates in Parquet; 27 at p = 13."""
 _LICENCE = {
     "name": "CC-BY-4.0",
     "title": "Creative Commons Attribution 4.0",
@@ -79,14 +79,14 @@ class Resource(NamedTuple):
 
 
 def write_dataset(moment: Moment, folder: Path, values: Sequence[float], tell: Tell = nobody) -> int:
-    """Write a dataset of the stadiums with some a; return how many files it has.
+    """Write a dataset of the stadiums with some a; return the number of its files.
 
     Raises
     ------
     ExportError
         If the folder exists, or there is no whole period to write.
     StoreError
-        If the disk has no room for it, or it cannot be written.
+        If the disk has too little room, or the folder cannot be written.
     """
     whole = [(a, fill) for a in values for fill in moment.fills(a) if fill.whole]
     if not whole:
@@ -121,7 +121,7 @@ def write_dataset(moment: Moment, folder: Path, values: Sequence[float], tell: T
 
 
 class _Counted:
-    """Rows that are counted as they are taken."""
+    """Counts rows as they are read."""
 
     def __init__(self, rows: Iterable[Sequence[Any]]) -> None:
         self.rows, self.count = rows, 0
@@ -133,7 +133,7 @@ class _Counted:
 
 
 def _others(moment: Moment, values: Sequence[float]) -> Iterator[tuple[str, Sequence[str], Iterable[Any]]]:
-    """Yield the name, columns and rows of each table of csv."""
+    """Yield the name, columns and rows of each csv table."""
     for name, ask in (("counts", table), ("averages", lyapunov)):
         found = [(a, ask(moment, Selection(a))) for a in values]
         columns = next((list(each.columns) for _, each in found if len(each)), [])
@@ -159,7 +159,7 @@ def _others(moment: Moment, values: Sequence[float]) -> Iterator[tuple[str, Sequ
 
 
 def _package(moment: Moment, folder: Path, found: Sequence[Resource]) -> dict[str, Any]:
-    """Return what `datapackage.json` holds."""
+    """Return the contents of `datapackage.json`."""
     runs = sa.select(tables.run.c.version, tables.run.c.parameters).order_by(tables.run.c.id)
     made = [
         {"orbitdb": version, **json.loads(parameters)}
@@ -205,7 +205,7 @@ def _sum(path: Path) -> str:
 
 
 def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Yield each file of a dataset, and what is wrong with it, None if nothing is.
+    """Yield each file of a dataset with its fault, or None.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
 
 
 def _rows_in(path: Path) -> int | None:
-    """Return how many rows a csv file has; None of others, whose sum is enough."""
+    """Return the number of rows of a csv file; None for others, whose sum is enough."""
     if path.suffix != ".csv":
         return None
     with open(path, encoding="utf-8", newline="") as file:
@@ -252,7 +252,7 @@ def _check_room(folder: Path, words: int) -> None:
 
 @contextmanager
 def _complete(folder: Path) -> Iterator[Path]:
-    """Give a folder beside, which takes the name once it is complete; else nothing is left of it."""
+    """Give a temporary folder; rename it at the end, or remove it after a failure."""
     draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:
         draft.mkdir()

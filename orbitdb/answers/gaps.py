@@ -1,6 +1,6 @@
 """What is missing, in words: periods that are not filled, or only in part, and births.
 
-What is not filled is never shown as zero: whatever gives rows, counts or averages says so beside them.
+What is not filled is never shown as zero: every list, count or average comes with a note on it.
 """
 
 import math
@@ -36,11 +36,11 @@ def gaps(
     names: Sequence[str] = (),
     order: str = "p",
 ) -> list[str]:
-    """Say, a line each, which chosen periods are stored in part, are not filled, or lack births that matter.
+    """Name the chosen periods that are partial, not filled, or lack births that matter, a line each.
 
-    Those that were counted from births or a sweep lack nothing: that is said instead. `left_out` tells
-    that what is shown does without partial periods. The columns `names` that are shown, and the order of
-    rows, may depend on births.
+    Periods counted from births or a sweep are complete; a line says where the counts come from. `left_out`
+    says that the result leaves partial periods out. Births matter if the subset, the shown columns
+    `names` or the order of rows depends on them.
     """
     said: list[str | None] = []
     rest: Selection | None = chosen
@@ -57,18 +57,17 @@ def gaps(
 
 
 def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
-    """Return the chosen periods that are stored only in part, as a fill goes on or was stopped.
+    """Return the chosen periods that are stored only in part, because a fill is running or was stopped.
 
-    Rows, classes and counts of a subset include such periods.
+    Rows, classes and counts of a subset include these periods.
     """
     return [fill for fill in moment.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
 
 def unfilled(moment: Moment, chosen: Selection) -> str | None:
-    """Say in one line which chosen periods are not filled, what is, and what fills them.
+    """Say in one line which chosen periods are not filled, which are, and which command fills them.
 
-    None if all that are named are there, if only in part (`partial_fills`). What is not filled is not
-    known to be empty.
+    None if all of them are stored, at least in part (`partial_fills`).
     """
     elsewhere = a_stored(driver(moment.connection), ["fill"])
     return describe_unfilled(moment.fills(chosen.a), chosen.periods, chosen.a, elsewhere)
@@ -79,7 +78,7 @@ def lacking_births(
 ) -> str | None:
     """Name in one line the chosen periods without stored births, if births matter; else None.
 
-    They matter where the subset, the columns that are shown of it, or its order depend on them.
+    They matter if the subset, its shown columns or its order depends on them.
     """
     return describe_lacking(without_births(moment, chosen, names, order))
 
@@ -96,7 +95,7 @@ def without_births(
 
 
 def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
-    """Return a subset without some of the periods that it names; None if it names no other."""
+    """Return a subset without the known ones of its periods; None if no other is left."""
     within, beyond = _missing(chosen.periods, known)
     spans = (*((p, p) for p in within), *beyond)
     return replace(chosen, periods=spans) if spans else None
@@ -105,14 +104,14 @@ def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
 def _missing(
     asked: Sequence[tuple[int, int]], known: Collection[int]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the periods in some ranges that are not known, and the ranges beyond all that can be filled."""
+    """Return the unknown periods in some ranges, and the ranges beyond the highest possible fill."""
     within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
     beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
     return [p for p in within if p not in known], beyond
 
 
 def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]:
-    """Say that a subset is empty, if any of its periods is filled or swept: of others that is not known."""
+    """Say that a subset is empty, if at least one of its periods is filled or swept."""
     missing = unfilled(moment, chosen)
     if missing and not swept and not any(chosen.includes(fill.p) for fill in moment.fills(chosen.a)):
         return []
@@ -123,7 +122,7 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
 def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     """Return the length up to which no chosen orbit is missing, by proof, in units of the radius.
 
-    None if a period from 2 on is not filled, or has unresolved words, before there is any such length.
+    None if not even period 2 is filled without unresolved words.
     """
     whole = [fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)]
     highest = 1
@@ -133,7 +132,7 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
 
 
 def describe_complete(complete: float | None) -> str:
-    """Say up to which length a list of orbits is complete, rounded down."""
+    """Say up to which length, rounded down, a list of orbits is complete."""
     if complete is None:
         return "orbits of any length may be missing: fill all periods from 2 on"
     end = math.floor(complete * 100) / 100
@@ -141,11 +140,11 @@ def describe_complete(complete: float | None) -> str:
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:
-    """Name in one line the periods without stored births, and what finds them; None if there are none."""
+    """Name the periods without stored births, and the command that finds them; None if there are none."""
     if not periods:
         return None
     return (
-        f"births of {written_periods(periods)} are not found, so that what depends on them is left out or "
+        f"births of {written_periods(periods)} are not stored, so what depends on them is left out or "
         f"blank: 'orbitdb births --p {max(periods)}' finds them"
     )
 
@@ -159,12 +158,12 @@ def describe_fills(fills: Sequence[Fill], a: float) -> str:
 
 
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
-    """Say in one line that periods at one a, one or more, are stored in part, and what completes them."""
+    """Say that some periods at one a are stored in part, and which command completes them."""
     many = len(fills) > 1
     periods = ", ".join(str(fill.p) for fill in fills)
     return (
         f"period{'s' * many} {periods} at a = {exact(a)} {'are' if many else 'is'} partial"
-        f"{' and left out' * left_out}: a fill goes on or was stopped; "
+        f"{' and left out' * left_out}: a fill is running or was stopped; "
         f"'orbitdb fill --p {max(fill.p for fill in fills)} --a {exact(a)}' completes "
         f"{'them' if many else 'it'}"
     )
@@ -173,11 +172,11 @@ def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) ->
 def describe_unfilled(
     known: Sequence[Fill], periods: Sequence[tuple[int, int]], a: float, filled_at: Sequence[float]
 ) -> str | None:
-    """Name in one line the chosen periods that are not filled, those that are, and what fills the others.
+    """Say in one line which chosen periods are not filled, which are, and which command fills the others.
 
-    None if nothing that is asked for is missing; what has no words (periods below 2) is not missing, and
-    what is stored in part is left to `describe_partial`. Without ranges of periods all that are filled
-    are asked for. `filled_at` are the values of a at which something is filled.
+    None if nothing is missing. Periods below 2 have no words and are never missing; `describe_partial`
+    covers partial ones. No ranges of periods stand for all that are filled. `filled_at` holds the values of
+    a at which something is filled.
     """
     if not periods and known:
         return None
@@ -195,7 +194,7 @@ def describe_unfilled(
 
 
 def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
-    """Say in parentheses what is filled at one a, and at which others something is; empty if nothing is."""
+    """Say in parentheses what is filled at this a, and at which other values; empty if nothing is."""
     here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
     parts = [written_spans(here)] if here else []

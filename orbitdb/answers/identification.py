@@ -1,4 +1,4 @@
-"""Orbits found from a trajectory that stays near them, or from a length."""
+"""Find orbits from a trajectory that stays near them, or from a length."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,16 +20,16 @@ from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
 
 NEAR = 1e-2
-"""How far bounces may be from those of an orbit, unless said otherwise, in units of the radius."""
+"""Default tolerance for the distance of bounces from those of an orbit, in units of the radius."""
 
 SAME_LENGTH = 1e-3
-"""How far a length may be from that of an orbit, unless said otherwise."""
+"""Default tolerance for a length, in units of the radius."""
 
 SHOWN = 10
-"""Orbits that a trajectory shadows, at most, unless said otherwise."""
+"""Default number of shadowed orbits to report."""
 
 _LEAST_LENGTH = 4.0
-"""No orbit is shorter: 13 has 4 (1 + a)."""
+"""Lower bound on the length of every orbit; 13 has 4 (1 + a)."""
 
 _MOST_TOLERANCE = 1.0
 _MOST_LENGTH = 1e12
@@ -48,7 +48,7 @@ class Followed:
     first : int
         Number of that bounce on the trajectory.
     bounces : int
-        How many successive bounces, from the first, are within the tolerance of the orbit's.
+        Number of successive bounces, from the first, within the tolerance.
     distance : float
         Least distance of a bounce from the orbit's, in units of the radius.
     """
@@ -65,13 +65,13 @@ class Followed:
 
     @property
     def turns(self) -> float:
-        """How many times the stretch goes round the orbit."""
+        """Number of times that the stretch goes round the orbit."""
         return self.bounces / self.orbit.p
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(ByValue):
-    """What a trajectory is in symbols, and which periodic orbits it shadows.
+    """The symbols of a trajectory, and the periodic orbits that it shadows.
 
     Attributes
     ----------
@@ -82,9 +82,9 @@ class Trajectory(ByValue):
     points : ndarray, shape (T, 2)
         The bounces, from the middle of the stadium, in units of the radius.
     shadowed : tuple of Followed
-        The orbits, first the one that it goes round most often.
+        The orbits, those that it goes round most often first.
     total : int
-        How many there are in all.
+        Their number before the limit.
     """
 
     sequence: str
@@ -96,7 +96,7 @@ class Trajectory(ByValue):
 
 @dataclass(frozen=True)
 class Candidate:
-    """A symmetry class of stored orbits of which a number of repetitions has a length.
+    """A symmetry class of stored orbits whose length, times a number of repetitions, matches a given one.
 
     Attributes
     ----------
@@ -107,9 +107,9 @@ class Candidate:
     repetitions : int
         r, the number of traversals.
     length, length_error, lyapunov : float
-        Of one traversal; ``length_error`` is None where none is known (the paper's relaxation).
+        Of one traversal; ``length_error`` is None for the paper's relaxation.
     difference : float
-        r times the length, minus the length that you gave.
+        r times the length, minus the given length.
     """
 
     code: str
@@ -123,7 +123,7 @@ class Candidate:
 
     @property
     def total(self) -> float:
-        """The length of all r repetitions together."""
+        """The length of all r repetitions."""
         return self.repetitions * self.length
 
 
@@ -136,7 +136,7 @@ def identify_trajectory(
     bounces: int | None = None,
     limit: int | None = None,
 ) -> Trajectory:
-    """Find the orbits that a trajectory shadows, each from its word (`Catalogue.identify`)."""
+    """Find the orbits that a trajectory shadows, from its symbols (`Catalogue.identify`)."""
     if (start is None) == (points is None):
         raise InputError("identify takes exactly one of start and points")
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
@@ -144,7 +144,7 @@ def identify_trajectory(
     if start is not None:
         path = trace_start(stadium, start, near, bounces)
     elif bounces is not None:
-        raise InputError("a number of bounces goes with a start: points are as many as they are")
+        raise InputError("give a number of bounces with a start, not with points")
     else:
         path = trace_points(stadium, points, near)
     found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
@@ -161,8 +161,8 @@ def identify_length(
 ) -> tuple[Candidate, ...]:
     """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
 
-    The bounds on the stored lengths are added to the tolerance, so none is lost to rounding. As it is at most
-    a quarter of the least length, one number of repetitions is the nearest.
+    The bounds on the stored lengths are added to the tolerance, so that none is lost to rounding. The
+    tolerance is at most a quarter of the least length, so the number of repetitions is unique.
     """
     wanted = _measure("length", length, _MOST_LENGTH)
     within = _measure(
@@ -187,7 +187,7 @@ def identify_length(
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
-    """Return a positive number that is not too large."""
+    """Return a number within its limits, or raise `InputError`."""
     number = isinstance(value, Real) and not isinstance(value, bool)
     if number and (0 < value <= most or (zero and value == 0)):
         return float(value)

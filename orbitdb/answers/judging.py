@@ -1,4 +1,4 @@
-"""What the stored orbits say about levels: the levels themselves, and which of a list are missing."""
+"""Levels from the stored orbits, and the levels that a list lacks."""
 
 import math
 from collections.abc import Iterable
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 _LEAST, _ENOUGH = 8, 12
-"""The highest whole period that levels need, and that leaves nothing to be gained."""
+"""Highest period that still improves levels."""
 
 _MOST_K = 300.0
 _CLEARLY = 6.0
-"""How much less another parity must cost to be named: as much as one missing level."""
+"""Another parity is suggested if it costs less by this much, the price of one missing level."""
 
 
 def levels_from_orbits(
@@ -55,7 +55,7 @@ def levels_from_orbits(
     ]
     if highest < _ENOUGH:
         basis.append(
-            f"period {_ENOUGH} makes the errors smaller: 'orbitdb fill --p {_ENOUGH} --a {exact(stadium.a)}'"
+            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {exact(stadium.a)}'"
         )
     if end > reliable:
         basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
@@ -63,7 +63,7 @@ def levels_from_orbits(
 
 
 def beside(moment: Moment, found: Levels) -> list[float | None]:
-    """Return the stored levels with the numbers of those from orbits; None where there is none."""
+    """Return the stored level with the same number as each level from orbits, or None."""
     known: dict[tuple[str, int], float] = {}
     for parity in found.parities:
         for window in stored_levels(moment.connection, found.a, parity):
@@ -83,12 +83,12 @@ def assess_levels(
     parity: Parity | str | None = None,
     fit_radius: bool = False,
 ) -> tuple[Assessment, list[str]]:
-    """Return what the stored orbits say about a list of levels, and what is to be said besides.
+    """Compare a list of levels with the stored orbits; return the assessment, and notes.
 
     Raises
     ------
     InputError
-        If the list cannot be one of levels of the stadium, or the orbits are too few.
+        If the list cannot hold levels of the stadium, or there are too few orbits.
     """
     stadium = Stadium(a)
     of = None if parity is None else Parity(parity)
@@ -112,13 +112,13 @@ def assess_levels(
 
 
 def orbits_for(stadium: Stadium, classes: Classes, parity: Parity | None, last: float) -> Staircase:
-    """Return the staircase that a list of levels up to some k is held against."""
+    """Return the staircase for judging levels up to some k."""
     cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF
     return staircase(stadium, classes, last * WIDEST + 0.1, parity, (cutoff,))
 
 
 def _classes(moment: Moment, a: float) -> tuple[Classes, int]:
-    """Return the orbits at one a, and up to which period they are complete; refuse too few."""
+    """Return the orbits at one a, and the highest whole period; raise if there are too few."""
     if not LEAST_A <= a <= LARGEST_A:
         raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
     classes, _, highest = read_classes(moment, Selection(a))

@@ -1,4 +1,4 @@
-"""Results: small tables by period, which commands print, figures draw and notebooks show."""
+"""Results: small tables by period."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
-"""The columns of the paper's Table 1, with the classes and what is counted apart."""
+"""The columns of the paper's Table 1, then the classes and the words with other statuses."""
 
 PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
@@ -33,11 +33,11 @@ class Result(ByValue):
     selection : Selection
         What was chosen.
     columns : mapping of str to list
-        Numbers, None for one that does not stand.
+        Numbers; None for a missing value.
     facts : tuple of str
-        What it is of, and what is known beside it, a line each.
+        Its subset and related results, a line each.
     notes : tuple of str
-        What is missing, and why columns are empty, a line each.
+        What is missing, and why values are None, a line each.
 
     Examples
     --------
@@ -59,7 +59,7 @@ class Result(ByValue):
         return list(self.columns[name])
 
     def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows, of some columns or all."""
+        """Yield the rows, with some columns or all."""
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
@@ -77,7 +77,7 @@ class Result(ByValue):
         return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a data frame of pandas, its columns those of JSON.
+        """Return a pandas data frame with the columns of the JSON output.
 
         Raises
         ------
@@ -125,7 +125,7 @@ class Result(ByValue):
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-"""What `Result.plot` draws, with the column it needs."""
+"""The kinds of `Result.plot`, with the column that each needs."""
 
 
 def _short(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Which orbits scar which levels."""
+"""Scars: how strongly orbits mark levels."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -16,13 +16,13 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 SHORTEST = 20
-"""Classes of orbits that levels are looked through for, unless a word is named."""
+"""Number of shortest classes to try if no word is named."""
 STRONGEST = 5
-"""Of them, how many are told of each level."""
+"""Number of them to report for each level."""
 _ENOUGH = 5
-"""Levels of a parity that a mean needs."""
+"""Fewest levels of a parity for a mean."""
 _ROUNDING = 1e-9
-"""Deviations below it are rounding, as of an orbit on an axis where all waves are 0."""
+"""Smaller deviations are rounding, for example on an axis where all waves are 0."""
 
 
 class Scar(NamedTuple):
@@ -38,8 +38,8 @@ class Scar(NamedTuple):
     strength : float
         Mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
     above : float or None
-        How far that is above the mean of the levels of this parity in the range, in their standard
-        deviations; None for fewer than five levels, or where all have the same.
+        Strength minus the mean over the levels of this parity in the range, in standard deviations; None
+        for fewer than five levels, or if all have the same strength.
     """
 
     k: float
@@ -50,7 +50,7 @@ class Scar(NamedTuple):
 
 
 def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) -> list[Scar]:
-    """Return all levels in a range of k by how strongly one orbit scars them, the strongest first."""
+    """Return how strongly one orbit scars each level in a range of k, the strongest first."""
     found = [
         scar
         for parity in parities
@@ -62,7 +62,7 @@ def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) 
 def scars_of_shortest(
     moment: Moment, a: float, low: float, high: float, parities: Iterable[Parity]
 ) -> list[Scar]:
-    """Return of each level in a range of k the shortest stored orbits that scar it most, by k."""
+    """Return the short stored orbits that scar each level in a range of k most, by k."""
     stadium = Stadium(a)
     orbits = _shortest(moment, stadium.a)
     found: list[Scar] = []
@@ -77,7 +77,7 @@ def _waves(a: float, low: float, high: float, parity: Parity) -> list[Wave]:
 
 
 def _judged(known: Sequence[Wave], orbits: Sequence[Orbit], parity: Parity) -> list[list[Scar]]:
-    """Return the scars of some orbits in each level of one parity."""
+    """Return the scars of each level of one parity."""
     if not known:
         return []
     strength = np.stack([wave.strengths(list(orbits)) for wave in known])
@@ -94,7 +94,7 @@ def _judged(known: Sequence[Wave], orbits: Sequence[Orbit], parity: Parity) -> l
 
 
 def _shortest(moment: Moment, a: float) -> list[Orbit]:
-    """Return the shortest stored orbits, one of each class."""
+    """Return the shortest stored orbits, one from each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
     words = [word for (word,) in moment.rows(chosen, ("code",), "length", SHORTEST)]
     found = [orbit for word in words if (orbit := moment.find(word, a)) is not None]

@@ -1,4 +1,4 @@
-"""The length spectrum from the orbits of a catalogue, and from its levels if there are any."""
+"""The length spectrum of a catalogue's orbits, and of its levels if it has any."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -56,7 +56,7 @@ def levels_from_zero(
 
 
 def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
-    """Return the stored levels from 0 to the first gap, and the k where that begins; None without levels."""
+    """Return the stored levels from 0 to the first gap, and the k where it begins; None without levels."""
     try:
         found = levels_from_zero(moment, a, parity)
     except InputError:
@@ -65,7 +65,7 @@ def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats
 
 
 def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
-    """Return all orbits at one a, their representatives, and up to which period none is missing."""
+    """Return all orbits at one a, their representatives, and the period up to which none is missing."""
     found = moment.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
     filled = {fill.p for fill in moment.fills(chosen.a) if fill.whole and not fill.unresolved}
     if not len(found.ids):
@@ -119,14 +119,14 @@ def read_spectrum(
     quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
     complete = least_length(highest, stadium.a) if highest > 1 else 0.0
     if of is not None:
-        complete /= 2  # of orbits whose halves count
+        complete /= 2  # half orbits count, too
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
     return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
-    """Return the levels of one parity that are stored, window by window, if they were found so."""
+    """Return the stored levels of one parity, by window."""
     fills, levels = level_fill.c, level.c
     query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
         fills.a == a, fills.parity == str(parity)

@@ -1,4 +1,4 @@
-"""A chosen subset as arrays, one entry a word.
+"""A chosen subset as arrays, one entry per word.
 
 Coordinates are read only on request.
 """
@@ -44,7 +44,7 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
-    """Chosen words as arrays, one entry each; numbers that a word does not have are NaN.
+    """Chosen words as arrays, one entry each; missing numbers are NaN.
 
     Attributes
     ----------
@@ -67,15 +67,14 @@ class Subset(ByValue):
         The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
         or does not die, or if no births of its period are stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Those of all words one after another (`coordinates_of`, `of_period`), NaN where a word has
-        none; None unless you asked for them.
+        Those of all words one after another (`coordinates_of`, `of_period`), NaN for a word without
+        any; None unless you asked for them.
     unfilled : str or None
-        A line that names the chosen periods that are not filled, or that lack
-        births. A period that is not filled need not be empty.
+        A line that names the chosen periods that are not filled, or that lack births.
     filled : tuple of int
-        The chosen periods that are completely filled; averages are over these.
+        The chosen periods that are completely filled; averages use only these.
     total : int or None
-        How many were chosen, if this is a slice or a part of them.
+        Number of chosen words, if this is only a part of them.
 
     Examples
     --------
@@ -172,7 +171,7 @@ class Subset(ByValue):
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return one word; its coordinates are there if they were read, `exists` is not."""
+        """Return one word, with coordinates if they were read, without `exists`."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
@@ -194,11 +193,11 @@ class Subset(ByValue):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Tell type checkers of the columns with a formula."""
+            """Declare the columns with a formula for type checkers."""
 
     @cached_property
     def start(self) -> Integers:
-        """Where each word begins in ``coordinates``, and where the last one ends, shape (N + 1,)."""
+        """Where each word begins in ``coordinates``, and where the last ends, shape (N + 1,)."""
         return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.p)])
 
     def coordinates_of(self, n: int) -> Floats:
@@ -250,24 +249,24 @@ class Subset(ByValue):
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def entropy(self) -> "Result":
-        """Return the topological entropy of the orbits among these, by period (`Catalogue.entropy`)."""
+        """Return the topological entropy of these orbits by period (`Catalogue.entropy`)."""
         from orbitdb.answers.averaged import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
     def averages(self, weight: str = "exp") -> "Result":
-        """Return the average Lyapunov exponents of the orbits among these, by period (`Catalogue.lyapunov`).
+        """Return the average Lyapunov exponents of these orbits by period (`Catalogue.lyapunov`).
 
-        (``lyapunov`` is the column of their lambda.)
+        (``lyapunov`` is the column with their lambda.)
         """
         from orbitdb.answers.averaged import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
     def table(self) -> "Result":
-        """Return counts of these by period, with the columns of the paper's Table 1.
+        """Return counts by period, with the columns of the paper's Table 1.
 
-        N_t counts all of them, whatever their status.
+        N_t counts words of any status.
         """
         from orbitdb.answers.averaged import table_of_rows
 
@@ -292,12 +291,12 @@ class Subset(ByValue):
     def plot(
         self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw the orbits with matplotlib: bounces in phase space, how many are no longer than L, or a sheet.
+        """Draw the orbits with matplotlib: bounces in phase space, their number by length, or a sheet.
 
         Parameters
         ----------
         kind : str, optional
-            The phase space and a sheet, which draws each orbit by itself, need the coordinates
+            A sheet draws each orbit by itself. It and the phase space need coordinates
             (``select(..., coordinates=True)``).
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
@@ -333,7 +332,7 @@ class Subset(ByValue):
         return paths.draw_titled(paths.draw_phase_space, what, title, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures; orbits without coordinates are solved now."""
+        """Show the first rows with small pictures; solve orbits whose coordinates were not read."""
         from orbitdb.orbits.single_word import solve_word
 
         shown = list(self[: subset_tables.MOST_ROWS])
@@ -348,7 +347,7 @@ class Subset(ByValue):
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
     def _columns(self) -> dict[str, Column]:
-        """Return the columns by their names in the catalogue, None where the class of a row is not known."""
+        """Return the columns by name, with None for what a word without a class lacks."""
         missing = (self.representative == "").tolist()
         columns: dict[str, Column] = {"code": self.codes.tolist(), "a": np.full(len(self), self.selection.a)}
         for name in _TOLD:
@@ -386,7 +385,7 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
 
 
 def _array(name: str, parts: list[Any]) -> NDArray[Any]:
-    """Return a column as an array: texts and integers that a row does not have are empty and 0."""
+    """Return a column as an array; missing texts are empty, missing integers 0."""
     if kind_of(name) == "number":
         values: Floats = np.concatenate([np.zeros(0), *parts])
         if np.isinf(values).any():
@@ -399,6 +398,6 @@ def _array(name: str, parts: list[Any]) -> NDArray[Any]:
 
 
 def _flat(parts: list[Any], periods: list[list[int]]) -> Floats:
-    """Return the coordinates of all rows one behind the other, NaN where a row has none."""
+    """Return the coordinates of all rows one after another, NaN for a row without any."""
     pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
     return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])

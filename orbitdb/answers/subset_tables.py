@@ -20,21 +20,21 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 10
 MOST_BOUNCES = 200
-"""A small picture of longer orbits would show nothing."""
+"""Longest orbit with a small picture; longer ones would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
 _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
-"""Said cell by cell, for notebooks would align all to the right."""
+"""Set for each cell, because notebooks align every cell to the right."""
 
 Columns = Mapping[str, Column]
-"""Columns of rows by their names; None, or NaN, where a row has no value."""
+"""Columns by name; None or NaN for a missing value."""
 
 
 def to_pandas(columns: Columns) -> "pandas.DataFrame":
-    """Return a data frame; texts and integers that a row does not have are missing, numbers NaN.
+    """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
-    Coordinates are an array a row, None where a row has none.
+    Coordinates are an array for each row, or None.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
@@ -49,14 +49,14 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
 
 
 def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
-    """Return an Arrow table as an exported parquet file has it; what is missing is null."""
+    """Return an Arrow table with the types of an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
     schema = arrow_schema(tuple(columns), notes)
     return pa.Table.from_batches([arrow_batch(list(columns.values()), schema)])
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return a table of the orbits that are shown, with what they are and how many there are in all."""
+    """Return a table of some orbits, with a title and the number of those not shown."""
     if not orbits:
         return f"<p>{escape(title)}</p>"
     head = _cells("th", _HEADINGS)
@@ -77,7 +77,7 @@ def _row(orbit: Orbit) -> str:
 
 
 def _cells(tag: str, contents: Sequence[str]) -> str:
-    """Return a row of cells, numbers to the right."""
+    """Return a row of cells, with numbers aligned to the right."""
     cells = (
         f'<{tag} style="text-align: {side}; padding: 0 0.5em">{content}</{tag}>'
         for side, content in zip(_SIDES, contents, strict=True)

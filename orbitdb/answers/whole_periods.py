@@ -1,7 +1,7 @@
 """A chosen subset for averages over orbits: its symmetry classes, without words and coordinates.
 
-Averages use only periods that are completely filled. Sum rules need more: all orbits up to some period, and
-sums along them.
+Averages use only periods that are completely filled. Sum rules need all orbits up to some period, and sums
+along them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -28,7 +28,7 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 _IMPOSSIBLE = 1e15
-"""A thousand times the length of an orbit of a million bounces at the largest a."""
+"""No number is as large: a thousand times the length of a million bounces at the largest a."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,13 +40,13 @@ class ChosenClasses(ByValue):
     p, class_size : ndarray of int, shape (N,)
         Period, and number of words in the class.
     chosen : ndarray of int, shape (N,)
-        How many of these words are in the subset.
+        Number of these words in the subset.
     length, lyapunov : ndarray, shape (N,)
         Of one traversal, the length in units of the radius.
     walls : ndarray of int, shape (N,)
         Number of straight bounces; the eigenvalues of M are negative where it is odd.
     number : ndarray of int, shape (N,)
-        The class's id, which is the key of its least word (`orbitdb.symbols.words.key`) if that is short.
+        The id of the class: the key of its representative (`orbitdb.symbols.words.key`) if that is short.
     """
 
     p: Integers
@@ -61,7 +61,7 @@ class ChosenClasses(ByValue):
         return len(self.p)
 
     def rows(self) -> ClassRows:
-        """Return them as the averages want them, each class with the number of its chosen words."""
+        """Return the input of the averages: each class with the number of its chosen words."""
         return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
 
     @property
@@ -91,7 +91,7 @@ def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
 
 
 def _sound(selection: Selection, values: NDArray[np.generic], least: bool = False) -> Floats:
-    """Return numbers as they are, unless they are none that anything in a catalogue has."""
+    """Return the numbers unchanged; raise if one of them cannot occur in a catalogue."""
     numbers = values.astype(np.float64)
     possible = (np.abs(numbers) < _IMPOSSIBLE) & (not least or numbers > 1 / _IMPOSSIBLE)
     if not possible.all():
@@ -101,26 +101,26 @@ def _sound(selection: Selection, values: NDArray[np.generic], least: bool = Fals
 
 @dataclass(frozen=True)
 class WholePeriods:
-    """The chosen classes in those periods that are stored as a whole.
+    """The chosen classes of the periods that are stored completely.
 
     Attributes
     ----------
     selection : Selection
-        What was chosen: orbits, if no status was named.
+        What was chosen; orbits if no status was named.
     filled : tuple of int
-        The chosen periods that are filled as a whole, in order.
+        The chosen periods that are completely filled, in order.
     classes : ChosenClasses
         The chosen classes of the whole periods.
     swept : mapping of int to PeriodSums
-        The sums over chosen periods of which no rows are stored.
+        The sums over chosen periods without stored rows.
     moments : sequence
-        What sum rules need of them (`orbitdb.store.reading.sweeps.moments_of`).
+        Their moments for sum rules (`orbitdb.store.reading.sweeps.moments_of`).
     orbits : mapping of int to int
-        How many chosen orbits they have.
+        Their number of chosen orbits.
     unborn : tuple of int
-        The chosen periods that are left out as the subset depends on their births, and none are stored.
+        The chosen periods left out because the subset depends on births that are not stored.
     part : bool
-        Whether these are a part of what was chosen.
+        Whether these are only a part of what was chosen.
     """
 
     selection: Selection
@@ -138,7 +138,7 @@ class WholePeriods:
         return sorted([*self.filled, *self.swept])
 
     def counted(self) -> Counted:
-        """Return where its periods come from."""
+        """Return which of its periods come from fills and which from sweeps."""
         return Counted(self.selection.a, {}, tuple(self.periods), (), tuple(self.swept))
 
     def sums(self) -> dict[int, PeriodSums]:
@@ -147,7 +147,7 @@ class WholePeriods:
         return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
 
     def cycles(self) -> NDArray[np.int64]:
-        """Return how many chosen words of each period 0 .. `highest` are orbits."""
+        """Return the number of chosen orbits of each period from 0 to `highest`."""
         found = np.zeros(self.highest + 1, dtype=np.int64)
         np.add.at(found, self.classes.p, self.classes.chosen)
         for p, count in self.orbits.items():
@@ -161,7 +161,7 @@ class WholePeriods:
 
     @property
     def missing(self) -> list[int]:
-        """The missing periods below the highest; a zeta function needs them."""
+        """The missing periods below the highest, which a zeta function needs."""
         return missing_periods(self.highest, self.periods)
 
     def why_missing(self) -> str:
@@ -170,10 +170,9 @@ class WholePeriods:
 
 
 def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> WholePeriods:
-    """Return the chosen classes of the whole periods, all of one moment.
+    """Return the chosen classes of the whole periods.
 
-    If swept, sums will do, too, for periods of which no rows are stored, where they are over the chosen
-    orbits.
+    If `swept`, periods without rows are included if sums over exactly the chosen orbits are stored.
     """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
@@ -190,7 +189,7 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
 
 
 def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:
-    """Return periods that are not among those averaged over, and why; empty if there are none."""
+    """List periods left out of the averages, with the reasons; empty if there are none."""
     reasons: dict[str, list[int]] = {}
     for p in periods:
         lacking = "births not found, left out" if p in unborn else "not filled"
@@ -199,13 +198,13 @@ def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[i
 
 
 def all_orbits(chosen: Selection) -> bool:
-    """Tell whether nothing but periods is chosen of the orbits."""
+    """Tell whether the subset is all orbits of its periods."""
     alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
     return alone == Selection(chosen.a, chosen.periods)
 
 
 def why_no_sum_rules_of(subset: WholePeriods) -> str:
-    """Tell why some of the periods of a subset have no sum rules; empty if all have."""
+    """Explain why some periods of a subset have no sum rules; empty if all have."""
     none, last = _why_none(subset), EXACT + len(subset.moments)
     if none or not subset.swept or subset.highest <= last:
         return none
@@ -213,7 +212,7 @@ def why_no_sum_rules_of(subset: WholePeriods) -> str:
 
 
 def _why_none(subset: WholePeriods) -> str:
-    """Tell why exact means say nothing of a subset; empty if it is all orbits up to some period."""
+    """Explain why a subset has no sum rules; empty if it is all orbits up to some period."""
     if subset.part or not all_orbits(subset.selection):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing := subset.missing:
@@ -223,7 +222,7 @@ def _why_none(subset: WholePeriods) -> str:
 
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
-    """Return the averages of whole periods by sum rules; None where they have none."""
+    """Return the averages of whole periods by sum rules, or None."""
     if _why_none(subset):
         return None
     a = subset.selection.a
@@ -233,9 +232,9 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
 
 
 def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
-    """Yield what sum rules need of chosen classes of periods that are filled, by period.
+    """Yield the terms of sum rules from the chosen classes of filled periods, by period.
 
-    A `StoreError` tells of a class's number that is not that of an admissible word of its period.
+    Raises `StoreError` if the number of a class belongs to no admissible word of its period.
     """
     for p in np.unique(classes.p).tolist():
         here = classes.p == p

@@ -1,1 +1,1 @@
-"""Filling a catalogue: periods or single words, here, in processes or on a cluster."""
+"""Fill a catalogue with periods or single words, in one process, in several or on a cluster."""

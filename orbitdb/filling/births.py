@@ -1,4 +1,4 @@
-"""Storing the births and deaths of all classes of a period."""
+"""Store the births and deaths of all classes of a period."""
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -28,7 +28,7 @@ from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17
-"""Words of a block, about: some seconds of work."""
+"""Approximate number of words in a block, some seconds of work."""
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
@@ -39,14 +39,14 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
     path : Path
         A catalogue of the newest schema.
     periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
+        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
     workers : Workers, optional
-        Where the changes are found; what is stored does not depend on it.
+        Where the changes are found; the stored rows do not depend on it.
 
     Yields
     ------
     Step
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
     """
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
@@ -60,7 +60,7 @@ class SolvedBirths:
     Attributes
     ----------
     span, stabiliser, words, arithmetic
-        As of an `orbitdb.filling.fill.SolvedBlock`.
+        As in `orbitdb.filling.fill.SolvedBlock`.
     codes : ndarray of int64, shape (N,)
         Their packed least words, in order.
     changes : Changes

@@ -1,8 +1,8 @@
 """Blocks solved on a cluster of machines, through dask.distributed.
 
-Results stay on the workers until they are wanted: what is kept in the memory of the process that stores does
-not grow with the cluster. (The executor that dask's client offers, `get_executor`, fetches every result as
-soon as there is one, and its futures wait for ever if a result cannot be read.)
+Results stay on the workers until they are needed, so the memory of the storing process does not grow with the
+cluster. (dask's own executor, `Client.get_executor`, fetches every result at once, and its futures hang
+if a result cannot be read.)
 """
 
 import asyncio
@@ -26,29 +26,29 @@ if TYPE_CHECKING:
     from distributed import Future as DaskTask
 
 _AHEAD = 2
-"""Blocks under way for each thread of the cluster, so that none waits for the writer."""
+"""Blocks in progress for each thread of the cluster, so that none waits for the writer."""
 
 PATIENCE = 8.0
-"""Seconds until a scheduler must have answered."""
+"""Seconds to wait for an answer from the scheduler."""
 
 _one_at_a_time = threading.Lock()
 
 
 class Cluster(Workers):
-    """Solves blocks on the workers of a dask cluster; to be used as a context.
+    """Solves blocks on the workers of a dask cluster; a context manager.
 
-    Workers may come and go. dask begins again with the blocks of one that is lost.
+    Workers may come and go; dask repeats the blocks of a lost one.
 
     Parameters
     ----------
     scheduler : str
-        Address of its scheduler, such as ``tcp://host:8786``, or path of the file that the scheduler
-        has written (``--scheduler-file``). TLS is used as dask's configuration says.
+        Address of the scheduler, such as ``tcp://host:8786``, or path of the file that it wrote
+        (``--scheduler-file``). dask's configuration decides about TLS.
 
     Attributes
     ----------
     jobs : int
-        Processes that it had when it was connected to, or 1.
+        Number of its processes at the time of connecting, at least 1.
     """
 
     def __init__(self, scheduler: str) -> None:
@@ -70,15 +70,15 @@ class Cluster(Workers):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._client.close()  # the scheduler forgets the blocks that are under way
+        self._client.close()  # the scheduler drops the blocks in progress
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
-        """Yield what became of blocks, in their order.
+        """Yield the results of blocks in order.
 
         Raises
         ------
         WorkError
-            If the connection is lost, a block kills worker after worker, or workers cannot solve.
+            If the connection is lost, a block kills several workers, or workers cannot solve it.
         """
         begun = map(self._begun, blocks)
         for task in begun_ahead(begun, lambda: _AHEAD * max(self.size()[1], 1)):
@@ -89,7 +89,7 @@ class Cluster(Workers):
             yield answered(version, found)
 
     def size(self) -> tuple[int, int]:
-        """Count the workers there are, each of which solves one block at a time, and their threads."""
+        """Return the number of workers, each solving one block at a time, and of their threads."""
         try:
             threads = self._running().nthreads().values()
         except Exception as error:
@@ -97,7 +97,7 @@ class Cluster(Workers):
         return len(threads), sum(threads)
 
     def _begun(self, block: Task[Any]) -> "DaskTask":
-        """Begin with a block."""
+        """Submit a block."""
         try:
             return self._running().submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
         except Exception as error:
@@ -105,15 +105,15 @@ class Cluster(Workers):
 
     def _running(self) -> "Client":
         if self._client.status != "running":
-            raise ConnectionError  # else a question would wait for the scheduler to come back
+            raise ConnectionError  # a call would otherwise wait for the scheduler to return
         return self._client
 
 
 class _Call:
-    """A block that is solved where it is unpickled.
+    """A block that is solved by unpickling it.
 
-    So a worker that has no orbitdb fails at one task and can say so; a task that it cannot even receive
-    would end it, and every other worker behind it.
+    A worker without orbitdb thus fails at this one task and reports it. A task that it could not even receive
+    would end it, and then every other worker.
     """
 
     def __init__(self, block: Task[Any]) -> None:
@@ -124,9 +124,9 @@ class _Call:
 
 
 def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
-    """Solve a block while no other thread of this process does: ball arithmetic's precision is shared.
+    """Solve a block alone, because the threads of a process share the precision of ball arithmetic.
 
-    Return also the version of this orbitdb.
+    Also return the version of this orbitdb.
     """
     with _one_at_a_time:
         return __version__, block()
@@ -141,7 +141,7 @@ def _connect(scheduler: str) -> "Client":
         raise InputError(f"{error}: to work on a cluster, pip install 'orbitdb[dask]'") from error
 
     async def call(address: str) -> None:
-        """Call the scheduler; Client would wait for ever for a server of another kind to speak."""
+        """Call the scheduler first, because Client would hang if another kind of server listens there."""
         arguments = security.get_connection_args("client")
         comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
         comm.abort()
@@ -149,7 +149,7 @@ def _connect(scheduler: str) -> "Client":
     security = Security()
     address = _address(scheduler)
     try:
-        with ThreadPoolExecutor(1) as apart:  # here an event loop may be running, as in a notebook
+        with ThreadPoolExecutor(1) as apart:  # an event loop may be running here, as in a notebook
             apart.submit(asyncio.run, call(address)).result()
         return Client(address, timeout=PATIENCE, security=security, set_as_default=False)
     except Exception as error:
@@ -161,17 +161,17 @@ def _connect(scheduler: str) -> "Client":
 
 
 def _address(scheduler: str) -> str:
-    """Return the address that a scheduler's file holds, or the address given."""
+    """Return the address in a scheduler file, or the address given."""
     if not os.path.isfile(scheduler):
         return scheduler
     try:
         return str(json.loads(Path(scheduler).read_text())["address"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{scheduler} is not a file that a dask scheduler has written") from error
+        raise InputError(f"{scheduler} was not written by a dask scheduler") from error
 
 
 def _failure(error: Exception) -> WorkError:
-    """Say why the cluster has not solved a block."""
+    """Return the reason why the cluster did not solve a block."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -193,5 +193,5 @@ def _failure(error: Exception) -> WorkError:
 
 
 def _line(error: Exception) -> str:
-    """Return what an error says, in one line."""
+    """Return the message of an error in one line."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__

@@ -1,4 +1,4 @@
-"""What a fill is going to take: words, disk space and time; and whether there is room for it."""
+"""Estimate what a fill takes in words, disk space and time, and check the free space."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -17,40 +17,40 @@ from orbitdb.symbols.pruning import count_admissible
 Found = TypeVar("Found", Fill, Sweep)
 
 LARGE = 1_000_000
-"""From so many words on, a fill says first what it is going to take."""
+"""From this many words on, a fill begins with an estimate."""
 
 BYTES = 41.0
-"""Of one word, at p = 15: an eighth of what a class and its orbit take."""
+"""Bytes for one word at p = 15, an eighth of a class and its orbit."""
 
 _RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6)}
-"""Seconds that enumerating, solving and storing take for one word, on one core of a recent server.
+"""Seconds per word for enumerating, solving and storing, on one core of a recent server.
 
-Newton's method at p = 15, the relaxation, which gets slower from period to period, at p = 9.
+Measured at p = 15 for Newton's method and at p = 9 for the relaxation, which slows down with p.
 """
 
 _SWEEPING = 8.0e-7
-"""Seconds that a sweep takes for one word, on one core of a recent server, at p = 14."""
+"""Seconds per word for a sweep, on one core of a recent server, at p = 14."""
 
 ENOUGH = 50_000
-"""Words that a catalogue must have for rates of its own."""
+"""Fewest words in a fill whose rates are used in place of these."""
 
 _JOURNAL = 64 << 20
-"""Room for what is written ahead of the database, at most."""
+"""Largest size of the write-ahead log in bytes."""
 
 
 class Need(NamedTuple):
-    """What a fill is going to take.
+    """What a fill takes.
 
     Attributes
     ----------
     words : int
-        Words to come.
+        Words still to do.
     bytes : int
         Disk space.
     seconds : float
         Time.
     alone : float
-        Time that one process takes for it.
+        Time with one process.
     """
 
     words: int
@@ -60,7 +60,7 @@ class Need(NamedTuple):
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill needs; for Newton's method at the rates of the catalogue's own large fills.
+    """Estimate what a fill takes, for Newton's method at the rates of earlier large fills in this file.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
         The stadium.
     periods : sequence of int
     jobs : int
-        Number of processes that solve, on as many cores.
+        Number of solving processes, on as many cores.
     method : str, optional
         One of `orbitdb.filling.fill.METHODS`.
     """
@@ -87,9 +87,9 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
 def sweep_need(
     path: Path, a: float, periods: Sequence[int], jobs: int, selection: Selection | None = None
 ) -> Need:
-    """Estimate what a sweep needs, at the rates of the catalogue's own large sweeps of the same subset.
+    """Estimate what a sweep takes, at the rates of earlier large sweeps of the same subset in this file.
 
-    No row is stored, so it takes next to no room.
+    It stores no rows, so it needs almost no room.
     """
     known = _at_every_a(path, lambda moment, b: moment.sweeps(b, selection))
     here = {each.p: each.tally.words for each in known.get(a, ())}
@@ -101,7 +101,7 @@ def sweep_need(
 
 
 def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Found]]) -> dict[float, list[Found]]:
-    """Return what a catalogue has at every a; nothing where there is none of the newest schema."""
+    """Return the records of a catalogue by a; none without a catalogue of the newest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}
     with reading(path) as moment:
@@ -120,7 +120,7 @@ def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
 
 
 def check_room(path: Path, needed: Need) -> None:
-    """Refuse a fill that the disk has no room for.
+    """Refuse a fill if the disk has no room for it.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def check_room(path: Path, needed: Need) -> None:
 
 
 def duration(seconds: float) -> str:
-    """Write a time in the unit that suits it."""
+    """Write a time in a suitable unit."""
     for unit, length in (("days", 86_400), ("hours", 3_600), ("minutes", 60)):
         if seconds >= 2 * length:
             return f"{seconds / length:.2g} {unit}"
@@ -145,12 +145,12 @@ def duration(seconds: float) -> str:
 
 
 def about(seconds: float) -> str:
-    """Write an estimate of a time, of which nobody needs the parts of a second."""
+    """Write an estimated time without fractions of a second."""
     return "under a second" if seconds < 1 else f"about {duration(seconds)}"
 
 
 def gigabytes(count: float) -> str:
-    """Write a number of bytes, with two digits where it is an estimate."""
+    """Write a number of bytes with two digits."""
     if count >= 1e11:
         return f"{count / 1e9:.0f} GB"
     for unit, size in (("GB", 1e9), ("MB", 1e6)):

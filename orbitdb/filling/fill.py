@@ -1,8 +1,7 @@
-"""Filling a catalogue: all classes of some periods, or of single words, and what becomes of them at one a.
+"""Fill a catalogue: the classes of some periods or single words, and their status at one a.
 
-A period is cut into blocks, which are enumerated and solved apart, by whatever process. What becomes of one
-depends on nothing but what it is given, so that it is the same wherever and in whatever order blocks are
-solved.
+A period is cut into blocks, which any process can enumerate and solve. The result of a block depends on its
+input alone, so it is the same wherever and in whatever order blocks are solved.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -39,18 +38,18 @@ from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unp
 
 @dataclass(frozen=True)
 class Method:
-    """What turns words of one order, shape (N, p), into orbits, so many in about half a second."""
+    """A solver for words of one period, shape (N, p), and how many it solves in about half a second."""
 
     solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
     words: int
 
 
 _WORDS_A_CLASS = 4
-"""Half of what most classes have: spans are cut by what their prefixes may become, and most get less."""
+"""Words counted per class, half of the usual 8, because most spans hold fewer than their bound."""
 
 _BLOCKS_A_JOB = 3
 _SMALLEST = 4
-"""Part of a full block: smaller ones cost more a word."""
+"""Smallest block as a fraction of a full one; smaller ones cost more per word."""
 
 METHODS = {
     "newton": Method(partial(solve_admissible, every=False), 1 << 16),
@@ -60,17 +59,17 @@ METHODS = {
 
 @dataclass(frozen=True, eq=False)
 class SolvedBlock:
-    """What became of the N classes of a span, in the order of their least words.
+    """The N classes of a span, solved, in the order of their representatives.
 
     Attributes
     ----------
     span : Span
     stabiliser : ndarray of uint8, shape (N,)
     words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are stored already.
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if already stored.
     orbits : Orbits
     enumerating, solving : float
-        Processor time spent on words and classes, and on their orbits (seconds).
+        Processor time in seconds for words and classes, and for their orbits.
     arithmetic : str
         What computed them (`orbitdb.arithmetic.arithmetic`).
     """
@@ -85,7 +84,7 @@ class SolvedBlock:
 
 
 def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
-    """Find the classes of a span, and what becomes of them.
+    """Find the classes of a span, and solve them.
 
     Parameters
     ----------
@@ -94,9 +93,9 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
     method : str
         One of `METHODS`.
     known : bool
-        Whether the classes are stored already, so that nobody needs their words.
+        Whether the classes are stored already, so that their words are not needed.
     span : Span
-        Their least words.
+        The range of their representatives.
     """
     clock, p = [thread_time()], span.p
     codes, stabiliser = all_least_words(span)
@@ -109,9 +108,9 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
 
 
 def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
-    """Cut a period, or what of it is behind a packed word, into spans of about so many words, in order.
+    """Cut the part of a period after a packed word into spans of about so many words, in order.
 
-    For several jobs a small period makes smaller ones, so that all of them have work till its end.
+    For several jobs, a small period has smaller spans, so that all jobs have work until its end.
     """
     if jobs > 1:
         words = min(words, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), words // _SMALLEST))
@@ -121,7 +120,7 @@ def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
 def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
 ) -> Iterator[Task[SolvedBlock]]:
-    """Cut a period, or what of it is behind a packed word, into blocks, in order."""
+    """Cut the part of a period after a packed word into blocks, in order."""
     spans = cut(p, after, METHODS[method].words, jobs)
     return (partial(solve_block, a, method, known, span) for span in spans)
 
@@ -132,7 +131,7 @@ _LAST_FULL_MASK = 64
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Step]:
-    """Store all admissible words of some periods and what becomes of them at one a.
+    """Store all admissible words of some periods and their orbits at one a.
 
     Parameters
     ----------
@@ -141,23 +140,23 @@ def fill_periods(
     a : float
         The stadium.
     periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are done are passed over.
+        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
     method : str, optional
         One of `METHODS`.
     workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
+        Where the words are found and solved; the stored rows do not depend on it.
 
     Yields
     ------
     Step
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
     few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
-        yield from resume(work, few, HERE)  # done before other processes have begun
+        yield from resume(work, few, HERE)  # done before other processes would have started
         yield from resume(work, set(periods).difference(few), workers)
 
 
@@ -204,7 +203,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
     Yields
     ------
     Step
-        Behind every batch; all primitive words of the period are counted.
+        After every batch; its counts include all primitive words of the period.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
@@ -223,7 +222,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
-    """Store one primitive word of any order, its symmetry class, and what becomes of it at one a.
+    """Store one primitive word of any period with its symmetry class and its orbit at one a.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""What `Catalogue` and the commands fill: periods, sweeps and births.
+"""Fills, sweeps and births for `Catalogue` and the commands.
 
-Each goes on where it was if it was interrupted, and tells how far it is.
+Each reports its progress, and resumes if it was interrupted.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -19,11 +19,11 @@ from orbitdb.store.reading.moment import reading
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 _BIRTHS_A_SECOND = 40_000
-"""Words whose births are found in a second, about."""
+"""Approximate number of words whose births are found in a second."""
 
 
 def watched(steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0) -> None:
-    """Take the steps of a fill, and tell how far all its periods are, of which some words were known."""
+    """Run a fill and report the progress over all its periods, `known` words of which were there before."""
     total = sum(totals.values())
     with closing(steps):
         tell(known, total, what)
@@ -42,14 +42,14 @@ def fill(
     method: str = "newton",
     tell: Tell = nobody,
 ) -> None:
-    """Fill periods at one a, and store the geometrically pruned words, too, if asked for.
+    """Fill periods at one a, if asked with their geometrically pruned words.
 
     Raises
     ------
     InputError
         If the method cannot be used.
     StoreError
-        If the disk has no room for it, or the file cannot be written.
+        If the disk has too little room, or the file cannot be written.
     """
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
@@ -73,7 +73,7 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep periods, and sum over chosen orbits at the a of the selection."""
-    from orbitdb.filling.sweeps import sweep_periods  # with averages, which a fill does not need
+    from orbitdb.filling.sweeps import sweep_periods  # imports the averages, which a fill does not need
 
     coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
     with at_work(coming.alone, jobs, workers) as solving:

@@ -1,4 +1,4 @@
-"""What `Catalogue` and the commands keep besides orbits: trajectories, levels, bounds on the entropy."""
+"""Trajectories, levels and entropy bounds for `Catalogue` and the commands."""
 
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 _SECONDS_A_WINDOW = 0.6
-"""In which the levels of a window are found, about, and more at large k."""
+"""Approximate seconds for the levels of a window; more at large k."""
 _USUAL_WINDOW = 14
-"""Edges of the longest windows for bounds on the entropy, if nothing else limits them."""
+"""Default length of the longest windows for entropy bounds, in edges."""
 _SECONDS_OF_BOUNDS = 0.4
-"""In which the entropy is enclosed at one a with the usual windows, about."""
+"""Approximate seconds for entropy bounds at one a with the default windows."""
 
 Limits = tuple[int | None, float, float]
-"""Of a search for bounds: edges of the longest windows, the width that is enough, and seconds."""
+"""Where a search for bounds stops: edges of the longest windows, width of the bounds, and seconds."""
 
 
 def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
@@ -66,9 +66,9 @@ def levels(
     jobs: int | None = None,
     tell: Tell = nobody,
 ) -> dict[Parity, list[LevelWindow]]:
-    """Find all levels in a range of k, by parity; a catalogue keeps them, and gives those that it has."""
+    """Find all levels in a range of k by parity; a catalogue stores them and supplies those it has."""
     for parity in parities:
-        list(windows(stadium, parity, low, high))  # so that a range that is refused changes nothing
+        list(windows(stadium, parity, low, high))  # a refused range changes nothing
     found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as moment:
@@ -104,21 +104,21 @@ def bounds(
     tell: Tell = nobody,
     asked: Mapping[str, Any] | None = None,
 ) -> Generator[EntropyBounds]:
-    """Enclose the topological entropy with longer and longer windows; a catalogue keeps what is found.
+    """Enclose the topological entropy with longer and longer windows; a catalogue stores the bounds.
 
     Parameters
     ----------
     path : Path or None
-        A catalogue, if it is to keep them.
+        A catalogue to store the bounds in.
     values : sequence of float
-        The values of a. Several are solved in processes.
+        The values of a; several are solved in parallel processes.
     limits : (int or None, float, float)
-        Edges of the longest windows, width that is enough, and seconds.
+        Edges of the longest windows, sufficient width, and seconds.
     proofs : list of Proof, optional
-        If there is one, balls check each decision, and it gets what they have proved.
+        If given, ball arithmetic checks each decision, and the list receives the proofs.
     jobs, tell : optional
     asked : mapping, optional
-        What the run notes as its parameters.
+        The parameters recorded for the run.
 
     Yields
     ------
@@ -137,10 +137,10 @@ def bounds(
 def _enclosed(
     values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
-    """Yield bounds, and the arithmetic of other processes that found them."""
+    """Yield bounds, with the arithmetic of the process if it was another one."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
-        from orbitdb.entropy import proof  # it loads flint, which doubles alone do not need
+        from orbitdb.entropy import proof  # imports flint, which doubles do not need
 
         judges = [proof.Proof() for _ in values]
     if len(values) == 1:
@@ -160,7 +160,7 @@ def _enclosed(
 
 
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
-    """Return the limits of a search for bounds, of which the first that is reached ends it.
+    """Return the limits of a search for bounds; it stops at the first one reached.
 
     Raises
     ------

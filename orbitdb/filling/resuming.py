@@ -1,8 +1,8 @@
-"""The loop that fills, sweeps and births share: solve what is missing, block by block, and store it.
+"""The loop shared by fills, sweeps and births: solve what is missing block by block, and store it.
 
-Every block is written in one transaction together with the cursor that says how far its period has come
-(`orbitdb.store.writing.cursors`), so that the work can be stopped at any moment, by Ctrl-C or a kill, and
-goes on there.
+Each block is written in one transaction with the cursor that records the progress of its period
+(`orbitdb.store.writing.cursors`), so the work can be stopped at any moment, even by a kill, and resumes
+there.
 """
 
 import time
@@ -22,16 +22,16 @@ from orbitdb.symbols.pruning import count_admissible
 
 
 class Step(NamedTuple):
-    """How far a fill, a sweep or births have come.
+    """Progress of a fill, a sweep or births.
 
     Attributes
     ----------
     p : int
-        The period at work.
+        The current period.
     words : int
-        Words of this period of which the classes are done.
+        Words of this period whose classes are done.
     total : int
-        Words of this period there are.
+        Number of words of this period.
     """
 
     p: int
@@ -40,44 +40,44 @@ class Step(NamedTuple):
 
 
 class Work(ABC):
-    """What is to be done with periods."""
+    """A kind of work on periods."""
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
 
     @abstractmethod
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        """Return how far a period has come."""
+        """Return the progress of a period."""
 
     @abstractmethod
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Any]]:
-        """Cut what is behind a cursor into blocks, in order; each tells what becomes of its `span`."""
+        """Cut the work after a cursor into blocks, in order; each result has its `span`."""
 
     @abstractmethod
     def store(self, connection: sa.Connection, cursor: Cursor, part: Any) -> dict[str, float]:
-        """Store what became of the span behind a cursor; return what its row adds up, words among it."""
+        """Store the result of the span after a cursor; return what its row adds up, such as words."""
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
-        """Return of how many words of a period something is stored, and what its row is to say in the end."""
+        """Return the number of stored words of a period, and the final values of its row."""
         return cursor.words, {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
-        """Write what is to be written when a period is whole; return what else its row is to say."""
+        """Finish a complete period; return further values of its row."""
         return {}
 
 
 def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
-    """Do what is missing of some periods; go on behind another process that does the same.
+    """Do what is missing of some periods; continue after another process that does the same.
 
     Yields
     ------
     Step
-        Behind every block that is safely stored.
+        After every stored block.
 
     Raises
     ------
     StoreError
-        If the database cannot be written, or a period that is complete does not hold what it should.
+        If the database cannot be written, or a finished period has the wrong number of words.
     WorkError
         If the workers fail.
     """
@@ -93,7 +93,7 @@ def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[St
 
 
 def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
-    """Store the blocks behind the cursors, and close every period behind its last one."""
+    """Store the blocks after the cursors, and close each period after its last block."""
     clock = time.monotonic()
     begun = list(cursors.values())
     for part in workers.solved(block for each in begun for block in work.blocks(each, workers.jobs)):
@@ -109,8 +109,8 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
 
 
 def _close(work: Work, cursor: Cursor) -> None:
-    """Check that a period is whole, and note it; `OvertakenError` tells that another process has done so."""
-    with work.writer.reading() as connection:  # it takes a while, in which others may write
+    """Check and record that a period is complete; `OvertakenError` if another process already did."""
+    with work.writer.reading() as connection:  # takes a while, during which others may write
         words, values = work.counted(connection, cursor)
     if words != (total := count_admissible(cursor.p)):
         raise StoreError(

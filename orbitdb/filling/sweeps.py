@@ -1,4 +1,4 @@
-"""Sweeping periods: enumerate, solve and add up, block by block, and keep counts and sums alone."""
+"""Sweep periods: enumerate, solve and add up block by block, and store only counts and sums."""
 
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing
@@ -34,10 +34,10 @@ from orbitdb.symbols.symmetry import SIZES
 Tilts = Mapping[int, NDArray[np.float64]]
 
 CLASSES = 1 << 15
-"""Of a block, at most: it bounds the memory."""
+"""Most words in a block, which bounds the memory."""
 
 SMALL = 200_000
-"""Words up to which a period is swept here: other processes would begin to work when it is over."""
+"""Up to this many words, a period is swept in this process; others would start too late to help."""
 
 
 def sweep_periods(
@@ -47,7 +47,7 @@ def sweep_periods(
     workers: Workers = HERE,
     selection: Selection | None = None,
 ) -> Generator[Step]:
-    """Store the counts of all admissible words of some periods at one a, and sums over the orbits.
+    """Store the counts of all admissible words of some periods at one a, and sums over their orbits.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ def sweep_periods(
     a : float
         The stadium.
     periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; those that are swept are passed over.
+        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
     workers : Workers, optional
-        Where the words are found and solved; what is stored does not depend on it.
+        Where the words are found and solved; the stored rows do not depend on it.
     selection : Selection, optional
-        Of which orbits the counts and sums are, by default of all; its a and its periods do not count. It is
-        kept beside those of other subsets.
+        The orbits to count and sum over, by default all; its a and its periods are ignored. Sweeps of
+        different subsets are stored side by side.
 
     Yields
     ------
     Step
-        As `orbitdb.filling.resuming.resume` does, which says what it raises.
+        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
 
     Raises
     ------
@@ -77,8 +77,8 @@ def sweep_periods(
     chosen = "" if selection is None else swept_text(selection)
     parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
     with closing(Writer(path, parameters, references=False)) as writer:
-        for p in periods:  # one by one: the tilts of each come from those before it
-            tilts = {} if chosen else _tilts(path, a, p)  # sum rules are of all orbits
+        for p in periods:  # one by one, because the tilts of each come from the lower ones
+            tilts = {} if chosen else _tilts(path, a, p)  # sum rules need all orbits
             work = _Sweep(writer, stadium.a, chosen, tilts)
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 
@@ -91,14 +91,14 @@ class _Sweep(Work):
         self.a, self.selection, self.tilts = a, selection, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        """Return how far the sweep of a period has come, which begins with some tilts."""
+        """Return the progress of the sweep of a period, which begins with its tilts."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
         own = {"stadium": stadium, "p": p, "selection": self.selection}
         return open_cursor(connection, sweep, **own, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
-        """Cut a period as nothing else decides: sums over blocks are the same however they come about."""
+        """Cut a period by its length alone, so that the sums over blocks always come out the same."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
 
@@ -114,7 +114,7 @@ class _Sweep(Work):
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
-        """Add up the blocks of a period that is swept, and drop them."""
+        """Add up the blocks of a swept period, and delete them."""
         here = cursor.rows(sweep_block)
         query = (
             sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
@@ -132,12 +132,12 @@ class _Sweep(Work):
 
 
 def _tilts_of(cursor: Cursor) -> dict[int, NDArray[np.float64]]:
-    """Return the tilts that moments are added up around, by level."""
+    """Return the tilts of the moments, by level."""
     return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
 
 
 def _tilts(path: Path, a: float, p: int) -> Tilts:
-    """Return the tilts that moments of a period are wanted around: none if lower periods have no moments."""
+    """Return the tilts for the moments of a period; none if lower periods have no moments."""
     if p <= EXACT:
         return {}
     with reading(path) as moment:
@@ -147,21 +147,20 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
 
 @dataclass(frozen=True, eq=False)
 class SweptSums:
-    """What became of a block.
+    """The result of a block.
 
     Attributes
     ----------
     span : Span
-        The block's.
     tally : Tally
     sums : PeriodSums
         Over its orbits.
     moments : dict of int to TiltMoments
-        By level, around the tilts that the block has named.
+        By level, around the given tilts.
     processor : float
-        What it took (seconds of a processor).
+        Processor time in seconds.
     arithmetic : str
-        What computed it (`orbitdb.arithmetic.arithmetic`).
+        The arithmetic used (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -173,18 +172,18 @@ class SweptSums:
 
 
 def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:
-    """Find the classes of a span, what becomes of them, and the sums over their orbits.
+    """Find and solve the classes of a span, and sum over their orbits.
 
     Parameters
     ----------
     a : float
         The stadium.
     selection : str
-        Of which orbits the sums are: the canonical text of a subset, empty for all orbits.
+        The canonical text of the subset to sum over, empty for all orbits.
     tilts : dict of int to ndarray
-        By level, those that moments are wanted around (`orbitdb.averages.sum_rules`).
+        By level, for the moments (`orbitdb.averages.sum_rules`).
     span : Span
-        The least words of the classes.
+        The range of representatives.
     """
     clock = thread_time()
     classes, chosen = all_least_words(span), selection_of(selection, a)
@@ -195,7 +194,7 @@ def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums
 def _summed(
     part: LeastWords, p: int, selection: Selection, centres: Tilts
 ) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
-    """Solve the chosen ones of some classes and add up, each with the number of its chosen words."""
+    """Solve the chosen classes and add them up, each with the number of its chosen words."""
     words = chosen_words(part, p, selection)
     rows = np.flatnonzero(words)
     sizes = words[rows]
@@ -216,7 +215,7 @@ def _summed(
 
 
 def _solved(codes: NDArray[np.int64], p: int, selection: Selection) -> Iterator[Exponents]:
-    """Find the orbits among packed words that are within the ranges of a subset."""
+    """Find the orbits of packed words within the ranges of a subset."""
     for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
         if selection.ranges:
             inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)

@@ -1,7 +1,7 @@
-"""Where blocks are solved: in this process, or in several processes at once.
+"""Where blocks are solved: in this process, or in several at once.
 
-Results come in the order of the blocks, however long each takes, and only so many blocks are under
-way that memory stays bounded whatever the period.
+Results come in the order of the blocks. The number of blocks in progress is limited, so memory stays bounded
+for every period.
 """
 
 import multiprocessing
@@ -26,36 +26,36 @@ Begun = TypeVar("Begun")
 Result = TypeVar("Result")
 
 _AHEAD = 2
-"""Blocks under way for each worker, so that none waits for the writer."""
+"""Blocks in progress for each worker, so that none waits for the writer."""
 
 _WORTH_PROCESSES = 1.0
-"""Seconds of work from which on starting further processes pays."""
+"""Seconds of work above which further processes pay."""
 _STARTING = 0.1
-"""Seconds of work that starting further processes takes, about."""
+"""Approximate seconds for starting further processes."""
 
 _DEATHS = 3
-"""How often workers may die on one block."""
+"""Number of worker deaths after which a block is given up."""
 
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 Task: TypeAlias = Callable[[], Result]
-"""What solves a block of any kind; it goes to other processes, and what it returns comes from there."""
+"""Solves a block; pickled to another process, which returns its result."""
 
 
 class Workers:
-    """What solves blocks; by itself, one after the other in this process.
+    """Solves blocks one after another in this process.
 
     Attributes
     ----------
     jobs : int
-        How many it solves at once.
+        Number of blocks solved at once.
     """
 
     jobs = 1
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
-        """Yield what became of blocks, in their order."""
+        """Yield the results of blocks in order."""
         return (block() for block in blocks)
 
 
@@ -63,15 +63,15 @@ HERE = Workers()
 
 
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
-    """Yield what was begun in its order, with more under way.
+    """Yield promised results in order, with further blocks in progress.
 
     Parameters
     ----------
     begun : iterable
-        Begins with a block at every step, and promises its result.
+        Starts a block at each step and yields a promise of its result.
     ahead : callable
-        Says how many may be under way beside the one that is waited for; it is asked before every one, as
-        there may be more workers by then.
+        Returns how many blocks may be in progress besides the next result; called each time, because the
+        number of workers may grow.
     """
     waiting: deque[Begun] = deque()
     for each in begun:
@@ -87,7 +87,7 @@ def answered(version: str, result: Result) -> Result:
     Raises
     ------
     WorkError
-        If it is of another one.
+        If it runs another version.
     """
     if version != __version__:
         raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
@@ -95,9 +95,9 @@ def answered(version: str, result: Result) -> Result:
 
 
 class Processes(Workers):
-    """Solves blocks in processes of their own; to be used as a context.
+    """Solves blocks in processes of its own; a context manager.
 
-    A process that dies costs no more than its block, which is solved again by a new one.
+    If a process dies, only its block is lost, and a new process solves it again.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ class Processes(Workers):
 
     Notes
     -----
-    A thread for each process gives it blocks and takes the results, through a pipe that nobody else uses: a
-    process that is killed holds no lock that others wait for, and its end of the pipe closes with it.
+    Each process has a thread that feeds it through a pipe of its own. A killed process therefore holds no
+    lock that others wait for, and its end of the pipe closes.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -118,7 +118,7 @@ class Processes(Workers):
         self._ended = False
 
     def __enter__(self) -> Self:
-        """Start the processes, which takes them some tenths of a second, before there are blocks to solve."""
+        """Start the processes early, because that takes some tenths of a second."""
         for _ in range(self.jobs):
             self._threads.submit(self._process)
         return self
@@ -126,19 +126,19 @@ class Processes(Workers):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End all processes at once: nobody waits for what is under way."""
+        """End all processes at once, without waiting for blocks in progress."""
         self._ended = True
         for process in self._all:
             process.end()
         self._threads.shutdown(cancel_futures=True)
 
     def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
-        """Yield what became of blocks, in their order.
+        """Yield the results of blocks in order.
 
         Raises
         ------
         WorkError
-            If processes die again and again on one block.
+            If several processes die on one block.
         """
         begun = (self._threads.submit(self._answer, block) for block in blocks)
         for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):
@@ -148,7 +148,7 @@ class Processes(Workers):
             yield found
 
     def _answer(self, block: Task[Any]) -> bytes:
-        """Have a block solved by the process of this thread, or by a new one if it dies."""
+        """Let the process of this thread solve a block, or a new process if it dies."""
         for _ in range(_DEATHS):
             process = self._process()
             try:
@@ -163,26 +163,26 @@ class Processes(Workers):
         )
 
     def _process(self) -> "_Process":
-        """Return the process of this thread, which is started if there is none."""
+        """Return the process of this thread, started if necessary."""
         if not hasattr(self._own, "process"):
             self._own.process = _Process()
             self._all.append(self._own.process)
-            if self._ended:  # since this began
+            if self._ended:  # meanwhile
                 self._own.process.end()
         process: _Process = self._own.process
         return process
 
 
 class _Process:
-    """A process that solves blocks, started in a thread that is not the main one.
+    """A process that solves blocks, started from a thread other than the main one.
 
-    Ctrl-C and the like are held back in that thread: so they reach no process that is just being started.
+    That thread blocks Ctrl-C and similar signals, so they cannot reach a process while it starts.
     """
 
     def __init__(self) -> None:
         if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # from the tracker, too
-            resource_tracker.ensure_running()  # as it starts, it lets signals through that are held back
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # in the tracker, too
+            resource_tracker.ensure_running()  # it unblocks signals when it starts
             signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
         fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
         self._line, other = fresh.Pipe()
@@ -191,7 +191,7 @@ class _Process:
         other.close()
 
     def answer(self, block: Task[Any]) -> bytes:
-        """Have a block solved; return what `_work` says, or raise EOFError or OSError if it has died."""
+        """Solve a block; return the answer of `_work`. Raises EOFError or OSError if the process died."""
         self._line.send_bytes(pickle.dumps(block))
         return self._line.recv_bytes()
 
@@ -204,9 +204,9 @@ class _Process:
 def _work(line: Connection) -> None:
     """Solve block after block; answer with the version of this orbitdb and the result or an error.
 
-    Signals are left to the process that stores; if that is killed, this one ends at once.
+    The storing process handles signals; if it is killed, this process ends at once.
     """
-    for number in _HELD_BACK:  # but for SIGTERM, by which Python ends the children of a process that ends
+    for number in _HELD_BACK:  # except SIGTERM, with which Python ends the children of a finished process
         signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
@@ -238,10 +238,10 @@ def cores() -> int:
 
 @contextmanager
 def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = None) -> Iterator[Workers]:
-    """Give what does the work of so many seconds, about: given workers, or processes that end after use.
+    """Give workers for about so many seconds of work: the given ones, or processes that end after use.
 
-    Work that takes no longer than starting processes does is done here, whatever is asked for. Without a
-    number of jobs there are as many as cores, if the work is worth it.
+    Work that takes no longer than starting processes is done in this one. Without a number of jobs,
+    worthwhile work uses all cores.
     """
     if workers is not None:
         yield workers

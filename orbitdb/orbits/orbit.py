@@ -213,7 +213,7 @@ class Orbit:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Tell type checkers of the columns with a formula."""
+            """Declare the columns with a formula for type checkers."""
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return what the orbit adds to the density of levels at k, one cyclic word counted.

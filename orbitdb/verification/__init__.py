@@ -1,1 +1,1 @@
-"""Verifying a catalogue: all that it holds computed again from the words, compared, and proved."""
+"""Verify a catalogue: recompute all its contents from the words, compare, and prove."""

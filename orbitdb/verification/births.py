@@ -55,14 +55,14 @@ _CLOSE = 1e-6
 
 
 def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
-    """Return the periods of which all births are stored: those that are chosen at some a, all without any."""
+    """Return the periods whose births are all stored: those chosen at some a, or all without selections."""
     return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
 
 
 def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the changes of chosen periods of which all are stored, and their counts at the a of every fill.
+    """Check the changes of chosen periods with complete births, and their counts at the a of every fill.
 
-    No period may have changes without a row that says how far they are stored.
+    Every period with changes needs a row in `birth_fill`.
     """
     fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
@@ -97,7 +97,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the changes above a = 0 that are not numbered as one event with those at the same place."""
+    """Yield the changes above a = 0 whose event number differs from that of others at the same place."""
     moving = [row for row in rows if row.a > 0]
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
@@ -107,7 +107,7 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
-    """Yield what is wrong with the counts of a period, which SQLite counts here, and not what stored them."""
+    """Yield the wrong counts of a period; SQLite counts here, not the code that stored them."""
     born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
     first, count = change.c.number == 1, sa.func.count
     births = sa.case((born, change.c.a))
@@ -131,7 +131,7 @@ def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
 
 
 def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the counts of a fill that are not those from births."""
+    """Yield each count of a fill that differs from the one derived from births."""
     tally = asdict(counts_at(connection, fill["a"], fill["p"]))
     for name, value in {"n_t": tally.pop("words"), **tally}.items():
         if value != fill[name]:
@@ -139,10 +139,10 @@ def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str
 
 
 def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Step]:
-    """Prove of periods of which all births are stored that none is missing; yield block by block.
+    """Prove that periods with complete births lack none; yield block by block.
 
-    The checks count the classes that are proved as rows of ``lives``, and those of which the proof tells
-    nothing, as cells become too small, as rows of ``undecided``.
+    The checks count proved classes as rows of ``lives``, and classes for which the cells become too small as
+    rows of ``undecided``.
     """
     for found in periods:
         changes = groupby(audit.changes(connection, found.p), key=lambda row: str(row.word))
@@ -171,7 +171,7 @@ def _known(rows: Iterable[Any]) -> list[KnownChange]:
 def change_parts(
     connection: sa.Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
 ) -> Iterator[Part]:
-    """Yield blocks of the classes with births of the chosen periods, or of so many drawn at random."""
+    """Yield blocks of the classes with births in the chosen periods, or of a random sample."""
     born = audit.by_period(connection, audit.ids_in(connection, change.c.cycle))
     chosen = [those for p, those in born.items() if is_chosen(p, selections)]
     drawn = audit.sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
@@ -198,7 +198,7 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _is_sound(row: Any) -> bool:
-    """Tell whether a row could be a change: one at a = 0 has neither error nor bounce, any other has both."""
+    """Tell whether a row can be a change: at a = 0 without error and bounce, elsewhere with both."""
     path = (row.bounce, row.joint, row.slope)
     if row.a == 0:
         return (row.error, row.kind, row.number, *path) == (0, BORN, 1, None, None, None)
@@ -207,7 +207,7 @@ def _is_sound(row: Any) -> bool:
 
 
 def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes are none: what a class is just below and above, and at the least a before all."""
+    """Tell which changes are wrong, from the status just below and above, and at the least a."""
     a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
     born = np.array([1 if row.kind == BORN else -1 for row in rows])
     low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
@@ -218,7 +218,7 @@ def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 where balls do not decide it either."""
+    """Tell which words are orbits, each at its own a: 1, -1, or 0 if balls do not decide it either."""
     sign = np.zeros(len(words), np.int8)
     for here, legs in cut(words):
         sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)
@@ -226,7 +226,7 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
 
 
 def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes are not those of the bounce, the joint and the slope that are stored."""
+    """Tell which changes differ from the stored bounce, joint or slope."""
     wrong = np.array([row.a > 0 for row in rows])
     moving, later = np.flatnonzero(wrong), [row for row in rows if row.a > 0]
     a, error, slope, bounce = (

@@ -1,6 +1,6 @@
-"""How promises of a catalogue fare over many rows, and the parts of it that are checked apart.
+"""Checks of many rows, and the parts of a catalogue that are checked separately.
 
-What is found in a part depends on nothing else, whatever process looks.
+The result of a part depends on nothing else, whichever process checks it.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,25 +20,25 @@ from orbitdb.store.reading.moment import reading
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20
-"""Of all p x p matrices of a block."""
+"""Most numbers in all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """How one promise fares over some rows.
+    """Result of one check over some rows.
 
     Attributes
     ----------
     name : str
-        Which promise.
+        The name of the check.
     rows, failures : int
-        Rows looked at, and those of them that are wrong.
+        Number of rows, and of wrong ones.
     worst : float or None
         The deviation of the row with the largest share.
     share : float or None
-        That deviation over what is allowed in its row; above 1 is a failure.
+        That deviation over the one allowed in its row; above 1 is a failure.
     first : str or None
-        The first row that is wrong.
+        The first wrong row.
     """
 
     name: str
@@ -61,16 +61,16 @@ class Check:
 
 @dataclass(frozen=True)
 class Step:
-    """What one step of a verification has found.
+    """Result of one step of a verification.
 
     Attributes
     ----------
     stage : str
-        What is at work.
+        The current stage.
     done, total : int
-        How far the stage has come, in classes.
+        Progress of the stage, in classes.
     checks : tuple of Check
-        Over the rows of this step; joined by name they are the report.
+        Checks of the rows of this step; joined by name, they make the report.
     """
 
     stage: str
@@ -87,18 +87,18 @@ def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence
 
 
 def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
-    """Return a check of so many rows, given the labels of the wrong ones."""
+    """Return a check of a number of rows, given the labels of the wrong ones."""
     return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
 
 
 def single(name: str, label: str, wrong: Iterable[str]) -> Check:
-    """Return a check of one row, and say the first of what is wrong with it."""
+    """Return a check of one row, with its first fault."""
     first = next(iter(wrong), None)
     return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
 def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return deviations over those that are allowed: 0 where there is none, infinite for NaN."""
+    """Return deviations over allowed ones: 0 for no deviation, infinite for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
@@ -107,7 +107,7 @@ def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDAr
 def measured(
     name: str, labels: Sequence[str], deviation: NDArray[np.float64], allowed: NDArray[np.float64]
 ) -> Check:
-    """Return a check of deviations against those that are allowed, shape (N,) each; NaN fails."""
+    """Return a check of deviations against allowed ones, shape (N,) each; NaN fails."""
     share = shares(deviation, allowed)
     found = judged(name, labels, share > 1)
     if not len(share):
@@ -118,16 +118,16 @@ def measured(
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a catalogue that is to be checked.
+    """A part of a catalogue to check.
 
     Attributes
     ----------
     stage : str
-        What it belongs to.
+        The stage it belongs to.
     find : callable
-        Checks what a connection reads.
+        Checks the part through a connection.
     done, total : int
-        As of a `Step`.
+        As in `Step`.
     """
 
     stage: str
@@ -136,7 +136,7 @@ class Part:
     total: int = 1
 
     def checked(self, connection: sa.Connection) -> Step:
-        """Return what is found in what a connection reads, up to the first value that nobody can read."""
+        """Return the checks of the part, up to the first unreadable value."""
         found: list[Check] = []
         try:
             found.extend(self.find(connection))
@@ -147,22 +147,22 @@ class Part:
 
 
 def checked_apart(path: Path, part: Part) -> Step:
-    """Return what is found in the file as it is now: the rows of a class stay what they are."""
+    """Check a part in the file as it is now; the rows of a class never change."""
     with reading(path) as moment:
         return part.checked(moment.connection)
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Classes of one period, or pruned words, that are checked together.
+    """Classes or pruned words of one period that are checked together.
 
     Attributes
     ----------
     p : int
     ids : ndarray of int64, shape (N,)
-        Their numbers.
+        Their ids.
     done, total : int
-        How many are checked with these, and how many there are to check.
+        Number checked after this block, and number to check.
     """
 
     p: int
@@ -171,12 +171,12 @@ class Block:
     total: int
 
     def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
-        """Return them as a part that is checked by a function."""
+        """Return the block as a part, with the function that checks it."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
 
 def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
-    """Cut classes into blocks of at most so many, and of fewer long words, whose Hessians fill the memory."""
+    """Cut classes into blocks of at most `size`, smaller ones for long words with large Hessians."""
     done, total = 0, sum(map(len, ids.values()))
     for p, those in ids.items():
         step = max(1, min(size, _NUMBERS // p**2))
@@ -187,5 +187,5 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
 
 
 def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; without any a all are."""
+    """Tell whether a period is chosen at some a; without selections, every period is."""
     return not selections or any(each.includes(p) for each in selections)

@@ -1,9 +1,8 @@
-"""The census of a catalogue: its file, whether its classes are all there, and each as its word says.
+"""The census of a catalogue: its file, the completeness of its classes, and each class.
 
-The row of a class, or of a pruned word, is compared with what follows from its word, id and all; it does not
-matter what has stored it. Rows that are as they must be are of different classes, for the id is the key of
-the least word, and no id comes twice: so no class is stored twice, and no word in two classes. The classes of
-a period are complete if their words are as many as the transfer matrix says.
+The row of a class or a pruned word, id included, is compared with what follows from its word alone. The id is
+the key of the representative and unique, so no class is stored twice, and no word belongs to two classes. The
+classes of a period are complete if the number of their words agrees with the transfer matrix.
 """
 
 import re
@@ -45,7 +44,7 @@ Row = tuple[Any, ...]
 
 
 def file_parts(selections: Sequence[Selection]) -> list[Part]:
-    """Return the whole file, and its counts of the chosen periods; what takes longest comes first."""
+    """Return the parts that check the file and the counts of the chosen periods, the longest first."""
     whole = [Part("file", find) for find in (_references, _file, _elements)]
     return [*whole, Part("counts", partial(_counts, selections))]
 
@@ -69,7 +68,7 @@ def _elements(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the numbers of words of every period, and the counts of every fill."""
+    """Check the number of words of every period, and the counts of every fill."""
     fills, births = audit.fills(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
@@ -103,7 +102,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 
 
 def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
-    """Yield each period in which a fill stored rows; words stored one by one need no row of `fill`."""
+    """Yield each period with rows from a fill; words stored one by one need no row in `fill`."""
     asked = parameters_of(connection)
     for p in periods:
         runs = [number for number, by in asked.items() if p in by.get("periods", ())]
@@ -115,14 +114,14 @@ def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) ->
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
-    """Check a period's number of words, of which all must be there if it is whole."""
+    """Check the number of words of a period; all must be there if it is whole."""
     expected = count_admissible(p) if whole else words
     first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
     return Check("counts", words, abs(words - expected), first=first)
 
 
 def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is wrong with the cursor and the words of a period that is done."""
+    """Yield the faults in cursor and words of a finished period."""
     p, cursor, words = (row[name] for name in ("p", "cursor", "words"))
     if cursor != (last := f"{Span.whole(p).upto:0{p}o}"):
         yield f"cursor {shortened(str(cursor))} instead of {last}"
@@ -131,9 +130,9 @@ def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
 
 
 def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = None) -> Iterator[str]:
-    """Yield what is wrong with a period in the making.
+    """Yield the faults of an unfinished period.
 
-    All words up to its cursor must be counted, and stored if they are, and its results must not be there yet.
+    All words up to its cursor must be counted, and stored if it stores words. It must have no results yet.
     """
     p, cursor = row["p"], row["cursor"]
     early = [c.name for c in table.c if c.nullable and c.name not in ("cursor", "run")]
@@ -153,7 +152,7 @@ def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = N
 def _wrong_cursor(
     connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], stadium: int | None
 ) -> Iterator[str]:
-    """Yield what is wrong with a period in the making, whose words up to its cursor must be stored."""
+    """Yield the faults of an unfinished period, whose words up to its cursor must be stored."""
     cursor, p = row["cursor"], row["p"]
     is_code = cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor)
     yield from wrong_cursor(table, row, words_up_to(connection, stadium, p, cursor) if is_code else 0)
@@ -162,7 +161,7 @@ def _wrong_cursor(
 def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
-    """Yield what is wrong with the counts of a period that is filled, given those of its rows by status."""
+    """Yield the wrong counts of a filled period, given those of its rows by status."""
     for name, value in counts_when_done(fill["p"], statuses).items():
         if fill[name] != value:
             yield f"{name} is {fill[name]} instead of {value}"
@@ -172,7 +171,7 @@ def _wrong_counts(
 
 
 def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield blocks of all classes and pruned words of the chosen periods; of all, if no a is chosen."""
+    """Yield blocks of the classes and pruned words of the chosen periods, or of all without selections."""
     for table in (cycle, pruned):
         found = audit.by_period(connection, audit.ids_in(connection, table.c.id), table)
         for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):

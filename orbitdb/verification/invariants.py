@@ -1,10 +1,9 @@
-"""Checks of orbits by themselves: all that must hold of their coordinates, length, lambda and margin.
+"""Consistency of stored orbits: coordinates, length, lambda and margin must fit together.
 
-Every number is computed again from the coordinates by plane geometry, bounce by bounce, which knows
-nothing of runs and legs. What may differ follows from the row's own error bound, no tolerance is a
-matter of taste: a bounce is where the orbit has it up to that bound and the rounding of a place on the
-table, e in all. To first order this turns a link of length l by 2 e / l, and moves angles, length,
-monodromy matrix and Hessian by what their formulas say.
+Every number is computed again from the coordinates by plane geometry, bounce by bounce, without runs and
+legs. The allowed differences follow from the error bound of the row: each bounce is at its place on the orbit up to
+this bound and the rounding of a place on the table, e in all. To first order this turns a link of length l by
+2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,31 +22,31 @@ from orbitdb.verification.check import Check, judged, measured
 
 EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512
-"""Words of more bounces are not checked by their p x p Hessian."""
+"""Longest word whose p x p Hessian is checked."""
 
 _VAGUE = 1e-2
 
 
 def rounding_of_places(stadium: Stadium) -> float:
-    """Return how far rounding may move a place on the table, or the difference of two."""
+    """Return how far rounding can move a place on the table, or the difference of two."""
     return 4 * EPSILON * (stadium.a + 2)
 
 
 @dataclass(frozen=True)
 class _Path:
-    """Closed paths through stored bounces, and how far they may be from the orbits; all (N, p).
+    """Closed paths through stored bounces, and their possible distance from the orbits; all (N, p).
 
-    The sines are those of the angles between the tangent and the arriving and the leaving path, shape
+    The sines belong to the angles between the tangent and the arriving and the leaving path, shape
     (2, N, p).
     """
 
     links: Links
     curved: NDArray[np.bool_]  # whether a bounce is on a semicircle
-    place: Floats  # how far a bounce may be from where the orbit has it, in any direction
-    rounding: float  # the part of it that is not the row's own error bound
+    place: Floats  # possible distance of a bounce from its place on the orbit, in any direction
+    rounding: float  # the part of it beyond the error bound of the row
     sine: Floats
-    tilt: Floats  # by how much these angles may be off
-    stretch: Floats  # by how much the link behind each bounce may be too long or too short
+    tilt: Floats  # possible error of these angles
+    stretch: Floats  # possible error of the length of the link after each bounce
 
     @classmethod
     def of(cls, orbits: Orbits, stadium: Stadium) -> "_Path":
@@ -62,7 +61,7 @@ class _Path:
         return cls(links, curved, place, rounding, sine, tilt, 2 * place + 4 * EPSILON * links.after)
 
     def bend(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Return how large the entries of the Hessian are, and by how much they may be off.
+        """Return the entries of the Hessian and their possible errors.
 
         Its diagonal is sin^2 / l of both links (the first array) less both sines on a semicircle (the
         last); its couplings are sin sin' / l at an orbit (the second), and computed as
@@ -91,19 +90,19 @@ def _behind(values: Floats) -> Floats:
 
 
 def _finite(matrices: Floats) -> Floats:
-    """Return matrices, shape (N, p, p), with zeros for those that are not finite and have no eigenvalues.
+    """Return matrices, shape (N, p, p), with zeros in place of matrices that are not finite.
 
-    They are those of bounces on one point; zeros tell nothing of any sign.
+    These come from coinciding bounces. Zeros decide no sign.
     """
     finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
     return finite
 
 
 def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
-    """Return orbits with error bounds where they have none, as the relaxation leaves them.
+    """Return orbits with error bounds also for those from the relaxation, which has none.
 
     To first order the coordinates are off by the inverse Hessian times the forces; the bound is twice
-    that. Words that are too long for it keep none.
+    that. Longer words keep none.
     """
     p = orbits.words.shape[1]
     bare = np.flatnonzero(np.isnan(orbits.error) & np.isfinite(orbits.residual))
@@ -158,7 +157,7 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
 
 
 def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check the law of reflection at every bounce, and the residual that is stored."""
+    """Check the law of reflection at every bounce, and the stored residual."""
     force = np.abs(path.links.cos_in - path.links.cos_out)
     allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
     worst = (force / allowed).argmax(axis=1)[:, None]
@@ -182,7 +181,7 @@ def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     """Check the stored lambda against the product of the monodromy matrices of all bounces.
 
-    Words whose bounces, very close on a semicircle, do not tell lambda are passed over.
+    Words whose bounces are too close together on a semicircle to determine lambda are skipped.
     """
     middle, spread = _exponents(orbits, path)
     told = np.flatnonzero(spread < _VAGUE * (1 + middle))
@@ -191,7 +190,7 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 
 
 def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
-    """Return lambda from the bounces and by how much it may be off, shape (N,) each.
+    """Return lambda from the bounces and its possible error, shape (N,) each.
 
     Taken between the feet of the circles' centres, the matrices of `orbitdb.billiard.stability` have no
     negative entries: every semicircle bounce is a kick 2 / sin(theta), every link a drift of its length less
@@ -222,7 +221,7 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns
     are scaled to entries of about 1, which keeps the signature and divides det H by a known factor. An
     eigenvalue moves by at most the norm of the error, and the logarithm of det H by that times the sum
-    of 1 / |eigenvalue|. Words with an eigenvalue that could have either sign are passed over.
+    of 1 / |eigenvalue|. Words with an eigenvalue of undecided sign are skipped.
     """
     words, p = orbits.words, orbits.words.shape[1]
     own, coupling, loose, loose_coupling, sines = path.bend()

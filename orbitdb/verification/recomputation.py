@@ -1,6 +1,6 @@
-"""Checks of stored orbits against new solutions: in doubles, from the usual start and others, and in balls.
+"""Check stored orbits against new solutions in doubles, from several starts, and in balls.
 
-Rows that ball arithmetic proves get a certificate.
+Rows proved in ball arithmetic get a certificate.
 """
 
 from collections.abc import Generator, Sequence
@@ -49,12 +49,12 @@ _SETTLED = 1e-6
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
-    """Check what is stored of N words against a new solution: statuses, numbers within the bounds.
+    """Check N stored words against a new solution: the same statuses, numbers within the bounds.
 
     Parameters
     ----------
     stored, fresh : Orbits
-        The same words; rows that lack what their status demands must not be among them.
+        The same words; all rows must have the values that their status demands.
     """
     labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
@@ -81,7 +81,7 @@ def _worst(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats)
 def check_bits(stored: Orbits, fresh: Orbits) -> Check:
     """Check that a new solution gives the stored numbers to the last bit.
 
-    It does wherever the same version computes with the same `orbitdb.arithmetic.arithmetic`.
+    This holds for the same version with the same `orbitdb.arithmetic.arithmetic`.
     """
     labels = to_strings(stored.words)
     kept = np.isin(fresh.status, EXISTING)
@@ -115,8 +115,8 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
     Returns
     -------
     Check
-        Its rows are the restarts that came to rest; two results differ if they are farther apart than
-        their error bounds together, the deviation being the largest of a direction (radians).
+        Its rows are the restarts that converged. The deviation is the largest difference of a direction, in
+        radians; two results differ if it exceeds both error bounds together.
     """
     found = Check("restarts", 0)
     text = to_strings(words)
@@ -141,7 +141,7 @@ def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
 
 _BATCH = 256
 _SHARP = 512
-"""Bits for rows whose bounds are those of a ball, and no wider than a ball."""
+"""Bits for rows whose bounds come from a ball and are no wider."""
 
 
 def certify(
@@ -149,7 +149,7 @@ def certify(
 ) -> Generator[Step]:
     """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
 
-    Every batch is stored in one transaction; a certification that was stopped goes on where it was.
+    Every batch is stored in one transaction; an interrupted certification resumes where it was.
 
     Parameters
     ----------
@@ -157,14 +157,14 @@ def certify(
         A catalogue of the newest schema.
     selection : Selection
     sample, seed : int, optional
-        As of `verify`.
+        As in `verify`.
     again : bool, optional
-        Prove those again that have a certificate.
+        Also prove rows again that have a certificate.
 
     Yields
     ------
     Step
-        Behind every batch that is safely stored.
+        After every stored batch.
     """
     source = Reader(path)
     with source.moment() as moment:
@@ -191,7 +191,7 @@ def certify(
 
 
 def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, list[tuple[int, float, int]]]:
-    """Prove rows of one period; return also the certificates of those that are proved."""
+    """Prove rows of one period; also return the certificates of the proved ones."""
     rows = whole_rows(stored, p, stored.whole(p))
     rest = set(range(len(stored.words))) - set(rows)
     check = judged("certificates", [stored.words[i] for i in sorted(rest)], [True] * len(rest))
@@ -205,13 +205,13 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
 def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
     """Prove stored rows in ball arithmetic.
 
-    A row is proved if its status is the one of the enclosure and, where there is an orbit, every stored
-    coordinate, the length, lambda and the margin lie within the row's own bounds of the true values.
+    A row is proved if its status is that of the enclosure and, for an orbit, every stored coordinate, the
+    length, lambda and the margin lie within the bounds of the row around the true values.
 
     Parameters
     ----------
     stored : Orbits
-        N rows that have what their status demands.
+        N rows with the values that their status demands.
     stadium : Stadium
 
     Returns
@@ -220,7 +220,7 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
         Its deviation is that of the coordinates, length or lambda with the largest share.
     proved : ndarray of bool, shape (N,)
     radius : ndarray, shape (N,)
-        Proven distance of the stored coordinates from the true ones; 0 where none are stored.
+        Proved distance of the stored coordinates from the true ones; 0 without coordinates.
     bits : sequence of int
         Precision of each proof.
     """
@@ -237,9 +237,9 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
 
 
 def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
-    """Return how far stored coordinates may be from a ball's, and the worst number and its bound.
+    """Return the largest distance of stored coordinates from a ball's, and the worst number with its bound.
 
-    The number of a wrong status is infinite.
+    The number is infinite for a wrong status.
     """
     from orbitdb.orbits.balls.enclosure import distance
 

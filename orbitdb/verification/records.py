@@ -1,11 +1,11 @@
-"""What other commands have kept, found again: entropy bounds, quantum levels, averages over trajectories.
+"""Check what other commands stored: entropy bounds, quantum levels, averages over trajectories.
 
-Bounds must be sound, at odds with no others, and their windows are recounted. Levels are found on another
-grid, within their errors, and none too many.
+Bounds must be sound and contradict no others, and their windows are recounted. Levels are found again on
+another grid, within their errors and in the same number.
 
-A run of other trajectories gives the exponents again, up to both errors, and tells how small an error may
-be: it falls as the root of the number of bounces. The mean free path is known exactly. No check here can tell
-that an error is too large.
+A run of other trajectories must give the same exponents, up to both errors. It also shows how small an error
+can be, which falls with the root of the number of bounces. The mean free path is known exactly. No check here
+notices an error that is too large.
 """
 
 import math
@@ -33,27 +33,27 @@ from orbitdb.verification.check import Check, Part, judged, listed, measured, si
 from orbitdb.verification.provenance import parameters_of, runs_of_here
 
 RECOUNTED = 3000
-"""Windows that are decided again at any a, in some tenths of a second."""
+"""Windows to decide again at each a, in some tenths of a second."""
 
 _COUNTED = ("windows", "undecided", "lower", "upper")
 
 _GRID = (18, 4)
-"""Degree and divisions of the cells at the joint: finer than both grids on which levels are found."""
+"""Degree, and divisions of the cells at the joint: a finer grid than both that levels are found on."""
 
 _BOUNCES = 100_000
-"""Of the new run, a tenth of a second at most a."""
+"""Bounces of the new run, a tenth of a second at most values of a."""
 
 _MANY = 12.0
-"""Errors from few groups have long tails, above all on short runs."""
+"""Errors allowed; estimates from few groups have long tails, above all for short runs."""
 
 _TOO_SMALL = 4.0
 _ROUNDING = 1e-12
 _LEGWISE_FROM = 0.1
-"""Below, trajectories leg by leg are less exact than plain ones."""
+"""Below this a, trajectories leg by leg are less exact than plain ones."""
 
 
 def is_known(moment: Moment, a: float) -> bool:
-    """Tell whether anything is stored at one a: rows, sums, averages, bounds or levels."""
+    """Tell whether anything is stored for one a: rows, sums, averages, bounds or levels."""
     tables = (stadium, entropy_bound, level_fill)
     return any(moment.connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
 
@@ -79,9 +79,9 @@ def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) -> Iterator[EntropyBounds]:
-    """Yield the rows that are not sound, have nothing in common with new bounds or closer ones, or differ.
+    """Yield unsound rows, and rows that contradict new or closer bounds or differ from their recount.
 
-    Proof and edges say which are ours: of this version, with this arithmetic.
+    `ours` names, by proof and edges, the rows from this version with this arithmetic.
     """
     sound = [each for each in found if is_sound(each)]
     new = _new_bounds(sound) if sound else {}
@@ -104,7 +104,7 @@ def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
 
 
 def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:
-    """Tell whether a row is what is counted again; balls may leave open what doubles decide, no more."""
+    """Tell whether a row matches its recount; balls may leave windows open that doubles decide."""
     if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
         return True
     wider = one.lower <= new.lower and new.upper <= one.upper
@@ -120,12 +120,12 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
 
 
 def _window(stored: LevelWindow) -> Iterator[Check]:
-    """Check the number of levels in a window and below it, then each level, if the number is right.
+    """Check the number of levels in a window and below it, and if it is right each level.
 
     Raises
     ------
     InputError
-        If no such window is ever solved.
+        If the window cannot come from this program.
     """
     tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
     found = [task.on_grid(*_GRID) for task in tasks]
@@ -146,7 +146,7 @@ def _trajectories(a: float, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what is wrong with averages at one a, given what their run was asked for."""
+    """Yield the faults of averages at one a, given the parameters of their run."""
     asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
     if asked != ("simulate", a, row["bounces"], row["seed"]):
         yield "its run was asked for something else"

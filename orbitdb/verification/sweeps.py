@@ -1,4 +1,4 @@
-"""What sweeps have counted and added up, against the transfer matrix, fills, births, and new solutions."""
+"""Check sweeps against the transfer matrix, fills, births, and new solutions."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -31,19 +31,19 @@ from orbitdb.verification.check import Check, measured, single
 from orbitdb.verification.completeness import wrong_cursor, wrong_end
 
 SWEPT_ANEW = 11
-"""The highest period that is solved anew, in half a second."""
+"""Highest period to solve again, in half a second."""
 
 _ROUNDING = 1e-12
 _REPETITIONS = 20
-"""How much more than an orbit's numbers its terms may be off: their weights are e^-lambda of repetitions."""
+"""Ratio of the error of a term to that of the orbit, because of weights e^-lambda of repetitions."""
 
 _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
 
 def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
-    """Check the counts of every chosen period that is swept, and the sums of those up to `SWEPT_ANEW`.
+    """Check the counts of every chosen swept period, and the sums up to period `SWEPT_ANEW`.
 
-    All subsets that are swept there are checked, whatever else is chosen.
+    All swept subsets are checked, whatever the selection.
     """
     yield from _cursors(moment.connection, {each.a: each for each in selections})
     for selection in selections:
@@ -61,7 +61,7 @@ def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Ch
 
 
 def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> Iterator[Check]:
-    """Check how far each sweep of a chosen period says it has come, and in how many blocks so far."""
+    """Check the cursor and the number of blocks of each sweep of a chosen period."""
     blocks = sa.select(sweep_block.c.stadium, sweep_block.c.p, sweep_block.c.selection, sa.func.count())
     kept = {
         tuple(key): count for *key, count in connection.execute(blocks.group_by(*blocks.selected_columns[:3]))
@@ -85,7 +85,7 @@ def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> It
 
 
 def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
-    """Yield what is swept at one a, of all orbits and of subsets of them, and what its orbits are."""
+    """Yield the sweeps at one a, of all orbits and of subsets, each with its subset."""
     for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *moment.swept_subsets(selection.a)):
         for each in moment.sweeps(selection.a, subset):
             if selection.includes(each.p):
@@ -93,7 +93,7 @@ def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Select
 
 
 def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
-    """Yield what else tells the counts of a period: its fill, and its births if all orbits are swept."""
+    """Yield other counts of a period: from its fill, and from births if all orbits are swept."""
     a, p = subset.a, swept.p
     for fill in audit.fills(moment.connection):
         if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
@@ -103,7 +103,7 @@ def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping
 
 
 def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
-    """Return the counts of a subset of the orbits of a filled period; ranges are of orbits alone."""
+    """Return the counts of a subset of a filled period; ranges apply to orbits alone."""
     rows = read_classes(moment, subset)
     others = {
         status.value: moment.count(replace(subset, statuses=(status,), ranges={}))
@@ -113,7 +113,7 @@ def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
 
 
 def _wrong_counts(swept: Sweep, others: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield where counts differ from the transfer matrix, or from those of the period's fill and births."""
+    """Yield the counts that differ from the transfer matrix, or from fill and births of the period."""
     tally, total = swept.tally, count_admissible(swept.p)
     if tally.words > total or (swept.whole and tally.words != total):
         yield f"{tally.words} words instead of {total}"
@@ -130,7 +130,7 @@ def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
-    """Solve a period as a fill does, and compare its counts and sums with those of the sweep."""
+    """Solve a period as a fill does, and compare counts and sums with the sweep."""
     tally, sums, off = _solved(swept.p, subset)
     label = _label(swept, subset.a)
     yield replace(single("sweeps", label, _differing(swept.tally, asdict(tally))), rows=0)
@@ -145,7 +145,7 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
 
 
 def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
-    """Return the counts and the sums of a period, and by how much its lengths and lambdas may be off."""
+    """Return the counts and sums of a period, and the largest error of its lengths and lambdas."""
     classes = all_least_words(Span.whole(p))
     sizes = chosen_words(classes, p, subset)
     found = solve(unpack(classes.codes, p), Stadium(subset.a))

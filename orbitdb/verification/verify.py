@@ -1,8 +1,7 @@
-"""Verifying a catalogue: everything is computed again from the words alone and compared.
+"""Verify a catalogue: compute everything again from the words alone, and compare.
 
-The words must be all there (`orbitdb.verification.completeness`); what is stored of an orbit must agree
-with itself (`orbitdb.verification.invariants`) and with new solutions
-(`orbitdb.verification.recomputation`).
+All words must be there (`orbitdb.verification.completeness`). A stored orbit must agree with itself
+(`orbitdb.verification.invariants`) and with a new solution (`orbitdb.verification.recomputation`).
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -39,45 +38,45 @@ if TYPE_CHECKING:
 PROMISES = {
     "file": "SQLite finds the file sound",
     "foreign keys": "every reference leads to a row",
-    "schema": "tables and view are those of this version",
-    "counts": "the words of every period are as many as the transfer matrix says",
-    "classes": "every class has the id, the size, the walls, the symmetries and the words of its least word",
-    "elements": "every place in a class has the symmetry element that leads to it",
-    "rules": "pruned words are least rotations and break just the rules that are stored",
+    "schema": "tables and views are those of this version",
+    "counts": "every period has as many words as the transfer matrix says",
+    "classes": "id, size, walls, symmetries and words of every class follow from its representative",
+    "elements": "every place in a class has its symmetry element",
+    "rules": "pruned words are least rotations and break exactly the stored rules",
     "fills": "the counts of every filled period are those of its rows",
-    "births": "births and deaths take turns, and agree with every fill",
-    "changes": "either side of a birth or death is decided again, and so is the bounce that makes it",
-    "lives": "between a = 0.02 and 1000 no birth or death is missing, and there is none too many",
-    "undecided": "cells in ln a are small enough to prove that",
-    "sweeps": "swept counts are those of the transfer matrix, of fills, of births, and of new solutions",
-    "sums": "swept sums are those of new solutions",
-    "entropy": "proved bounds on the entropy agree with new ones, and their windows are counted again",
-    "levels": "quantum levels are those of a finer grid, within their errors, and none is missing",
+    "births": "births and deaths alternate, and agree with every fill",
+    "changes": "both sides of a birth or death, and the bounce that causes it, are decided again",
+    "lives": "between a = 0.02 and 1000 there is no birth or death more or less",
+    "undecided": "the cells in ln a are small enough to prove it",
+    "sweeps": "swept counts agree with the transfer matrix, fills, births and new solutions",
+    "sums": "swept sums agree with new solutions",
+    "entropy": "proved bounds on the entropy agree with new ones and with a recount of their windows",
+    "levels": "quantum levels agree with a finer grid, within their errors and in number",
     "trajectories": "averages over trajectories agree with exact means and with a new run",
     "provenance": "runs, methods and certificates agree with one another",
     "reading": "the commands can read it",
-    "values": "every row has what its status demands",
+    "values": "every row has the values that its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
     "bounds": "a new solution lies within the error bounds",
-    "bits": "a new solution on the same machine gives the same bits",
+    "bits": "a new solution with the same arithmetic gives the same bits",
     "walls": "every bounce is on its own wall",
-    "margins": "the margin is that of the bounces",
+    "margins": "the margin follows from the bounces",
     "reflection": "every bounce obeys the law of reflection",
-    "residuals": "the residual is that of the bounces",
-    "lengths": "the length is that of the path",
-    "lambda": "lambda is that of the monodromy matrices",
+    "residuals": "the residual follows from the bounces",
+    "lengths": "the length follows from the path",
+    "lambda": "lambda follows from the monodromy matrices",
     "signature": "the Hessian has the right signature",
     "Hessian": "the Hessian's determinant gives lambda",
     "radii": "certified radii are within the error bounds",
     "restarts": "other starts lead to the same orbit",
     "certificates": "ball arithmetic proves the row",
 }
-"""What is checked, in the order of the report."""
+"""The checks, in the order of the report."""
 
 
 def report(steps: Iterable[Step]) -> list[Check]:
-    """Join what the steps have found, one check a promise, in order."""
+    """Join the checks of all steps by name, in order."""
     found: dict[str, Check] = {}
     for step in steps:
         for check in step.checks:
@@ -99,27 +98,27 @@ def verify(
     Parameters
     ----------
     moment : Moment
-        All is read from it; by workers, each part as it is at a moment of its own: a fill does not change
-        the rows of classes that are there.
+        Everything is read from it. Workers read each part at a moment of its own, since a fill never changes
+        the rows of existing classes.
     selections : sequence of Selection
         What to check, one for each a. The file is checked as a whole; counts, births, and the words of
         classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
         the chosen classes: a class is chosen if one of its words is.
     sample : int, optional
-        Check the orbits of only so many of the chosen classes of every a, drawn at random.
+        Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional
-        Solve every class again from so many random starts.
+        Solve every class again from this many random starts.
     seed : int, optional
-        Of sample and restarts.
+        For the sample and the restarts.
     missing_births : bool, optional
-        Prove that no birth or death is missing, too.
+        Also prove that no birth or death is missing.
     workers : Workers, optional
-        Processes that check file, counts and classes; what is found does not depend on them.
+        Processes that check file, counts and classes; the result does not depend on them.
 
     Yields
     ------
     Step
-        Behind every block of rows, so that memory is bounded.
+        After every block of rows, so that memory is bounded.
 
     Raises
     ------
@@ -161,7 +160,7 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Con
     checks = [judged("values", stored.words, ~whole)]
     rows = whole_rows(stored, block.p, whole)
     if rows:
-        with np.errstate(all="ignore"):  # what is stored may be any number
+        with np.errstate(all="ignore"):  # stored numbers may be anything
             orbits = with_bounds(stored.orbits(rows), stadium)
             checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
         if restarts:
@@ -178,7 +177,7 @@ def _block(
     stadium: Stadium,
     ours: AbstractSet[int],
 ) -> Iterator[Check]:
-    """Check some rows of a block, of sound words and whole."""
+    """Check those rows of a block that have sound words and all values."""
     fresh = solve_admissible(stored.words, stadium)
     yield from check_against(stored, fresh)
     made = zip(block.some("solver", rows), block.some("run", rows), strict=True)

@@ -128,7 +128,8 @@ def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):
 
 
 SENTENCE = (
-    "period 9 at a = 1.6 is partial: a fill goes on or was stopped; 'orbitdb fill --p 9 --a 1.6' completes it"
+    "period 9 at a = 1.6 is partial: a fill is running or was stopped; "
+    "'orbitdb fill --p 9 --a 1.6' completes it"
 )
 LEFT_OUT = SENTENCE.replace("partial", "partial and left out")
 NINE = Selection(periods=((9, 9),))
