@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from orbitdb.verification.whole import Verification
 
 _SHOWN = 4
-"""How many further values of a a short description lists."""
+"""Number of further values of a in a short description."""
 
 
 class Catalogue:
@@ -54,7 +54,7 @@ class Catalogue:
     path : path-like, optional
         The file; by default that of ``ORBITDB_DB``, or one in your data folder.
     a : float, optional
-        The stadium of all questions that name none; by default the only one with orbits in the
+        The stadium of questions that name none; by default the only one with orbits in the
         catalogue, else 1.6.
 
     Raises
@@ -99,7 +99,7 @@ class Catalogue:
 
     @property
     def a(self) -> float:
-        """The stadium of all questions that name none; once it is known, it stays the same.
+        """The stadium of questions that name none; once known, it stays the same.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class Catalogue:
         self._file.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
-        """Pickle, and copy, the path and a: the file is opened anew where it is loaded."""
+        """Pickle the path and a; the copy opens the file again."""
         return type(self), (self.path.absolute(), self._a)
 
     def __repr__(self) -> str:
@@ -134,7 +134,7 @@ class Catalogue:
         return f"<Catalogue {self.path.name}: {known}>"
 
     def _contents(self, moment: Moment) -> str:
-        """Say in one line what is filled, at its own a first."""
+        """Say in one line what is filled, beginning with its own a."""
         values = moment.a_values(orbits=True)
         try:
             own = [meant(values) if self._a is None else self._a]
@@ -159,7 +159,7 @@ class Catalogue:
         Raises
         ------
         WordError
-            If it is no word.
+            If it is not a word.
         """
         symbols = parse(word)
         with self._file.moment() as moment:
@@ -180,18 +180,18 @@ class Catalogue:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the orbit of a word in the rotation given (run notation, too), or why there is none.
+        """Return the orbit of a word, in the given rotation or run notation, whatever its status.
 
-        A word that is not stored is solved now; its ``stored`` is false.
+        A word that is not stored is solved now, with ``stored`` false.
 
         Raises
         ------
         KeyError
             If it repeats a shorter word.
         WordError
-            If it is no word.
+            If it is not a word.
         TypeError
-            If it is no text.
+            If it is not a string.
         """
         symbols = parse(word)
         if not is_primitive(symbols):
@@ -203,7 +203,7 @@ class Catalogue:
         return (word for (word,) in self.rows(columns=("code",)))
 
     def __len__(self) -> int:
-        """Return how many words it holds, without those that are geometrically pruned."""
+        """Return the number of words, without geometrically pruned ones."""
         return self.count()
 
     def __bool__(self) -> bool:
@@ -221,7 +221,7 @@ class Catalogue:
         offset: int = 0,
         **criteria: Unpack[Criteria],
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one a word.
+        """Yield rows of a chosen subset, one per word.
 
         Parameters
         ----------
@@ -238,7 +238,7 @@ class Catalogue:
         Raises
         ------
         SelectionError
-            If a column is not known or ``where`` is refused.
+            If a column is unknown or ``where`` is refused.
         """
         with self._question(selection, criteria) as (moment, chosen):
             yield from moment.rows(chosen, columns, order, limit, offset)
@@ -256,7 +256,7 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            Its a and periods count; or give them as criteria. By default all periods that are there.
+            Only its a and periods matter; or give them as criteria. By default all stored periods.
         **criteria
             As in `select`.
         """
@@ -274,7 +274,7 @@ class Catalogue:
         coordinates: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
-        """Return a chosen subset as arrays, one entry a word.
+        """Return a chosen subset as arrays, one entry per word.
 
         Parameters
         ----------
@@ -333,8 +333,8 @@ class Catalogue:
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
         """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
 
-        Of the parameters of `select`, a and periods count. Where nothing is filled, the counts come from
-        a sweep or from births.
+        Of the parameters of `select`, only a and periods matter. Without a fill, the counts come from a sweep
+        or from births.
 
         Examples
         --------
@@ -348,7 +348,7 @@ class Catalogue:
 
     @with_criteria
     def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
-        """Return the topological entropy of chosen orbits by period, with proved bounds beside it.
+        """Return the topological entropy of chosen orbits by period, with proved bounds.
 
         The parameters are those of `select`.
 
@@ -404,9 +404,9 @@ class Catalogue:
     ) -> "Trajectory":
         """Find the orbits that a trajectory shadows, from its start or from its bounces.
 
-        The trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words
-        and are solved, stored or not; the result has the orbits that the trajectory stays with for two
-        bounces or more.
+        The trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words and
+        are solved, stored or not. The result has the orbits that the trajectory follows for two bounces or
+        more.
 
         Parameters
         ----------
@@ -414,14 +414,14 @@ class Catalogue:
             x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
             the x axis (radians). The trajectory is followed forward and back.
         points : array-like, shape (N, 2), optional
-            Instead of a start: x, y of 3 to 1000 successive bounces; the last may be the first again. All of
-            them together are one more word to try, of any period. A point that is closer to a joint of wall
-            and semicircle than its error may land on the wrong side of it, and then the word is not found.
+            Instead of a start: x, y of 3 to 1000 successive bounces; the last may repeat the first. All of
+            them together are one more word to try, of any period. A point closer to a joint of wall and
+            semicircle than its error may be on the wrong side; the word is then not found.
         tolerance : float, optional
             Largest distance of a bounce from that of the orbit and of points from the boundary, at most 1;
             0.01 by default.
         bounces : int, optional
-            Bounces to follow from a start, each way; by default 60. The trajectory ends where rounding may
+            Bounces to follow from a start, each way; by default 60. The trajectory ends once rounding may
             have moved a bounce by the tolerance.
         limit : int, optional
             Largest number of orbits; by default 10.
@@ -431,12 +431,12 @@ class Catalogue:
         Returns
         -------
         Trajectory
-            First the orbit that the trajectory goes round most often.
+            The orbit that the trajectory goes round most often comes first.
 
         Raises
         ------
         InputError
-            If you give not one of start and points, or a value that cannot be used.
+            If you give both or neither of start and points, or an invalid value.
 
         Examples
         --------
@@ -464,7 +464,7 @@ class Catalogue:
         length : float
             In units of the radius.
         tolerance : float, optional
-            Largest difference, at most 1; 0.001 by default. Error bounds of stored lengths come on top.
+            Largest difference, at most 1; 0.001 by default. The error bounds of stored lengths are added.
         limit : int, optional
             Largest number of orbits; by default all.
         a : float, optional
@@ -495,7 +495,7 @@ class Catalogue:
         parity: str | None = None,
         a: float | None = None,
     ) -> "Spectrum":
-        """Return the length spectrum of the stored orbits, and beside it that of levels.
+        """Return the length spectrum of the stored orbits and of the levels.
 
         Parameters
         ----------
@@ -536,9 +536,9 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "list[Fill]":
-        """Store all words of some periods, and what becomes of them; or single words.
+        """Store all words of some periods with their orbits; or single words.
 
-        A fill that was interrupted goes on where it stopped; finished periods are skipped.
+        An interrupted fill resumes where it stopped; finished periods are skipped.
 
         Parameters
         ----------
@@ -547,16 +547,16 @@ class Catalogue:
         words : iterable of str, optional
             Primitive words of any period, to be stored with their symmetry classes.
         jobs : int or None, optional
-            Processes; None for one a core, if there is enough work. In a script that is run as a file, more
-            than one needs the usual ``if __name__ == "__main__":``.
+            Processes; None for one per core, if there is enough work. With more than one, a script needs the
+            usual ``if __name__ == "__main__":``.
         geometric : bool, optional
             Also store the geometrically pruned words of the periods.
         method : str, optional
             ``newton``, or ``relaxation``, the paper's, which is slow.
         workers : Workers, optional
-            What solves, instead of processes: an open `orbitdb.filling.cluster.Cluster`.
+            An open `orbitdb.filling.cluster.Cluster` in place of processes.
         progress : callable, optional
-            Called with how much is done, of how much, and a text. Without it there is a bar in a notebook.
+            Called with the amount done, the total, and a text. By default, a notebook shows a bar.
         a : float, optional
             The stadium; by default the catalogue's.
 
@@ -568,9 +568,9 @@ class Catalogue:
         Raises
         ------
         InputError
-            If you name neither periods nor words, or something that cannot be used.
+            If you name neither periods nor words, or an invalid value.
         StoreError
-            If the file cannot be written, or the disk has no room for it.
+            If the file cannot be written, or the disk is too full.
 
         Examples
         --------
@@ -630,7 +630,7 @@ class Catalogue:
     ) -> "list[Sweep]":
         """Count the orbits of periods and sum what averages need, without storing rows.
 
-        `table`, `entropy` and `lyapunov` use a sweep where there is no fill.
+        `table`, `entropy` and `lyapunov` use a sweep if there is no fill.
 
         Parameters
         ----------

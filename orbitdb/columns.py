@@ -19,13 +19,13 @@ class Column:
     kind : str
         ``text``, ``integer`` or ``number``; ``integers`` or ``numbers`` for a list of them; else in words.
     means : str
-        Its meaning; a few words, and behind a semicolon what is to be said besides.
+        Its meaning; a few words, then details after a semicolon.
     unit : str
-        Of a number; ``1`` for a pure one, empty for what is no quantity.
+        Unit of a number; ``1`` for a pure number, empty if it is not a quantity.
     bound : str
-        The columns that bound its error, or ``exact``, ``proved``, ``itself``; empty where nothing does.
+        The columns that bound its error, or ``exact``, ``proved``, ``itself``; empty without a bound.
     empty : str
-        Where there is no value.
+        When it has no value.
     sql : str
         Of a column of the catalogue: its value in a row of the tables that the view ``class`` joins, or,
         if `single`, the view ``catalogue``.

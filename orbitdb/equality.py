@@ -1,4 +1,4 @@
-"""Frozen dataclasses that hold arrays: equal by value, of which NumPy's ``==`` makes arrays and no truth."""
+"""Dataclasses with arrays, compared by value, because ``==`` on arrays returns an array, not a bool."""
 
 import reprlib
 from collections.abc import Mapping
@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 
 class ByValue:
-    """Base of dataclasses, made with ``eq=False``, that are equal if all their fields are, bit by bit.
+    """Base of dataclasses with ``eq=False`` that are equal if all fields are equal bit by bit.
 
-    NaN equals NaN in the same place, and 0.0 differs from -0.0 in an array. Equal objects have equal
-    hashes, so their arrays are not to be changed once they are keys.
+    NaN equals NaN in the same place, and 0.0 differs from -0.0 in an array. Equal objects have equal hashes,
+    so do not change their arrays while they are keys.
     """
 
     def __eq__(self, other: object) -> bool:
@@ -25,19 +25,19 @@ class ByValue:
         return hash(_key(_values(self)))
 
     def __repr__(self) -> str:
-        """Name the fields in one line, of arrays their shapes; for dataclasses made with ``repr=False``."""
+        """Show the fields in one line, arrays by their shapes; for dataclasses with ``repr=False``."""
         named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
         return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
 
 
 class Batch(ByValue):
-    """Base of dataclasses, made with ``eq=False``, whose arrays have N entries along their last axis.
+    """Base of dataclasses with ``eq=False`` whose arrays have N entries along the last axis.
 
-    Fields that are no arrays hold for all N.
+    Other fields apply to all N.
     """
 
     def rows(self, chosen: slice | NDArray[Any]) -> Self:
-        """Return some of the N, given a slice, their places or a mask."""
+        """Return some of the N entries, given by a slice, places or a mask."""
         return type(self)(*(_chosen(value, chosen) for value in _values(self)))
 
 
@@ -61,10 +61,10 @@ def _values(record: Any) -> list[Any]:
 
 
 def _key(value: Any) -> Any:
-    """Return something with a hash that is equal for equal values."""
+    """Return a hashable key that is equal for equal values."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind == "f":
-            one_nan = np.where(np.isnan(value), np.nan, value)  # which has many bit patterns
+            one_nan = np.where(np.isnan(value), np.nan, value)  # NaN has many bit patterns
             return "f", value.shape, one_nan.astype(float).tobytes()
         return value.dtype.kind, value.shape, tuple(value.ravel().tolist())
     if isinstance(value, Mapping):

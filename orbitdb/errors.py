@@ -1,9 +1,9 @@
-"""What can be wrong with what a user gives: errors whose message is one line with the remedy."""
+"""Errors for users: each message is one line with the remedy."""
 
 import errno
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
-"""What the system reports when a disk is full or fails."""
+"""Error numbers of a full or failing disk."""
 
 
 class InputError(ValueError):
@@ -15,12 +15,12 @@ class StoreError(Exception):
 
 
 class AlteredError(StoreError):
-    """The database holds what no command of this program writes.
+    """The database holds something that no command of this program writes.
 
     Attributes
     ----------
     what : str
-        The value, and what it stands for.
+        The value and its meaning.
     """
 
     def __init__(self, what: str) -> None:

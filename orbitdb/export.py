@@ -1,8 +1,8 @@
-"""Files for other tools: rows of numbers and text as csv, jsonl, parquet or npz, bit by bit.
+"""Files for other tools: rows of numbers and text, to the last bit, as csv, jsonl, parquet or npz.
 
-A file appears under its name when it is complete, and not before. Parquet and npz carry their
-provenance inside; csv and jsonl are pure data, so that every tool reads them as they are, and have
-theirs in a second file, named as the W3C's "CSV on the Web" names it: ``orbits.csv-metadata.json``.
+A file appears under its name only when it is complete. Parquet and npz carry their provenance inside. csv and
+jsonl are pure data, readable by every tool; their provenance is in a second file, named as in the W3C's "CSV
+on the Web": ``orbits.csv-metadata.json``.
 """
 
 import contextlib
@@ -25,9 +25,9 @@ Metadata = Mapping[str, Any]
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
-    """Write one line a row under a line of names, and return how many rows there were.
+    """Write one line per row under a line of names; return the number of rows.
 
-    Lists have blanks between, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
+    Lists are separated by blanks, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
     """
     writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
     writer.writerow(columns)
@@ -39,7 +39,7 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimit
 
 
 def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
-    """Write one JSON object a row, and return how many there were."""
+    """Write one JSON object per row; return their number."""
     count = 0
     for row in rows:
         file.write(json_object(columns, row) + "\n")
@@ -48,7 +48,7 @@ def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> in
 
 
 def json_object(columns: Sequence[str], row: Row) -> str:
-    """Return a row as a JSON object in ASCII; numbers that JSON does not have become null."""
+    """Return a row as a JSON object in ASCII; NaN and infinities become null."""
     values = (None if isinstance(value, float) and not math.isfinite(value) else value for value in row)
     return json.dumps(dict(zip(columns, values, strict=True)))
 
@@ -64,16 +64,16 @@ FIGURES = ("png", "svg", "pdf")
 """The formats of figures."""
 
 STDOUT = Path("-")
-"""Stands for the output of the program."""
+"""Stands for standard output."""
 
 
 def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
-    """Return the format of a file by its ending, unless it is named.
+    """Return the format of a file: the given one, or that of its ending.
 
     Raises
     ------
     ExportError
-        If it is not one of the known ones, or the ending is that of another one.
+        If it is unknown, or contradicts the ending.
     """
     ending = path.suffix.lstrip(".").lower()
     found = form or ending
@@ -89,7 +89,7 @@ def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS)
 def write_file(
     path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata
 ) -> None:
-    """Write rows to a file that appears when it is complete.
+    """Write rows to a file that appears only when it is complete.
 
     Parameters
     ----------
@@ -97,18 +97,18 @@ def write_file(
     form : str
         One of `FORMATS`.
     columns : sequence of str
-        Their kinds are those of `orbitdb.columns`.
+        Names from `orbitdb.columns`.
     rows : iterable of sequences
-        Plain Python values; None where there is none.
+        Plain Python values; None for a missing one.
     metadata : mapping
-        Provenance: what JSON can hold.
+        Provenance, in values that JSON can hold.
 
     Raises
     ------
     ExportError
-        If the name is that of a folder or a device, or the format cannot hold the rows.
+        If the path is a folder or a device, or the format cannot hold the rows.
     StoreError
-        If the system does not let the file be written.
+        If the system refuses to write the file.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -124,14 +124,14 @@ def write_file(
 
 
 def check_target(path: Path, replace: bool = True) -> None:
-    """Refuse what is no ordinary file, and, unless it may be replaced, a file that is there already.
+    """Refuse a path that is not an ordinary file and, unless `replace`, an existing file.
 
     Raises
     ------
     ExportError
         With the reason.
     StoreError
-        If the system does not let anybody look.
+        If the path cannot be examined.
     """
     try:
         mode = path.stat().st_mode
@@ -148,22 +148,22 @@ def check_target(path: Path, replace: bool = True) -> None:
 
 
 def metadata_path(path: Path) -> Path:
-    """Return where the provenance of a csv or jsonl file is."""
+    """Return the path of the provenance of a csv or jsonl file."""
     return path.with_name(path.name + "-metadata.json")
 
 
 @contextmanager
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
-    """Give a name in the same folder for a file that takes its own name once it is written.
+    """Give a temporary path in the same folder; rename it to the final one after a complete write.
 
-    What cannot be written is refused at once. Errors name the file that was wanted, if it is another.
+    A path that cannot be written is refused at once. Errors name `wanted` if it is given.
 
     Raises
     ------
     ExportError
-        If the name is that of a folder or a device.
+        If the path is a folder or a device.
     StoreError
-        If the system does not let the file be written.
+        If the system refuses to write the file.
     """
     check_target(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}.part")

@@ -1,24 +1,24 @@
-"""What not everybody has installed: loaded when it is used, with a word on how to get it."""
+"""Optional packages, imported on use, with a message on how to install them."""
 
 from importlib import import_module
 from typing import Any
 
 
 def load(module: str, use: str, extra: str) -> Any:
-    """Return a module that needs, or is, a package of an extra.
+    """Import a module that needs a package of an extra.
 
     Parameters
     ----------
     module : str
     use : str
-        What is asked for, such as ``to_pandas()``.
+        The feature that needs it, such as ``to_pandas()``.
     extra : str
-        The extra of this package that brings what it needs.
+        The extra of orbitdb with that package.
 
     Raises
     ------
     ModuleNotFoundError
-        If it is not installed; the message says what to install.
+        If the package is missing; the message says what to install.
     """
     try:
         return import_module(module)

@@ -1,6 +1,6 @@
-"""Numbers as people write them, read and written, and in closed form: recognised numerically, not proved.
+"""Read and write numbers as people do, and recognise closed forms numerically, without proof.
 
-What Python reads beyond that, such as ``1_6`` for 16, is none.
+Further notations of Python, such as ``1_6`` for 16, are refused.
 """
 
 import math
@@ -20,7 +20,7 @@ def real(text: str) -> float:
     Raises
     ------
     ValueError
-        If it is none.
+        If it is not a number.
     """
     if not _REAL.fullmatch(text.strip()):
         raise ValueError(f"{shortened(text)!r} is not a number")
@@ -33,7 +33,7 @@ def whole(text: str) -> int:
     Raises
     ------
     ValueError
-        If it is none, or has more than a hundred digits.
+        If it is not a whole number, or has more than a hundred digits.
     """
     if not _WHOLE.fullmatch(text.strip()) or (value := Fraction(text.strip())).denominator > 1:
         raise ValueError(f"{shortened(text)!r} is not a whole number")
@@ -41,12 +41,12 @@ def whole(text: str) -> int:
 
 
 def exact(a: float) -> str:
-    """Write a so that it is the same number when it is read again."""
+    """Write a number in the shortest form that reads back as the same number."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 
 
 def between(lower: float, name: str, upper: float) -> str:
-    """Write what lies between proved bounds, which are rounded outward."""
+    """Write a name between its proved bounds, rounded outward."""
     return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
 
 
@@ -56,23 +56,23 @@ def outward(value: float, rounding: str) -> str:
 
 
 def upwards(bound: float, more: float = 0.0) -> str:
-    """Return a bound, and what comes to it, with two digits, rounded up: less would be claimed wrongly."""
+    """Return the sum of a bound and `more` with two digits, rounded up so that it stays a bound."""
     total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
     return f"{float(total):.1e}"
 
 
 def with_bound(value: float, bound: float, sign: str = "+-") -> str:
-    """Return a number in full with a bound that holds for the digits that are shown, too."""
+    """Return a number in full, with a bound that also covers the rounding of its digits."""
     return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
 
 
 def with_error(value: float, error: float, sign: str = "+-") -> str:
-    """Return a value and its standard error in one line, as a table has them in two columns."""
+    """Return a value with its standard error in one line."""
     return f"{as_sure(value, error)} {sign} {upwards(error)}"
 
 
 def as_sure(value: float, error: float) -> str:
-    """Return a value with the digits that both digits of its error are of, and six at least."""
+    """Return a value with digits down to the second digit of its error, at least six."""
     return f"{value:z.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
 
 
@@ -86,7 +86,7 @@ def concise(value: float | None, error: float | None) -> str | None:
 
 
 _RELATIVE = 1e-12
-"""What births are known to, at least; larger errors tell too little."""
+"""Relative accuracy of births that closed forms require."""
 _MOST = 60
 """Largest leading and middle coefficient; a chance hit among so many is rarer than one in 10^5."""
 _SQUARE = 200
@@ -94,12 +94,12 @@ _SQUARE = 200
 
 
 def closed_form(a: float) -> str | None:
-    """Return a as a rational number, a square root of one, or a quadratic number; None if it is like none.
+    """Return a as a rational number, the square root of one, or a quadratic number; None if none fits.
 
     Parameters
     ----------
     a : float
-        A positive number, known to 1e-12 of itself.
+        A positive number with a relative error of at most 1e-12.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How far long work is: whom it is told to."""
+"""Progress reports of long work."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -7,16 +7,16 @@ from importlib.util import find_spec
 from typing import TypeAlias
 
 Tell: TypeAlias = Callable[[float, float, str], object]
-"""Called with how much is done, of a total that is 0 if nobody knows it, and a text."""
+"""Called with the amount done, the total (0 if unknown), and a text."""
 
 
 def nobody(done: float, total: float, text: str) -> None:
-    """Tell nobody how far the work is."""
+    """Report to nobody."""
 
 
 @contextmanager
 def telling(progress: Tell | None, text: str) -> Iterator[Tell]:
-    """Give whom to tell how far the work is: whom you name, a bar in a notebook, else nobody."""
+    """Give a receiver of progress: the given one, a bar in a notebook, or nobody."""
     if progress is not None or not _in_notebook():
         yield progress or nobody
     elif find_spec("tqdm") is not None:

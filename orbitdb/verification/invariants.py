@@ -1,9 +1,9 @@
 """Consistency of stored orbits: coordinates, length, lambda and margin must fit together.
 
 Every number is computed again from the coordinates by plane geometry, bounce by bounce, without runs and
-legs. The allowed differences follow from the error bound of the row: each bounce is at its place on the orbit up to
-this bound and the rounding of a place on the table, e in all. To first order this turns a link of length l by
-2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
+legs. The allowed differences follow from the error bound of the row: each bounce is at its place on the orbit
+up to this bound and the rounding of a place on the table, e in all. To first order this turns a link of
+length l by 2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
 """
 
 from collections.abc import Iterator, Sequence

@@ -46,7 +46,7 @@ PROMISES = {
     "fills": "the counts of every filled period are those of its rows",
     "births": "births and deaths alternate, and agree with every fill",
     "changes": "both sides of a birth or death, and the bounce that causes it, are decided again",
-    "lives": "between a = 0.02 and 1000 there is no birth or death more or less",
+    "lives": "between a = 0.02 and 1000, no birth or death is missing or superfluous",
     "undecided": "the cells in ln a are small enough to prove it",
     "sweeps": "swept counts agree with the transfer matrix, fills, births and new solutions",
     "sums": "swept sums agree with new solutions",

@@ -174,7 +174,7 @@ REFUSED = [
     ({"points": [PATH[0], [2.7, 0], PATH[1]]}, "point 2, .* lies 0.1 outside"),
     ({"points": [PATH[0], [0, 0], PATH[1]]}, "point 2, .* lies 1 inside"),
     ({"points": [PATH[0], PATH[1], PATH[1]]}, "points 2 and 3 are the same"),
-    ({"points": PATH, "bounces": 3}, "goes with a start"),
+    ({"points": PATH, "bounces": 3}, "with a start, not with points"),
     ({"length": 0}, "length 0"),
     ({"length": True}, "length True"),
     ({"length": "10.4"}, "length 10.4"),
