@@ -67,8 +67,8 @@ def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     assert values[-1] == '""'  # an orbit from a = 0 on
     lacking = cli("query", "--exists", "0.8", "--p", "6")
     assert (lacking.code, lacking.out) == (1, "")
-    assert "births of period 6 are not found" in lacking.err.splitlines()[0]
-    assert "births of period 6 are not found" in cli("query", "--p", "6", "--order", "born", "-c", "p").err
+    assert "births of period 6 are not stored" in lacking.err.splitlines()[0]
+    assert "births of period 6 are not stored" in cli("query", "--p", "6", "--order", "born", "-c", "p").err
     chosen = cli("entropy", "--a", "0.8", "--exists", "0.5")
     assert (chosen.code, chosen.out) == (1, "")
     assert "births tell how many orbits of periods 2-5 there are at a = 0.8" in chosen.err

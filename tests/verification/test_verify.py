@@ -80,7 +80,8 @@ def test_the_small_catalogue_is_sound_and_says_so(small, cli):
 SPOKEN_OF = {
     "file": "sound", "foreign keys": "reference", "schema": "tables", "counts": "transfer matrix",
     "classes": "representative", "elements": "element", "rules": "pruned", "fills": "filled",
-    "births": "alternate", "changes": "both sides", "lives": "missing", "undecided": "cells", "sweeps": "counts",
+    "births": "alternate", "changes": "both sides", "lives": "missing", "undecided": "cells",
+    "sweeps": "counts",
     "sums": "sums", "entropy": "entropy", "levels": "grid", "trajectories": "trajectories",
     "provenance": "runs", "reading": "read", "values": "demands", "statuses": "same status",
     "unresolved": "decided", "bounds": "error bounds", "bits": "bits", "walls": "own wall",
