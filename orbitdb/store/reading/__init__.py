@@ -1,1 +1,1 @@
-"""Reading a catalogue."""
+"""Read a catalogue."""

@@ -1,4 +1,4 @@
-"""Reading a catalogue in order to check it: class by class as stored, right or wrong."""
+"""Read a catalogue for verification: class by class as stored, right or wrong."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from orbitdb.symbols.words import MAX_KEYED, from_strings
 
 StoredRow = dict[str, Any]
 Ids = dict[int, Integers]
-"""The ids of classes, in order, by period."""
+"""Ids of classes in order, by period."""
 
 _BLOCK = 4096
 
@@ -26,13 +26,13 @@ _BLOCK = 4096
 def sampled_classes(
     connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
 ) -> Ids:
-    """Return by period the ids of the chosen classes, or of a random sample of them."""
+    """Return the ids of the chosen classes, or of a random sample, by period."""
     ids = question.choose(connection, selection).ids
     return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
 
 
 def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
-    """Return so many ids drawn at random, all if there are no more; in order, as they came."""
+    """Return a random sample of ids in their order, or all if there are no more."""
     if sample is None or sample >= len(ids):
         return ids
     return np.sort(rng.choice(ids, sample, replace=False))
@@ -45,9 +45,9 @@ def ids_in(connection: sa.Connection, column: sa.Column[int], *where: sa.ColumnE
 
 
 def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle) -> Ids:
-    """Divide ids of classes, or of pruned words, by the order of their words, as keys and the table tell it.
+    """Divide ids of classes or pruned words by the period of their words, taken from keys and the table.
 
-    An id that is no key stands with words that are too long for one.
+    An id that is not a key counts as that of a word too long for one.
     """
     orders = orders_of(ids, sound=False)
     long = ids[no_key := (orders > MAX_KEYED) | (orders == 0)]
@@ -59,7 +59,7 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
 
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
-    """Return the rows of `cycle` or `pruned` that have some ids."""
+    """Return the rows of `cycle` or `pruned` with some ids."""
     query = sa.select(table).where(table.c.id.in_(listed(ids)))
     return list(connection.execute(query).cursor.fetchall())
 
@@ -68,15 +68,15 @@ def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list
 class StoredBlock:
     """Rows of `orbit` of one period and stadium, with their words.
 
-    Besides the columns of `orbit` there are `word`, the classes' least words, and `radius` of the
-    certificate if there is one.
+    Besides the columns of `orbit`, it has `word`, the representative, and `radius`, that of any
+    certificate.
     """
 
     columns: StoredColumns
 
     @property
     def words(self) -> Sequence[str]:
-        """The classes' least words, as stored."""
+        """The representatives, as stored."""
         return self.columns["word"]
 
     def some(self, name: str, chosen: Iterable[int]) -> list[Any]:
@@ -85,7 +85,7 @@ class StoredBlock:
         return [values[i] for i in chosen]
 
     def whole(self, p: int) -> Marks:
-        """Tell of each row whether it has what its status demands."""
+        """Tell which rows have the values that their status demands."""
         return are_whole(self.columns, p)
 
     def orbits(self, chosen: Sequence[int]) -> Orbits:
@@ -103,7 +103,7 @@ class StoredBlock:
 
 
 def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> StoredBlock:
-    """Return what is stored of some classes at one stadium."""
+    """Return the stored orbits of some classes at one stadium."""
     proof = (certificate.c.stadium == orbit.c.stadium) & (certificate.c.cycle == orbit.c.cycle)
     query = (
         sa.select(cycle.c.word, certificate.c.radius, orbit)
@@ -118,14 +118,14 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> Store
 
 
 def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
-    """Return the places of rows of sound words that are whole (`StoredBlock.whole`)."""
+    """Return the places of whole rows (`StoredBlock.whole`) with sound words."""
     sound = sound_words(stored.words, p)
     places: list[int] = sound[whole[sound]].tolist()
     return places
 
 
 def stadium_id(connection: sa.Connection, a: float) -> int | None:
-    """Return the number of a stadium, None if it is not known."""
+    """Return the id of a stadium, or None."""
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
 
 

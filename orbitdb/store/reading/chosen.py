@@ -1,6 +1,6 @@
-"""A chosen subset as two arrays: its symmetry classes in the order asked for, and which of their words.
+"""A chosen subset as two arrays: its symmetry classes in the wanted order, and a bit mask of their words.
 
-Its size is a sum over bits, and a page is a slice of their cumulative count. Averages weight a class with
+The size is the number of bits, and a page is a slice of their cumulative count. Averages weight a class by
 its bits. Only an order of single words needs a third array.
 """
 
@@ -25,22 +25,22 @@ from orbitdb.symbols.words import BITS, MAX_KEYED
 Masks = NDArray[np.uint8]
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
-"""How many bits are set in each byte."""
+"""Number of set bits in each byte."""
 
 _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
-"""Which bit of each byte is its first one that is set, its second one, and so on."""
+"""Positions of the set bits of each byte, from the lowest."""
 
 ALL = 0xFF
-"""The mask of a class of eight words that are all chosen."""
+"""The mask of a class with all eight words chosen."""
 
 _LEAST = 1 << 2 * BITS
-"""The key of 00: no word has fewer symbols."""
+"""The key of 00, the least key of any word."""
 
 
 class Words(NamedTuple):
-    """Words, each by the id of its class and its place among the words of the class.
+    """Words, each by the id of its class and its place in the class.
 
-    Negative ids are those of words that are geometrically pruned, whose place is 0.
+    Geometrically pruned words have negative ids and place 0.
     """
 
     ids: Integers
@@ -49,20 +49,20 @@ class Words(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chosen(ByValue):
-    """A chosen subset of the words that are stored at one a.
+    """A chosen subset of the words stored at one a.
 
     Attributes
     ----------
     selection : Selection
         What was chosen.
     ids : ndarray of int64, shape (C,)
-        The classes with chosen words, in the order of the rows; of pruned words minus their keys.
+        The classes with chosen words, in the order of the rows; minus the key for a pruned word.
     masks : ndarray of uint8, shape (C,)
-        Bit n is set where the n-th word of the class is chosen.
+        Bit n is set if word n of the class is chosen.
     rows : ndarray of uint32, shape (N,), or None
-        The order of the words if it is not that of the classes: their numbers in that order.
+        The numbers of the words in order, if the order is not that of the classes.
     values : mapping of str to ndarray, shape (C,)
-        Columns of the classes that were asked for, too.
+        Requested columns of the classes.
     """
 
     selection: Selection
@@ -76,16 +76,16 @@ class Chosen(ByValue):
 
     @property
     def counts(self) -> NDArray[np.uint8]:
-        """How many words of each class are chosen, shape (C,)."""
+        """Number of chosen words of each class, shape (C,)."""
         return COUNTS[self.masks]
 
     @cached_property
     def ends(self) -> Integers:
-        """How many words there are up to each class and with it, shape (C,)."""
+        """Number of words up to and including each class, shape (C,)."""
         return np.cumsum(self.counts, dtype=np.int64)
 
     def words(self, first: int = 0, last: int | None = None) -> Words:
-        """Return the words of rows from one on and below another."""
+        """Return the words of rows first .. last - 1."""
         numbers = self._numbers(first, last)
         classes = np.searchsorted(self.ends, numbers, side="right")
         masks = self.masks[classes]
@@ -93,7 +93,7 @@ class Chosen(ByValue):
         return Words(self.ids[classes], _NTH[masks, before])
 
     def classes(self, first: int = 0, last: int | None = None) -> NDArray[np.intp]:
-        """Return the places among all classes of the classes of the words of such rows."""
+        """Return the places of the classes of these rows among all classes."""
         return np.searchsorted(self.ends, self._numbers(first, last), side="right")
 
     def _numbers(self, first: int, last: int | None) -> Integers:
@@ -103,7 +103,7 @@ class Chosen(ByValue):
         return self.rows[first:last].astype(np.int64)
 
     def position(self, number: int, place: int) -> int | None:
-        """Return in which row a word stands, by the id of its class and its place there; None if in none."""
+        """Return the row of a word, given by the id of its class and its place there, or None."""
         for found in np.flatnonzero(self.ids == number).tolist():
             mask = int(self.masks[found])
             if mask >> place & 1:
@@ -112,7 +112,7 @@ class Chosen(ByValue):
         return None
 
     def first(self, masks: Masks) -> int | None:
-        """Return the first row of some words, which are given as those of the subset are; None if in none."""
+        """Return the first row of some words, given by masks like those of the subset, or None."""
         wanted = self.masks & masks
         if not wanted.any():
             return None
@@ -124,14 +124,14 @@ class Chosen(ByValue):
 
 
 def listed(ids: Integers) -> sa.Select[tuple[int]]:
-    """Return many ids as a subquery, in one parameter."""
+    """Return many ids as a subquery with one parameter."""
     return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
 def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
-    """Return the orders of the words that ids, or minus the ids, are keys of; `MAX_KEYED` + 1 for others.
+    """Return the periods of the words whose keys are the ids or minus the ids; `MAX_KEYED` + 1 for others.
 
-    Ids below every key are refused, unless they need not be sound; their order is then 0.
+    Ids below every key are refused, or have period 0 if they need not be sound.
     """
     keys = np.abs(ids)
     low = keys < _LEAST

@@ -1,4 +1,4 @@
-"""How far periods are filled, and the counts of the finished ones."""
+"""Progress of fills, and the counts of finished periods."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -16,30 +16,30 @@ from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
 @dataclass(frozen=True)
 class Fill:
-    """How far a period is filled at one a, and the counts of the paper's Table 1.
+    """Progress of a period at one a, and the counts of the paper's Table 1.
 
     Attributes
     ----------
     p : int
         Period.
     state : str
-        ``filling`` or ``done``; there are no counts before it is done.
+        ``filling`` or ``done``; counts exist once it is done.
     words : int
         Words stored so far.
     seconds : float
-        Time spent.
+        Elapsed time.
     enumerating, solving, storing : float
-        Time of processors spent on words and their classes, on orbits, and on the database (seconds).
+        Processor time in seconds for words and classes, orbits, and the database.
     primitive : int or None
         All primitive cyclic words of the period.
     pruned : tuple of int or None
-        How many of them break rule 1, 2 .. 6.
+        Numbers of them that break rules 1 to 6.
     n_t, n_c : int or None
         Words left after geometric pruning, and orbits.
     classes : int or None
         Symmetry classes of the orbits.
     boundary, unresolved : int or None
-        Words of these statuses.
+        Words with these statuses.
     """
 
     p: int
@@ -59,18 +59,18 @@ class Fill:
 
     @property
     def whole(self) -> bool:
-        """Whether all words of the period are stored; if not, a fill goes on or was stopped."""
+        """Whether all words of the period are stored; otherwise a fill is running or was stopped."""
         return self.state == DONE
 
 
 def fills(connection: sa.Connection, a: float) -> list[Fill]:
-    """Return what is filled at one a, by period."""
+    """Return the fills at one a, by period."""
     query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
     return [_as_fill(row) for row in connection.execute(query)]
 
 
 def _as_fill(row: sa.Row[Any]) -> Fill:
-    """Return a row of the table ``fill``; a `StoreError` if its period cannot have been filled."""
+    """Return a row of the table ``fill``; raise `StoreError` if its period is impossible."""
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:
         raise unsound("a filled period of", values["p"])
@@ -80,9 +80,9 @@ def _as_fill(row: sa.Row[Any]) -> Fill:
 
 
 def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
-    """Return how many words the classes of a period have whose least words are not behind some text.
+    """Return the number of words in the classes of a period with representatives up to `last`.
 
-    They are those with a row at one stadium; without any, those with births.
+    Counts classes with a row at the stadium; without a stadium, classes with births.
     """
     size = sa.select(sa.func.sum(cycle.c.class_size))
     if stadium is None:
@@ -95,7 +95,7 @@ def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: st
 def status_counts(
     connection: sa.Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
-    """Return by period, or of one alone, and status the numbers of words and of classes at one stadium."""
+    """Return the numbers of words and classes at one stadium by period and status."""
     here = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
     query = (
         sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
@@ -110,7 +110,7 @@ def status_counts(
 
 
 def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[str, int]:
-    """Return the counts of a filled period: those of its rows by status, and of words that rules prune."""
+    """Return the counts of a filled period, from its rows by status and the pruning rules."""
     primitive = count_primitive(p)
     n_c, of_orbits = statuses.get(Status.ORBIT, (0, 0))
     return {

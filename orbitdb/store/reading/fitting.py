@@ -1,4 +1,4 @@
-"""Which words of classes fit patterns, decided on the packed words in the ids of the classes."""
+"""Decide which words of classes fit patterns, from the packed words in the ids of the classes."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +17,7 @@ from orbitdb.symbols.symmetry import all_images, classify, packed_images
 from orbitdb.symbols.words import MAX_KEYED, packed
 
 BATCH = 1 << 14
-"""Classes that are looked at at a time: what is in work fits into the processor's cache."""
+"""Classes at a time; they fit into the processor's cache."""
 
 
 def fitting(
@@ -26,10 +26,10 @@ def fitting(
     patterns: Sequence[Pattern],
     cancelled: Callable[[], bool] = never,
 ) -> Masks:
-    """Return which words of classes fit all patterns: bit g is set where that under element g does.
+    """Return which words of classes fit all patterns: bit g is set if the image under element g does.
 
-    The ids, shape (C,), are those of classes, or of pruned words, of which bit 0 counts. The connection
-    is asked for the words that are too long for a key.
+    The ids, shape (C,), belong to classes, or to pruned words, which use bit 0. Words too long for a key are
+    read from the connection.
     """
     found = np.zeros(len(ids), dtype=np.uint8)
     orders = orders_of(ids)
@@ -67,7 +67,7 @@ def _of_long(connection: sa.Connection, ids: Integers, patterns: Sequence[Patter
 
 
 def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
-    """Return the words of a class, or the pruned word, of an id that is no key, and their stabiliser."""
+    """Return the words of a class, or a pruned word, whose id is not a key, and their stabiliser."""
     if number < 0:
         query = sa.select(pruned.c.p, pruned.c.word, sa.literal("1")).where(pruned.c.id == number)
     else:
@@ -79,7 +79,7 @@ def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
 
 
 def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArray[np.bool_]) -> Masks:
-    """Return the stabilisers of classes; one that is known to have eight words has that of the identity."""
+    """Return the stabilisers of classes; that of a class with eight words is the identity."""
     found = np.ones(len(ids), dtype=np.uint8)
     small = np.flatnonzero(~full & (ids > 0))
     orders = orders_of(ids[small])
@@ -95,7 +95,7 @@ def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArr
 
 
 def stabiliser_of(symmetry: str) -> int:
-    """Return the stabiliser that a symmetry label names."""
+    """Return the stabiliser for a symmetry label."""
     if symmetry not in STABILISER_OF:
         raise unsound("a symmetry that is none:", symmetry)
     return STABILISER_OF[symmetry]

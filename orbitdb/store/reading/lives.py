@@ -1,8 +1,8 @@
-"""Lives: the ranges of a in which the stored classes are orbits; from them, statuses at any a.
+"""Lives: the ranges of a in which the stored classes are orbits, and the resulting statuses at any a.
 
-A class is an orbit at a if a lies inside one of its lives. If a is within the error bound of the end of a
-life, the class's word is solved there, in ball arithmetic if necessary. So orbits through a joint are
-recognised as in a fill.
+A class is an orbit at a if a is inside one of its lives. If a is within the error bound of the end of a life,
+the representative is solved there, in ball arithmetic if necessary, so orbits through a joint are recognised
+as in a fill.
 """
 
 import sqlite3
@@ -33,27 +33,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BirthFill:
-    """How far the births and deaths of a period are stored, and what they come to.
+    """Progress of the births and deaths of a period, and their counts.
 
     Attributes
     ----------
     p : int
     state : str
-        ``filling`` or ``done``; there are no counts before it is done.
+        ``filling`` or ``done``; counts exist once it is done.
     words : int
-        Words of which the changes are stored.
+        Words whose changes are stored.
     seconds : float
-        Time spent.
+        Elapsed time.
     classes : int or None
         Symmetry classes of the period.
     births : int or None
-        How often a class begins to be an orbit at some a above 0.
+        Number of births at a above 0.
     deaths : int or None
-        How many classes cease to be orbits at least once.
+        Number of classes that die at least once.
     always : int or None
-        How many classes are orbits from a = 0 on.
+        Number of classes that are orbits from a = 0 on.
     least, largest : float or None
-        The first and the last birth.
+        The least and the largest a of a birth.
     """
 
     p: int
@@ -80,12 +80,12 @@ class Life:
     Attributes
     ----------
     word : str
-        The least word of the class.
+        The representative.
     p, class_size : int
     born, born_error : float
-        The a at which it begins to be an orbit, 0 if it always was, and how far off that may be.
+        The a at which it begins to be an orbit, 0 if it always was, and the bound on its error.
     dies, dies_error : float or None
-        The same of its end; None if it has none.
+        The same for its end; None without an end.
     """
 
     word: str
@@ -98,7 +98,7 @@ class Life:
 
 
 def birth_fills(connection: sa.Connection) -> list[BirthFill]:
-    """Return how far births are stored, by period."""
+    """Return the progress of births by period."""
     names = [each.name for each in fields(BirthFill)]
     query = sa.select(*(birth_fill.c[name] for name in names)).order_by(birth_fill.c.p)
     found = [BirthFill(*row) for row in connection.execute(query)]
@@ -109,7 +109,7 @@ def birth_fills(connection: sa.Connection) -> list[BirthFill]:
 
 
 def lives(connection: sa.Connection, p: int) -> list[Life]:
-    """Return the lives of all classes of one period, by their births."""
+    """Return the lives of all classes of one period, ordered by birth."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))
     from_zero = {"born": sa.func.coalesce(life.c.born, 0.0)}
@@ -119,9 +119,9 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
 
 
 class Standing(IntEnum):
-    """What a word is at one a, as far as births tell.
+    """Status of a word at one a, as far as births decide it.
 
-    A word that is no longer an orbit may be one again at a greater a.
+    A word that is no longer an orbit can become one again at a larger a.
     """
 
     ORBIT = 0
@@ -134,7 +134,7 @@ class Standing(IntEnum):
 
     @property
     def words(self) -> str:
-        """The standing as a table says it."""
+        """The standing in words for a table."""
         return self.name.lower().replace("_", " ")
 
 
@@ -154,16 +154,16 @@ class Standings(ByValue):
     Attributes
     ----------
     cycles : ndarray of int64, shape (C,)
-        The numbers of the classes of which births are stored, rising.
+        The ids of the classes with stored births, rising.
     starts : ndarray of intp, shape (C,)
-        Where the changes of each class begin.
+        Index of the first change of each class.
     a, error : ndarray, shape (K,)
-        The changes, class by class by rising a, and the bounds on their errors.
+        The changes, by class and rising a, and the bounds on their errors.
     born : ndarray of bool, shape (K,)
-        Whether it is a birth; else it is a death.
+        Whether the change is a birth or a death.
     places : ndarray of intp, shape (N,)
-        For each class of a subset its place among the C; C where its births are not stored, C + 1 for a word
-        that is pruned geometrically and never an orbit.
+        For each class of a subset its place among the C; C without stored births, C + 1 for a geometrically
+        pruned word, which is never an orbit.
     """
 
     cycles: NDArray[np.int64]
@@ -175,11 +175,11 @@ class Standings(ByValue):
 
     @property
     def known(self) -> NDArray[np.bool_]:
-        """For each class whether its births are stored, shape (N,)."""
+        """Whether the births of each class are stored, shape (N,)."""
         return self.places < len(self.cycles)
 
     def at(self, a: float) -> NDArray[np.uint8]:
-        """Return a `Standing` a class at one a, shape (N,)."""
+        """Return the `Standing` of each class at one a, shape (N,)."""
         return np.append(self._of_classes(a), [Standing.UNKNOWN, Standing.GEOMETRIC]).astype(np.uint8)[
             self.places
         ]
@@ -203,7 +203,7 @@ class Standings(ByValue):
 
 
 def _solved(words: Sequence[str], a: float) -> list[Status]:
-    """Return what becomes of words of one order that are at a change of their own, within its error."""
+    """Return the statuses of words of one period at a change of their own, within its error."""
     from orbitdb.orbits.newton import solve  # seldom needed
 
     if wrong := [word for word in words if not is_written(word, len(word))]:
@@ -212,16 +212,16 @@ def _solved(words: Sequence[str], a: float) -> list[Status]:
 
 
 def sums(standing: NDArray[np.uint8], counts: NDArray[np.integer]) -> list[int]:
-    """Return how many words there are of each `Standing`: each class has one, and some words."""
+    """Return the number of words with each `Standing`; the words of a class share one."""
     return np.bincount(standing, counts, len(Standing)).astype(np.int64).tolist()
 
 
 def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnElement[bool]) -> Standings:
-    """Read the births and deaths of classes by their ids, among those changes that fulfil conditions."""
+    """Read the births and deaths of classes by ids, restricted to changes that meet conditions."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).where(*where).order_by(change.c.cycle, change.c.number)
     rows = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    found = np.fromiter(rows, _ROW)  # all tuples at once take four times the room
+    found = np.fromiter(rows, _ROW)  # all tuples at once would take four times the memory
     found = found[np.isin(found["cycle"], ids)]
     cycles, starts = np.unique(found["cycle"], return_index=True)
     places = np.searchsorted(cycles, ids)
@@ -233,7 +233,7 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
-    """Return the counts at one a of a period of which all births are stored."""
+    """Return the counts at one a of a period with complete births."""
     from orbitdb.orbits.sums import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))

@@ -1,6 +1,6 @@
-"""Looking one word of any order up in a catalogue, and the a to look at.
+"""Look up one word of any period in a catalogue, and find the a to look at.
 
-It reads a row or two from SQLite directly, because loading SQLAlchemy would take longer than the rest.
+A row or two are read directly from SQLite, because importing SQLAlchemy would take longer than the rest.
 """
 
 import sqlite3
@@ -39,7 +39,7 @@ ORDER BY own.a, cycle.word"""
 
 
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
-    """Return the stored orbit of a primitive word at one a, in the rotation given (`Catalogue.find`)."""
+    """Return the stored orbit of a primitive word at one a, in the given rotation (`Catalogue.find`)."""
     if (pruned := pruned_word(word, a)) is not None:
         stored = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
         known = connection.execute(stored, (pruned.p, pruned.representative)).fetchone()
@@ -74,7 +74,7 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
 
 
 def _ids_of(representative: str) -> tuple[int, int, int, str]:
-    """Return between which ids the class of a least word stands, its order and the word."""
+    """Return the range of ids for the class of a representative, its period and the word."""
     p = len(representative)
     ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
     return *ids, p, representative
@@ -96,9 +96,9 @@ def certificate_of(connection: sqlite3.Connection, representative: str, a: float
 
 
 def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
-    """Return the births of a class, each with the least words of the classes that are one path with it there.
+    """Return the births of a class, each with the representatives of the classes on the same path there.
 
-    A word that goes twice through a shorter one may have its partner in another period: it is not named.
+    A partner in another period, as for a word that goes twice through a shorter one, is not named.
     """
     values = (key(representative), *keys_of_period(len(representative)))
     found: dict[float, list[str]] = {}
@@ -108,13 +108,13 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
 
 
 def a_meant(path: Path) -> float:
-    """Return the a that is meant (`meant`) in a catalogue."""
+    """Return the a of questions to a catalogue that name none (`meant`)."""
     with asking(path) as connection:
         return meant(a_stored(connection))
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return a primitive word from the catalogue, if there is one; solve it if it is not stored."""
+    """Return a primitive word from any catalogue, or solve it if it is not stored."""
     stored = None
     if path is not None:
         with asking(path) as connection:
@@ -127,9 +127,9 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 
 
 def with_existence(orbit: Orbit) -> Orbit:
-    """Return a word with the ranges of a in which it is an orbit, which are found now if necessary.
+    """Return a word with the ranges of a in which it is an orbit; find them now if necessary.
 
-    It stays unknown for words that are too long (`orbitdb.orbits.single_word.LONGEST`).
+    They stay unknown for words that are too long (`orbitdb.orbits.single_word.LONGEST`).
     """
     if orbit.exists is not None:
         return orbit
@@ -139,7 +139,7 @@ def with_existence(orbit: Orbit) -> Orbit:
 
 
 def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
-    """Return the births of a word, each with the least words that are one path with it there, if stored."""
+    """Return the stored births of a word, each with the representatives on the same path there."""
     if path is None or orbit.p > MAX_KEYED or not orbit.exists:
         return []
     with asking(path) as connection:
@@ -149,7 +149,7 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
 def a_stored(
     connection: sqlite3.Connection, tables: Sequence[str] = ("fill", "sweep", "orbit")
 ) -> list[float]:
-    """Return the values of a at which some table has rows: orbits, be it of single words, or sums of them."""
+    """Return the values of a with rows in some tables: orbits, even of single words, or sums over them."""
     known = " OR ".join(
         f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
     )
@@ -157,9 +157,9 @@ def a_stored(
 
 
 def meant(values: Sequence[float]) -> float:
-    """Return the a that is meant where none is named: the only one there is, else 1.6.
+    """Return the default a: the only one stored, else 1.6.
 
-    An `InputError` names them if there are several, and 1.6 is none of them.
+    Raises `InputError`, which names them, if there are several without 1.6.
     """
     if len(values) == 1:
         return values[0]

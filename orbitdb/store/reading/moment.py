@@ -1,4 +1,4 @@
-"""A catalogue file that is read, and one moment of it: what every question is put to."""
+"""A catalogue file open for reading, and one moment of it, which answers all questions."""
 
 import weakref
 from collections.abc import Callable, Iterator, Sequence
@@ -36,14 +36,14 @@ _ALL = 2**63 - 1
 
 @dataclass(frozen=True)
 class Moment:
-    """A read transaction of one catalogue: the numbers of all its answers belong together.
+    """A read transaction on one catalogue, so that all its answers are consistent.
 
-    The methods are those of `orbitdb.Catalogue`, which hands its questions on to them.
+    `orbitdb.Catalogue` passes its questions on to methods of the same name.
 
     Attributes
     ----------
     connection : sqlalchemy.Connection
-        It sees the file as it was when the transaction began.
+        Sees the file as it was when the transaction began.
     path : Path
         The file.
     """
@@ -62,11 +62,11 @@ class Moment:
         return lookup.meant(self.a_values(orbits=True))
 
     def fills(self, a: float) -> list[Fill]:
-        """Return what is filled at one a, by period."""
+        """Return the fills at one a, by period."""
         return fills.fills(self.connection, a)
 
     def birth_fills(self) -> list[BirthFill]:
-        """Return which periods have births and deaths stored, and how completely."""
+        """Return the progress of births and deaths by period."""
         return lives.birth_fills(self.connection)
 
     def births(self, p: int) -> list[Life]:
@@ -83,7 +83,7 @@ class Moment:
         return records.closest(self.connection, proof)
 
     def reference(self, a: float) -> "Reference | None":
-        """Return the stored averages over trajectories at one a that have the smallest error."""
+        """Return the stored averages over trajectories at one a with the smallest error."""
         return records.best_reference(self.connection, a)
 
     def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
@@ -125,7 +125,7 @@ class Moment:
         offset: int = 0,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one a word."""
+        """Yield rows of a chosen subset, one per word."""
         for name in columns:
             if name not in row_blocks.COLUMNS:
                 raise unknown_column(name, COLUMNS)
@@ -142,7 +142,7 @@ class Moment:
 
 
 class Reader:
-    """A catalogue file that is read, one moment after another.
+    """A catalogue file open for reading, one moment after another.
 
     Parameters
     ----------
@@ -160,9 +160,9 @@ class Reader:
         need_newest(self.path)
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
-            pass  # so that a file that is damaged or tampered with is refused now, and not in mid-use
+            pass  # refuse a damaged or altered file now, not in mid-use
         self.close()
-        weakref.finalize(self, self._engine.dispose)  # so that it may be dropped without `close`
+        weakref.finalize(self, self._engine.dispose)  # for a reader dropped without `close`
 
     def close(self) -> None:
         """Close the file. The next question opens it again."""
@@ -170,7 +170,7 @@ class Reader:
 
     @contextmanager
     def moment(self) -> Iterator[Moment]:
-        """Open a read transaction; what is stored meanwhile appears in the next one."""
+        """Open a read transaction; later changes appear in the next one."""
         with plain_errors(self.path), self._engine.begin() as connection:
             yield Moment(connection, self.path)
 

@@ -1,4 +1,4 @@
-"""The order of rows: of classes in SQL; of single words by their text, or the element that leads to them."""
+"""The order of rows: classes in SQL, single words by text or symmetry element."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -17,10 +17,10 @@ from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
 _RANGES, _SAMPLED = 64, 64
-"""Rows are sorted in so many ranges, between quantiles of one value in so many."""
+"""Number of ranges that rows are sorted in, and the sampling step for the quantiles between them."""
 
 STEP = 1 << 17
-"""Classes, or rows, that are looked at at a time."""
+"""Classes or rows at a time."""
 
 Texts = NDArray[np.int64]
 
@@ -28,11 +28,11 @@ Texts = NDArray[np.int64]
 def order_of_classes(
     rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
 ) -> list[sa.ColumnElement[Any]]:
-    """Return what sorts classes in SQL; nothing for their natural order, in which the views give them.
+    """Return the SQL order of classes; empty for the natural order, which the views have already.
 
-    The rows have the keys, which are columns of classes, ``p``, ``least`` (the least word), and
-    ``coded``, four times the id and less than 4. Of each key it is said whether it falls. They are
-    `mixed` if there may be pruned words or words without a key, whose ids do not rise with the period.
+    The rows have the keys (columns of classes), ``p``, ``least`` (the representative), and ``coded``, four
+    times the id plus less than 4. Each key maps to whether it falls. `mixed` says that there may be pruned
+    words or words without a key, whose ids do not rise with the period.
     """
     natural: list[sa.ColumnElement[Any]] = [rows.coded]
     if mixed:
@@ -40,8 +40,8 @@ def order_of_classes(
         natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
         keys = keys or {"p": False}
     elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # as ids rise with the period
-    # empty fields last; NULL is SQLite's least, so falling needs no more
+        keys = dict([*keys.items()][:-1])  # because ids rise with the period
+    # empty fields last; NULL is SQLite's least value, so falling orders need nothing more
     sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
     return [*sorting, *natural] if keys else []
 
@@ -49,18 +49,18 @@ def order_of_classes(
 def in_order_of_words(
     connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool], most: int | None = None
 ) -> NDArray[np.uint32]:
-    """Return the order of the words of a subset by columns, one of them at least of single words.
+    """Return the order of the words of a subset by columns, at least one of them of single words.
 
-    The subset is in the natural order, with the values of all keys that are of classes. Of each key it is
-    said whether it falls. The connection is asked for the words that are too long for a key. Where only so
-    many rows are wanted, those behind them may be in any order.
+    The subset is in the natural order, with the values of all keys of classes. Each key maps to whether it
+    falls. Words too long for a key are read from the connection. If only `most` rows are wanted, later ones
+    can be in any order.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
         if name in _TEXTS:
             texts = _texts(connection, chosen)
             arrays += [np.negative(part, out=part) for part in texts] if falls else texts
-            break  # no two words are the same
+            break  # no two words are equal
         if name == "element":
             arrays.append(_elements(connection, chosen, falls))
         else:
@@ -69,7 +69,7 @@ def in_order_of_words(
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
-    """Return the places of values among all different ones; none comes last."""
+    """Return the ranks of values among all different ones; missing values come last."""
     missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
     ranks = np.full(len(values), len(values), dtype=np.int64)
     _, found = np.unique(values[~missing], return_inverse=True)
@@ -78,9 +78,9 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 
 def _order(values: NDArray[Any], most: int | None) -> NDArray[np.uint32]:
-    """Return the order of numbers, equal ones as they come: divided into ranges, which are sorted one by one.
+    """Return the stable order of numbers, sorted range by range.
 
-    Nothing but the order is there as often as the numbers are.
+    Besides the numbers, only the order is in memory as a whole.
     """
     sample = np.sort(values[::_SAMPLED])
     bounds = sample[:: len(sample) // _RANGES + 1]
@@ -103,15 +103,15 @@ def _order(values: NDArray[Any], most: int | None) -> NDArray[np.uint32]:
 
 
 def _ranges(values: NDArray[Any], bounds: NDArray[Any], start: int) -> NDArray[np.uint8]:
-    """Return in which of the ranges between bounds the numbers of a step are."""
+    """Return the range between bounds of each number of a step."""
     return np.searchsorted(bounds, values[start : start + STEP], side="right").astype(np.uint8)
 
 
 def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
-    """Return numbers that sort as the texts of words do; of long words also ranks, for equal numbers.
+    """Return numbers that sort like the texts of words; for long words also ranks, for equal numbers.
 
-    A number holds the first `MAX_KEYED` symbols, each one more than it is, so that a word comes before those
-    that it begins.
+    A number holds the first `MAX_KEYED` symbols, each increased by one, so that a word comes before its
+    extensions.
     """
     texts, done = np.zeros(len(chosen), dtype=np.int64), 0
     short = len(chosen.ids) - int((np.abs(chosen.ids) >= LONG).sum())  # long words come last
@@ -119,7 +119,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
         step = slice(start, min(start + STEP, short))
         ids, masks, orders = chosen.ids[step], chosen.masks[step], orders_of(chosen.ids[step])
         stabilisers = stabilisers_of_classes(connection, ids, masks == ALL)
-        for p in np.unique(orders).tolist():  # in the natural order those of one order are together
+        for p in np.unique(orders).tolist():  # in the natural order, words of one period are adjacent
             here = orders == p
             for codes in packed_members(packed(np.abs(ids[here]), p), p, masks[here], stabilisers[here]):
                 texts[done : done + len(codes)] = _raised(codes, p)
@@ -150,7 +150,7 @@ def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArra
 
 
 def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int8]:
-    """Return what sorts words by the elements that lead to them; pruned words, of none, come last."""
+    """Return a sort key for words by symmetry element; pruned words come last."""
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     elements = ELEMENT_OF.astype(np.int8)[stabilisers] * (-1 if falling else 1)
     elements[chosen.ids < 0] = len(ELEMENTS)

@@ -1,4 +1,4 @@
-"""Where words, periods and beginnings of codes stand among the rows of a chosen subset."""
+"""Find words, periods and beginnings of codes among the rows of a chosen subset."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
-    """Return in which row a word, a least rotation, stands; None if in none."""
+    """Return the row of a code, or None."""
     if len(word) > MAX_KEYED:
         return _position_of_long(connection, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
     if rules_of(word):
@@ -67,7 +67,7 @@ def periods_without(connection: sa.Connection, ids: Integers, standings: "Standi
 
 
 def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
-    """Return the first row of a period; None if there is none."""
+    """Return the first row of a period, or None."""
     here = periods_of(connection, chosen.ids) == p
     return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
 
@@ -75,7 +75,7 @@ def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | 
 def first_beginning(
     connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
-    """Return the first row whose code begins with some symbols; None if there is none."""
+    """Return the first row whose code begins with some symbols, or None."""
     elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     return chosen.first(places_of_elements(elements, stabilisers))

@@ -1,8 +1,8 @@
-"""How a chosen subset is found: the only way from a selection to classes and their words.
+"""Find a chosen subset: the only way from a selection to classes and their words.
 
-* Conditions that all words of a class share go to the view `class`, and all its words are chosen.
+* Conditions shared by all words of a class use the view `class`, and choose all its words.
 * Patterns in the text of words are decided on the packed words, which are the ids of the classes.
-* Anything else about single words goes to the view `catalogue`, grouped by class.
+* Other conditions on single words use the view `catalogue`, grouped by class.
 
 Geometrically pruned words have no class. They count only if the selection names their status.
 """
@@ -31,19 +31,19 @@ from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
 _OF_WORDS = ("code", "word", "element")
-"""Values in which words of a class differ."""
+"""Columns in which the words of a class differ."""
 
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
-"""The id and the size of a class in one integer: a second column would take half as long again.
+"""The id and the size of a class in one integer, because a second column would take half as long again.
 
-A shift, for a product would be no integer if somebody has altered an id to one of the largest."""
+A shift stays an integer even for an altered, very large id; a product would not."""
 
 BLOCK = 1 << 14
 
 _FEW = 1 << 16
-"""Sorted rows up to which a limit helps SQLite: it takes longer to keep more of them than to sort all."""
+"""Above this many rows, SQLite sorts everything faster than it keeps the first N."""
 
 Values = dict[str, NDArray[Any]]
 
@@ -63,16 +63,16 @@ def choose(
     ----------
     connection, selection
     order : str, optional
-        Values with commas between, each with ``desc`` behind it or ``-`` before it to fall; of rows that
-        are equal in them the lower period, the lower least word and the lower element come first.
+        Columns separated by commas, falling with ``desc`` after or ``-`` before a name. Among equal rows, the
+        lower period, representative and element come first.
     columns : sequence of str, optional
-        Values of the view ``class`` that are wanted, too.
+        Further columns of the view ``class`` to read.
     most : int, optional
-        So many rows are wanted, the first ones; more may be found, in any order.
+        Number of first rows needed; later ones may come in any order.
     counted : bool, optional
-        All rows are to be found nonetheless, as their number is wanted.
+        Whether to find all rows nonetheless, because their number is needed.
     cancelled : callable, optional
-        Asked now and then whether nobody waits any more: `CancelledError`.
+        Called now and then; True raises `CancelledError`.
     """
     keys, divided = parse_order(order), divide(selection)
     by_class = dict(takewhile(lambda key: key[0] not in _OF_WORDS, keys.items()))
@@ -83,7 +83,7 @@ def choose(
     query = _query(connection, divided, by_class, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
     if most is not None and not (counted or by_words or divided.patterns or sorted_far):
-        query = query.limit(most)  # every class has a row
+        query = query.limit(most)  # every class has at least one row
     with answering(connection, divided.conditions, cancelled):
         coded, *more = _arrays(connection, query, columns)
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
@@ -103,7 +103,7 @@ def choose(
 def _places(
     connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.uint8], elements: Masks
 ) -> Masks:
-    """Turn marks by element, of the words that the elements lead to, into marks by place in the class."""
+    """Turn marks by symmetry element into marks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
@@ -140,12 +140,12 @@ def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any
 
 
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
-    """Return a column of a view; nothing for one that only pruned words have."""
+    """Return a column of a view, or NULL for one that only pruned words have."""
     return known[name] if name in known else sa.null()
 
 
 def pruned_rows(a: float) -> sa.Subquery:
-    """Return the words that are geometrically pruned with the columns of both views, at one a."""
+    """Return the geometrically pruned words with the columns of both views, at one a."""
     own = {
         "a": sa.cast(a, sa.REAL),
         "p": pruned.c.p,
@@ -169,7 +169,7 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    while rows_of_block := cursor.fetchmany(BLOCK):  # few are there as objects
+    while rows_of_block := cursor.fetchmany(BLOCK):  # keeps few objects in memory
         each = zip(*rows_of_block, strict=True)
         numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
         parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])
@@ -179,5 +179,5 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
 
 
 def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return values of a column: numbers with NaN for none, all others as objects."""
+    """Return values of a column: numbers with NaN for NULL, all others as objects."""
     return np.array(values, np.float64 if kind_of(name) == "number" else object)

@@ -1,4 +1,4 @@
-"""Stored results other than orbits: bounds on the entropy, and references; and the room that rows take."""
+"""Stored results other than orbits: entropy bounds and references; and the size of rows."""
 
 from dataclasses import fields
 from itertools import groupby
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
 _HIGHEST = 1.22
-"""Above the geometric rules' entropy, 1.218756: no window proves so much."""
+"""Above the entropy of the geometric rules, 1.218756; no bound is larger."""
 
 
 def bounds_stored(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return all stored bounds, or those of one kind or at one a, as they are, by a and length of windows."""
+    """Return stored bounds unchecked, all or of one proof or a, by a and length of windows."""
     table = entropy_bound.c
     names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
     query = sa.select(*names).order_by(table.a, table.edges, table.proof)
@@ -36,7 +36,7 @@ def bounds_stored(
 def closest(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return the closest bounds at each a; of two that are as close, those in balls."""
+    """Return the closest bounds at each a; of two equally close ones, those in balls."""
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
     found = bounds_stored(connection, proof, a)
@@ -48,7 +48,7 @@ def closest(
 
 
 def is_sound(found: EntropyBounds) -> bool:
-    """Tell whether a row could come from windows."""
+    """Tell whether windows can give such a row."""
     return (
         MIN_A <= found.a <= MAX_A
         and 0 <= found.lower <= found.upper <= _HIGHEST
@@ -59,7 +59,7 @@ def is_sound(found: EntropyBounds) -> bool:
 
 
 def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
-    """Return the reference with the smallest error that is stored for one a, if there is one."""
+    """Return the stored reference at one a with the smallest error, or None."""
     from orbitdb.trajectories.ensemble import Reference
 
     names = [field.name for field in fields(Reference)]
@@ -79,9 +79,9 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
 
 
 def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
-    """Return how many classes, orbits and pruned words there are, and bytes a row with indexes and free room.
+    """Return the numbers of classes, orbits and pruned words, with bytes per row, indexes and free pages.
 
-    None where there are no rows, or SQLite was built without its `dbstat`.
+    The bytes are None without rows, or if SQLite was built without `dbstat`.
     """
     tables = {"classes": cycle, "orbits": orbit, "pruned words": pruned}
     counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in tables.values()]
@@ -95,7 +95,7 @@ def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
-    """Return the sizes of tables and indexes; nothing if SQLite cannot tell."""
+    """Return the sizes of tables and indexes; empty if SQLite lacks `dbstat`."""
     try:
         rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
     except sa.exc.OperationalError:

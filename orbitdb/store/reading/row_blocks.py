@@ -1,4 +1,4 @@
-"""The rows of a chosen subset, many at a time; what the words of a class share is read once."""
+"""The rows of a chosen subset, many at a time; shared values of a class are read once."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -22,16 +22,16 @@ from orbitdb.symbols.words import MAX_KEYED
 
 COORDINATES = "coordinates"
 COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
-"""What can be read of a word: the columns of the view ``catalogue``, and the coordinates of its bounces."""
+"""Readable columns of a word: those of the view ``catalogue``, and its coordinates."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
-"""Rows of a block; fewer where there are words of up to a million symbols among them."""
+"""Rows of a block, and fewer if words of up to a million symbols are among them."""
 
 
 def blocks_of(
     connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
 ) -> Iterator[ColumnBlock]:
-    """Yield rows of a subset, from one on and below another, by columns, which are some of `COLUMNS`."""
+    """Yield rows first .. last - 1 of a subset by columns, some of `COLUMNS`."""
     last = len(chosen) if last is None else min(last, len(chosen))
     for start in range(first, last, ROWS):
         words = chosen.words(start, min(start + ROWS, last))
@@ -44,7 +44,7 @@ def blocks_of(
 
 
 def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted: Sequence[str]) -> list[Any]:
-    """Return columns of classes, or of pruned words, in the order of their ids: what some columns need."""
+    """Return columns of classes or pruned words, in the order of their ids, that the wanted ones need."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     rows: list[tuple[Any, ...]] = []
@@ -65,7 +65,7 @@ def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted
 
 
 class _Block:
-    """Words of one block, and what is stored of their classes."""
+    """Words of one block, and the stored values of their classes."""
 
     def __init__(self, shared: list[Any], inverse: NDArray[np.intp], places: NDArray[np.uint8]) -> None:
         self.shared = dict(shared)
