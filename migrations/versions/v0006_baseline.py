@@ -1,6 +1,7 @@
-"""The baseline: schema 6, where the history of the schema begins; files of older ones are refused.
+"""The baseline, schema 6; older files are refused.
 
-New catalogues are made with the newest schema (`orbitdb.store.file.migrate`), so nothing has to be made here.
+New catalogues are created with the newest schema (`orbitdb.store.file.migrate`), so there is nothing to do
+here.
 """
 
 revision = "0006"

@@ -1,7 +1,7 @@
-"""One row a symmetry class: all its words stand in it, and the table of words goes.
+"""One row per symmetry class with all its words; the table of words goes.
 
-The tables and views are those of `orbitdb.store.file.schema`, to which this step leads. The next step
-moves the text of what it changes here.
+The tables and views are those of `orbitdb.store.file.schema`, the result of this step. The next step must
+copy the statements that it changes to here.
 """
 
 import sqlite3
@@ -23,7 +23,7 @@ branch_labels = None
 depends_on = None
 
 _ROWS = 1 << 14
-"""Classes that are in memory at a time."""
+"""Number of classes in memory at a time."""
 
 _STORED = """
     UPDATE fill SET words = (
@@ -45,16 +45,16 @@ def upgrade() -> None:
     plain = driver(op.get_bind())
     for view in ("catalogue", "life"):
         plain.execute(f"DROP VIEW IF EXISTS {view}")
-    plain.execute("PRAGMA legacy_alter_table = ON")  # what refers to a table keeps its name
+    plain.execute("PRAGMA legacy_alter_table = ON")  # references keep the name of the table
     for table in ("cycle", "fill"):
         plain.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
     for table in ("pruned", "cycle", "element", "fill", "level_fill", "level"):
         plain.execute(TABLES[table])
     try:
         plain.executemany("INSERT INTO pruned VALUES (?, ?, ?, ?)", _pruned(plain))
-        plain.execute("DROP TABLE sequence")  # first, for the classes fit into the room that it leaves
+        plain.execute("DROP TABLE sequence")  # first, because the classes fit into the space it frees
         plain.executemany("INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _classes(plain))
-    except (LookupError, ValueError, OverflowError) as error:  # of a word that is none
+    except (LookupError, ValueError, OverflowError) as error:  # of a text that is not a word
         raise StoreError("the catalogue was altered: restore a copy of it, or fill a new one") from error
     for table in ("orbit", "certificate", "change"):
         plain.execute(f"UPDATE {table} SET cycle = {LONG - 1} - cycle WHERE cycle < 0")

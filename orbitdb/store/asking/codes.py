@@ -1,7 +1,7 @@
 """Words in SQL expressions: ``code('1232131')`` finds a word in any rotation.
 
-Rows name a word by its least rotation. So before anything else looks at an expression, ``code('...')`` is
-replaced by a condition that SQLite can look up.
+Rows name a word by its least rotation. Therefore ``code('...')`` is replaced by a condition that SQLite can
+look up, before anything else looks at the expression.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,9 +30,9 @@ _EQUAL = {"=", "IN", "(", ","}
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
     """Return an expression with every ``code('...')`` as a condition on class and least rotation.
 
-    ``code`` takes words in quotes, or names (``:name``) of parameters, with commas between, and holds for
-    each. A `ValueError` tells if something else stands in the brackets, or the condition is compared with
-    a value.
+    ``code`` takes words in quotes, or names (``:name``) of parameters, separated by commas, and is true for
+    each of them. Raises `ValueError` for anything else in the brackets, or if the condition is compared
+    with a value.
     """
     found = tokens(where)
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]
@@ -53,13 +53,13 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def _check_alone(beside: Sequence[Token]) -> None:
-    """Refuse a comparison of the condition, which is true or false, with a code."""
+    """Refuse to compare the condition, which is true or false, with a code."""
     if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
         raise ValueError("code('...') is a condition by itself: write it without a comparison")
 
 
 def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | float]) -> str:
-    """Return what stands in the brackets as SQL."""
+    """Return the contents of the brackets as SQL."""
     words = [_word(token, parameters) for token in inner[::2]]
     if not words or len(inner) != 2 * len(words) - 1 or any(token.text != "," for token in inner[1::2]):
         raise ValueError("code() takes words in quotes with commas between, such as code('1232131')")
@@ -69,7 +69,7 @@ def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | floa
 
 
 def _classes(words: Sequence[str]) -> list[str]:
-    """Return what the numbers of the classes of words are, by which SQLite finds them at once."""
+    """Return conditions on the ids of the classes of words, which SQLite finds at once."""
     kinds = [(len(word) > MAX_KEYED, bool(rules_of(word))) for word in words]
     short = [word for word, kind in zip(words, kinds, strict=True) if kind == (False, False)]
     numbers = sorted({key(class_of(word).representative) for word in short})
@@ -79,7 +79,7 @@ def _classes(words: Sequence[str]) -> list[str]:
 
 
 def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
-    """Return the least rotation of a word that is given as a text or by name."""
+    """Return the least rotation of a word given as a text or by name."""
     if token.kind == "value" and token.text[1:] not in parameters:
         raise ValueError(f"binding {token.text} has no value")
     given = parameters[token.text[1:]] if token.kind == "value" else token.text[1:-1]
@@ -92,7 +92,7 @@ def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def hint(where: str) -> str | None:
-    """Say where an expression compares codes with a rotation that no row is named by; None if nowhere."""
+    """Say if an expression compares codes with another rotation, which names no row; None if it does not."""
     found = meaningful(where)
     for place, (column, sign) in enumerate(pairwise(found)):
         if column.keyword not in _NAMED_BY_LEAST_ROTATION or sign.text == "(":

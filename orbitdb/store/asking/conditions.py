@@ -1,6 +1,6 @@
 """Selections as SQL: conditions, columns and sort keys over the view ``catalogue``.
 
-The conditions of a subset are divided into those on classes, on the text of words, and on single words.
+The conditions of a subset are divided into those on classes, on the text of words, and on words.
 """
 
 import math
@@ -30,7 +30,7 @@ COLUMNS = tuple(catalogue.c.keys())
 Columns: TypeAlias = sa.ColumnCollection[str, Any]
 
 NEAR = 2.0
-"""Times the error of a change: nearer than this its place does not tell what a word is."""
+"""Within this many errors of a change, its place does not decide the status of a word."""
 
 _RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
@@ -39,9 +39,9 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 def conditions_of(
     selection: Selection, view: Columns = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection, but for its factor, as conditions on a view or on columns of the same names.
+    """Return a selection without `contains` as conditions on a view or on columns of the same names.
 
-    A `SelectionError` refuses its free expression.
+    Raises `SelectionError` for a bad free expression.
     """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
@@ -65,10 +65,10 @@ def conditions_of(
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
-    """Return the condition that a class, by its number, is an orbit at some a, as its changes tell.
+    """Return the condition that a class, given by id, is an orbit at some a according to its changes.
 
-    Where a is so near to a change that the change's error does not tell, as it is for an orbit exactly
-    through a joint, the class is taken for none.
+    If a is within the error of a change, as for an orbit exactly through a joint, the class does not count as
+    an orbit.
     """
     reach = NEAR * change.c.error
     begun = sa.and_(change.c.kind == BORN, change.c.a + reach < a)
@@ -78,7 +78,7 @@ def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
-    """Tell whether a subset, the columns shown of it or its order depend on births and deaths."""
+    """Tell whether a subset, its shown columns or its order depend on births and deaths."""
     words = {token.text.lower() for token in tokens(selection.where or "") if token.kind in ("word", "name")}
     named = words | set(selection.ranges) | set(names) | set(parse_order(order))
     return bool(selection.exists or selection.not_at or named & set(ENDS))
@@ -87,14 +87,14 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 def answering(
     connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
 ) -> AbstractContextManager[None]:
-    """Let a connection answer a query over a subset; where this has a free expression, it is confined."""
+    """Let a connection answer a query over a subset, and confine any free expression."""
     if selection.where is None:
         return heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
 def rules_of(text: str | None) -> list[int]:
-    """Return the numbers of the rules broken from the column ``rules``; a `StoreError` if it holds others."""
+    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
     parts = text.split(",") if text else []
     if not all(part in _RULES for part in parts):
         raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
@@ -102,9 +102,9 @@ def rules_of(text: str | None) -> list[int]:
 
 
 def parse_order(order: str) -> dict[str, bool]:
-    """Return the columns to sort by, the first one first, and whether they fall.
+    """Return the columns to sort by in order, each with whether it falls.
 
-    A `SelectionError` tells of an order that cannot be read, or names what is not a column.
+    Raises `SelectionError` if the order cannot be read or names an unknown column.
     """
     keys: dict[str, bool] = {}
     for part in order.split(","):
@@ -120,14 +120,14 @@ def parse_order(order: str) -> dict[str, bool]:
 
 _NAMES = ("CODE", "WORD")
 _WILDCARDS = {"LIKE": ("%", "_"), "GLOB": ("*", "?")}
-"""What stands for any symbols or none, and for one."""
+"""The wildcards for any number of symbols, and for one."""
 
 
 @dataclass(frozen=True)
 class Divided:
     """A subset as conditions that SQL decides, and patterns that the packed words must fit.
 
-    The conditions are `of_words` if they may hold for some words of a class and not for others.
+    `of_words` says whether the conditions can differ between words of a class.
     """
 
     conditions: Selection
@@ -136,7 +136,7 @@ class Divided:
 
 
 def divide(selection: Selection) -> Divided:
-    """Divide a subset; a `SelectionError` refuses its expression."""
+    """Divide a subset; raise `SelectionError` for a bad expression."""
     factors = () if selection.contains is None else (Factor(selection.contains),)
     plain = replace(selection, contains=None)
     if _is_of_classes(plain):
@@ -150,7 +150,7 @@ def divide(selection: Selection) -> Divided:
 
 
 def _is_of_classes(selection: Selection) -> bool:
-    """Tell whether the expression of a subset has one value for all words of a class."""
+    """Tell whether the expression of a subset has the same value for all words of a class."""
     if selection.where is None:
         return True
     parameters = dict(selection.parameters)
@@ -159,14 +159,14 @@ def _is_of_classes(selection: Selection) -> bool:
 
 
 def _joined(selection: Selection, parts: list[Selection]) -> Selection:
-    """Return a subset with some parts of its expression."""
+    """Return a subset with only some parts of its expression."""
     where = " AND ".join(f"(\n{part.where}\n)" for part in parts) or None
     used = {name: value for part in parts for name, value in part.parameters.items()}
     return replace(selection, where=where, parameters=used)
 
 
 def _parts_of(selection: Selection) -> list[Selection]:
-    """Return a subset for each of the conditions that its expression joins by AND, be it a single one.
+    """Return a subset for each condition that its expression joins by AND.
 
     Each has the values that its part uses.
     """
@@ -178,7 +178,7 @@ def _parts_of(selection: Selection) -> list[Selection]:
 
 
 def _joined_by_and(where: str) -> list[str]:
-    """Return the conditions that an expression joins by AND; none where it is not plain that it does."""
+    """Return the conditions that an expression joins by AND; none if that is not obvious."""
     parts, depth = [""], 0
     for token in tokens(where):
         depth += (token.text == "(") - (token.text == ")")
@@ -192,7 +192,7 @@ def _joined_by_and(where: str) -> list[str]:
 
 
 def _pattern(part: Selection) -> Like | None:
-    """Return what a condition such as ``code NOT LIKE '13%'`` asks for, None if it is another one."""
+    """Return the pattern of a condition such as ``code NOT LIKE '13%'``, None for other conditions."""
     found = meaningful(part.where or "")
     wanted = [token.keyword for token in found[1:2]] != ["NOT"]
     if not wanted:
@@ -207,6 +207,6 @@ def _pattern(part: Selection) -> Like | None:
 
 
 def _text(token: Token, part: Selection) -> str | None:
-    """Return the text in quotes, or that a name stands for."""
+    """Return a quoted text, or the text of a name."""
     value = part.parameters.get(token.text[1:]) if token.kind == "value" else None
     return token.text[1:-1] if token.kind == "string" else value if isinstance(value, str) else None

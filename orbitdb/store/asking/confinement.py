@@ -1,4 +1,4 @@
-"""Running SQL expressions for a limited time, and on texts of limited size."""
+"""Run SQL expressions for a limited time, on texts of limited size."""
 
 import sqlite3
 import time
@@ -14,28 +14,28 @@ from orbitdb.store.file.tables import driver
 
 LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
-"""Room for a row with every text of a word of a million symbols."""
+"""Size for a row with every text of a word of a million symbols."""
 
 STEPS_BETWEEN_LOOKS = 200_000
-"""Of SQLite, some milliseconds: a look waits for Python, which may be busy with the screen."""
+"""SQLite steps between checks, some milliseconds; a check waits for Python, which may be busy."""
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
 
 def never() -> bool:
-    """Say that the result is still wanted."""
+    """Return False: the result is still wanted."""
     return False
 
 
 class CancelledError(Exception):
-    """Nobody waits for the answer any more."""
+    """The answer is no longer wanted."""
 
 
 class Patience:
-    """How long a query may still work: some seconds from now on, and as long as somebody waits.
+    """How long a query may still run: a number of seconds from now, while the answer is wanted.
 
-    The `deadline` is when it ends, as `time.monotonic` tells it; whoever fetches rows in parts adds the
-    time between them.
+    The `deadline` is a value of `time.monotonic`. A caller that fetches rows in parts adds the time between
+    them.
     """
 
     def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
@@ -44,15 +44,15 @@ class Patience:
 
     @property
     def ended(self) -> bool:
-        """Whether there is no time left, or nobody who waits."""
+        """Whether the time is up, or the answer no longer wanted."""
         return time.monotonic() > self.deadline or self.cancelled()
 
 
 @contextmanager
 def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
-    """Let a connection answer a query, or fetch some of its rows, as long as somebody waits.
+    """Let a connection answer a query, or fetch some of its rows, while the answer is wanted.
 
-    It raises `CancelledError` if nobody waits any more.
+    Raises `CancelledError` once it is not.
     """
     own = driver(connection)
     own.set_progress_handler(lambda: patience.ended, STEPS_BETWEEN_LOOKS)
@@ -73,12 +73,11 @@ def confined(
     refusal: Callable[[str], SelectionError],
     authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection answer for a limited time, that of the whole query, and with texts of limited size.
+    """Let a connection answer within the time of the whole query, with texts of limited size.
 
-    Behind the block it is free for other queries, though rows may be left to be fetched in another block.
-    What it may do besides computing is reading the views and their tables, or what `authorize` allows. It
-    raises `CancelledError` if nobody waits any more, and for all else that SQLite says what `refusal` makes
-    of it.
+    After the block it is free for other queries; further rows can be fetched in another block. Besides
+    computing, it may read the views and their tables, or what `authorize` allows. Raises `CancelledError` if
+    the answer is no longer wanted, and for other errors of SQLite the result of `refusal`.
     """
     own = driver(connection)
     sizes = {

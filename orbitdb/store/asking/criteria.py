@@ -1,4 +1,4 @@
-"""Criteria: the plain values that choose a subset, and the selection that they make."""
+"""Criteria: plain values that choose a subset, and the resulting selection."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
@@ -21,11 +21,11 @@ from orbitdb.store.asking.selection import MEASURES, Bounds, Selection, Selectio
 from orbitdb.symbols.words import parse
 
 _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
-"""What criteria are that are options by another name, unless the name is near."""
+"""Hints for names of options that differ from those of criteria."""
 
 
 class Criteria(TypedDict, total=False):
-    """What a subset can be chosen by, as `chosen_by` takes it."""
+    """The criteria of a subset, as keyword arguments of `chosen_by`."""
 
     a: float | None
     p: int | str | Iterable[int] | None
@@ -50,7 +50,7 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def with_criteria(method: _Method) -> _Method:
-    """Show the criteria of a method, taken as ``**criteria``, one by one in help and completion."""
+    """Decorator that shows each of the ``**criteria`` of a method in help and completion."""
     *kept, _ = signature(method).parameters.values()
     named = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
@@ -73,7 +73,7 @@ def chosen_by(
     not_at: float | Iterable[float] = (),
     **ranges: Bounds | None,
 ) -> Selection:
-    """Return a selection from plain values, which are those of `Catalogue.select`; a is 1.6 by default.
+    """Return a selection from plain values, as in `Catalogue.select`; a is 1.6 by default.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def chosen_by(
 
 
 def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods that are to be filled, in rising order.
+    """Return the periods to fill, in rising order.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
 
 
 def _no_criterion(names: Sequence[str]) -> SelectionError:
-    """Return the error that tells of names that are no criteria, and what the first of them may be."""
+    """Return the error for unknown criteria, with a suggestion for the first."""
     known = tuple(Criteria.__annotations__)
     meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
     return SelectionError(
@@ -126,7 +126,7 @@ def _no_criterion(names: Sequence[str]) -> SelectionError:
 
 
 def _listed(value: object) -> str:
-    """Write one value, or several with commas between; a range of periods as `parse_periods` reads it."""
+    """Write values separated by commas; write a range of periods as `parse_periods` reads it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
     if isinstance(value, str) or not isinstance(value, Iterable):

@@ -1,6 +1,6 @@
-"""Reading parts of a selection from text: periods, statuses, bounds and the like.
+"""Read parts of a selection from text: periods, statuses, bounds and the like.
 
-What cannot be read raises a `SelectionError`, which says how to write it.
+An unreadable text raises `SelectionError`, which says how to write it.
 """
 
 import re
@@ -39,7 +39,7 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
 
 
 def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
-    """Read what to fill: one number stands for all periods up to it, anything else as `parse_periods`."""
+    """Read the periods to fill: a single number means all up to it; otherwise as `parse_periods`."""
     if "-" in text[1:] or "," in text:
         return parse_periods(text)
     try:
@@ -68,7 +68,7 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
 
 
 def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
-    """Read bounds on measures; those on the same one hold together."""
+    """Read bounds on measures; several on one measure apply together."""
     found: dict[str, Bounds] = {}
     for text in texts:
         name, bounds = parse_bound(text)
@@ -113,7 +113,7 @@ def parse_symmetry(text: str) -> str:
 
 
 def ordered_symmetry(text: str) -> str:
-    """Write the elements of a symmetry label in their order, be they a group or not."""
+    """Write the elements of a symmetry label in order, whether or not they form a group."""
     names = {part.strip() for part in text.split(",")}
     if names != {"1"} and not names <= set(NAMES[1:]):
         raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
@@ -121,7 +121,7 @@ def ordered_symmetry(text: str) -> str:
 
 
 def parse_statuses(text: str) -> tuple[Status, ...]:
-    """Read statuses separated by commas; ``all`` stands for every one that rows have."""
+    """Read statuses separated by commas; ``all`` means every status."""
     if text.strip() == "all":
         return STORED
     try:
@@ -137,13 +137,13 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 
 
 def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
-    """Read one value of a, or several, at which words exist or do not."""
+    """Read one or several values of a at which words exist or do not."""
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))
 
 
 def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read some of the known names of columns, with commas between."""
+    """Read known names of columns, separated by commas."""
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
         if name not in known:
@@ -154,11 +154,11 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error for a column that does not exist."""
+    """Return the error for an unknown column."""
     columns = ", ".join(dict.fromkeys(known))
     return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")
 
 
 def guess(name: str, known: Iterable[str]) -> str:
-    """Ask whether a known name is meant by one that is none; empty if none is like it."""
+    """Suggest the known name closest to a wrong one; empty if none is similar."""
     return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))

@@ -1,4 +1,4 @@
-"""Ranges of periods: those that can be filled, joined, and written."""
+"""Ranges of periods: check, join and write them."""
 
 from collections.abc import Iterable, Sequence
 
@@ -6,11 +6,11 @@ from orbitdb.errors import InputError
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 LEAST_PERIOD = 2
-"""No orbit has fewer bounces."""
+"""The least number of bounces of an orbit."""
 
 
 def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in some ranges, in rising order, or refuse those that cannot be filled."""
+    """Return the periods in some ranges in rising order; refuse those that cannot be filled."""
     found: set[int] = set()
     for low, high in spans:
         if (least := min(low, high)) < LEAST_PERIOD:
@@ -27,7 +27,7 @@ def written_periods(periods: Sequence[int]) -> str:
 
 
 def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return ranges of periods in order, those that touch or overlap as one."""
+    """Return ranges of periods in order, with touching and overlapping ones joined."""
     joined: list[tuple[int, int]] = []
     for low, high in sorted(spans):
         if joined and low <= joined[-1][1] + 1:
@@ -38,7 +38,7 @@ def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def are_many(spans: Sequence[tuple[int, int]]) -> bool:
-    """Tell whether ranges are of more than one period."""
+    """Tell whether ranges contain more than one period."""
     return len(spans) > 1 or spans[0][0] < spans[0][1]
 
 

@@ -15,7 +15,7 @@ MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "die
 """The columns that a selection can bound from below and above."""
 
 Bounds: TypeAlias = tuple[float | None, float | None]
-"""The least and the greatest value, both allowed; None where there is none."""
+"""The least and the greatest value, both included; None for no bound."""
 
 _MOST_VALUES = 6
 
@@ -41,7 +41,7 @@ class Selection(ByValue):
     symmetry : str or None
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
-        Symbols that the word has in a row, in some rotation.
+        Successive symbols of the word, in some rotation.
     exists, not_at : tuple of float
         Values of a at which the word is an orbit, and at which it is not, by its births.
     ranges : mapping of str to (float or None, float or None)
@@ -49,7 +49,7 @@ class Selection(ByValue):
     where : str or None
         An SQL expression over the columns of the view ``catalogue``.
     parameters : mapping of str to value
-        What the names (``:name``) in ``where`` stand for.
+        Values of the names (``:name``) in ``where``.
     """
 
     a: float = USUAL_A
@@ -65,11 +65,11 @@ class Selection(ByValue):
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def includes(self, p: int) -> bool:
-        """Tell whether words of a period may be in the subset."""
+        """Tell whether words of a period can be in the subset."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Return the selection as one line of English, to stand after a number; also for several a."""
+        """Return the selection as one line of English to follow a number, also for several a."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:
@@ -81,7 +81,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Return all except a, periods, statuses and reversal as English; may be empty."""
+        """Return all except a, periods, statuses and reversal in English; may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
@@ -100,7 +100,7 @@ class Selection(ByValue):
         return printable(" ".join(parts))
 
     def _subjects(self) -> tuple[str, str]:
-        """Return what one row is, and what all of them are."""
+        """Return the noun for one row, and for several."""
         if not self.statuses or set(self.statuses) == set(STORED):
             return "word", "words"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)

@@ -1,10 +1,9 @@
-"""Subsets that can be swept: those that a solved class decides, and their canonical text.
+"""Subsets that can be swept, because a solved class decides them, and their canonical text.
 
-The text is the key of a stored sweep. The same subset has the same text, however you ask for it;
-that of all orbits is empty. The stadium and the periods are keys of their own, not part of it.
+The text is the key of a stored sweep. A subset has the same text however you ask for it; the text of all
+orbits is empty. The stadium and the periods are separate keys.
 
-What a sweep chooses of classes that are solved but not stored is what `orbitdb.store.asking.conditions`
-chooses of stored rows.
+A sweep chooses the same solved classes as `orbitdb.store.asking.conditions` chooses stored rows.
 """
 
 from collections.abc import Iterator
@@ -23,21 +22,21 @@ from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import parse, unpack
 
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
-"""The measures by which a sweep can choose; births and deaths are stored, and not found with an orbit."""
+"""The measures by which a sweep can choose; births and deaths do not come with a solved orbit."""
 
 _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
-"""What a sweep cannot choose by, in the words of its error."""
+"""Criteria that a sweep cannot use, as its error names them."""
 
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD
-"""Symbols of the longest factor that a word of any period has."""
+"""Length of the longest factor of a word of any period."""
 
 _NEAR = 1e-9
-"""Share of a measure within which a bound must be for its last digits to matter."""
+"""Relative distance of a measure from a bound within which its last digits matter."""
 
 
 def why_not_swept(selection: Selection) -> str:
-    """Tell why the averages over a subset cannot be swept; empty if they can."""
+    """Explain why a subset cannot be swept; empty if it can."""
     rows = [told for name, told in _OF_ROWS.items() if getattr(selection, name)]
     rows += [f"range of {name}" for name in selection.ranges if name not in SWEPT_MEASURES]
     if rows:
@@ -55,7 +54,7 @@ def why_not_swept(selection: Selection) -> str:
 def swept_text(selection: Selection) -> str:
     """Return the canonical text of a subset of orbits, such as ``reversal=self length=:20.0``.
 
-    A `SelectionError` tells why it cannot be swept.
+    Raises `SelectionError` if it cannot be swept.
     """
     if why := why_not_swept(selection):
         raise SelectionError(why)
@@ -63,11 +62,11 @@ def swept_text(selection: Selection) -> str:
 
 
 def _parts(selection: Selection) -> Iterator[str]:
-    """Yield what a subset is chosen by, in one order and one way to write it."""
+    """Yield the criteria of a subset in a fixed order and notation."""
     if selection.time_reversal:
         yield f"reversal={parse_reversal(selection.time_reversal)}"
     if selection.symmetry:
-        yield f"symmetry={ordered_symmetry(selection.symmetry)}"  # a file may hold sweeps of what is no group
+        yield f"symmetry={ordered_symmetry(selection.symmetry)}"  # some files hold other labels
     if selection.contains:
         yield f"contains={parse(selection.contains)}"
     for name in SWEPT_MEASURES:
@@ -78,12 +77,12 @@ def _parts(selection: Selection) -> Iterator[str]:
 
 
 def _written(bound: float | None, none: float) -> str:
-    """Write a bound in full; nothing where all values are within it."""
-    return "" if bound is None or bound == none else repr(float(bound) + 0.0)  # so that -0.0 is 0.0
+    """Write a bound in full; empty if all values are within it."""
+    return "" if bound is None or bound == none else repr(float(bound) + 0.0)  # turns -0.0 into 0.0
 
 
 def selection_of(text: str, a: float) -> Selection:
-    """Return the subset at one a that has a canonical text; an `InputError` if none has."""
+    """Return the subset at one a with a canonical text; raise `InputError` if there is none."""
     given = dict(part.partition("=")[::2] for part in text.split())
     ranges = dict(parse_bound(f"{name}={given[name]}") for name in SWEPT_MEASURES if name in given)
     found = Selection(
@@ -100,9 +99,9 @@ def selection_of(text: str, a: float) -> Selection:
 
 
 def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[np.int64]:
-    """Count the words of each class that fulfil the conditions on words: reversal, symmetry, contains.
+    """Count the words of each class that meet the conditions on words: reversal, symmetry, contains.
 
-    The subset is one that can be swept.
+    The subset must be sweepable.
     """
     wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
     fits = np.array([
@@ -119,10 +118,10 @@ def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[n
 def within_ranges(
     codes: NDArray[np.int64], p: int, length: Floats, lyapunov: Floats, selection: Selection
 ) -> NDArray[np.bool_]:
-    """Tell which orbits, N packed words of order p with length and lambda, are within the ranges of a subset.
+    """Tell which orbits, N packed words of period p with length and lambda, are in the ranges of a subset.
 
-    Where a bound is so near that the last digits decide, and for margins, the orbit is solved as a fill
-    does it: the number that is compared is the one that would be stored.
+    If a bound is so close that the last digits decide, and for margins, the orbit is solved as in a fill, so
+    the compared number is the one that would be stored.
     """
     chosen = np.ones(len(codes), dtype=np.bool_)
     if not selection.ranges:
@@ -146,6 +145,6 @@ def within_ranges(
 
 
 def _measures(length: Floats, lyapunov: Floats, margin: Floats, p: int) -> dict[str, Floats]:
-    """Return what orbits of one period can be chosen by, by name, in arrays of their own."""
+    """Return the measures of orbits of one period as arrays by name."""
     columns = length.copy(), lyapunov.copy(), lyapunov / p, lyapunov / length, margin.copy()
     return dict(zip(SWEPT_MEASURES, columns, strict=True))

@@ -1,10 +1,10 @@
 """SQL expressions over the catalogue: what ``--where`` may do, and for how long.
 
-An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries
-that each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is
-refused before SQLite runs any of it. The rest is bounded: no listed function makes a text
-longer, no subquery stands in another or joins (so neither the compiled program nor a result can grow
-beyond the catalogue), and a query stops after `SECONDS`.
+An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries that
+each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is refused
+before SQLite runs any of it. The rest is bounded. No listed function makes a text longer, no subquery
+contains another or a join, so neither the compiled program nor a result can outgrow the catalogue, and a
+query stops after `SECONDS`.
 """
 
 import sqlite3
@@ -23,7 +23,7 @@ from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
 
 SECONDS = 60.0
-"""How long a query with a free expression may work."""
+"""Time limit of a query with a free expression."""
 
 FUNCTIONS = {
     "avg", "count", "max", "min", "sum", "total",
@@ -35,12 +35,12 @@ FUNCTIONS = {
 }  # fmt: skip
 """The functions that an expression may call.
 
-They are named one by one, as every SQLite, and whatever is loaded into it, brings others: some make
-texts of any size (printf, group_concat, zeroblob), some take apart binary data of extensions.
+They are named one by one, because each SQLite and its extensions bring others. Some make texts of any size
+(printf, group_concat, zeroblob), some decode binary data of extensions.
 """
 
 LONGEST = 20_000
-"""Characters of an expression and its values at most; with a subquery `_LONGEST_WITH_SUBQUERY`."""
+"""Most characters of an expression and its values; `_LONGEST_WITH_SUBQUERY` with a subquery."""
 
 _LONGEST_WITH_SUBQUERY = 4_000
 _WORDS = {
@@ -48,14 +48,14 @@ _WORDS = {
     "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
     "when", "where", *FUNCTIONS, *catalogue.c.keys(),
 }  # fmt: skip
-"""What an expression may be made of."""
+"""The actions of SQLite that an expression may use."""
 
 Parameters = dict[str, str | int | float]
 Authorizer: TypeAlias = Callable[[int, str | None, str | None, str | None, str | None], int]
 
 
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
-    """Return a free expression as SQL, with the values that it names."""
+    """Return a free expression as SQL, with its named values."""
     parts, used = [], {}
     for token in tokens(spelled_out(where, parameters)):
         name = token.text[1:]
@@ -68,7 +68,7 @@ def expression(where: str, parameters: Parameters) -> sa.TextClause:
 
 
 def check(where: str, parameters: Parameters) -> None:
-    """Refuse what is not one expression over the view, by a `SelectionError` with the reason."""
+    """Raise `SelectionError` with the reason unless the text is one expression over the view."""
     try:
         check_size(where, parameters)
         plain = spelled_out(where, parameters)
@@ -79,7 +79,7 @@ def check(where: str, parameters: Parameters) -> None:
             _compile(text, parameters, allowing({catalogue.name}))
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         message = "it is not text in UTF-8" if isinstance(error, UnicodeError) else str(error)
-        if message.endswith('\n"'):  # the end of line that `_compile` has set behind the expression
+        if message.endswith('\n"'):  # the end of line that `_compile` adds after the expression
             message = f'{message[:-2]}"'
         raise refusal(where, message) from error
 
@@ -90,7 +90,7 @@ def names_in(where: str) -> set[str]:
 
 
 def unfinished(where: str, reason: str) -> bool:
-    """Tell whether an expression that `check` refused, for a reason, may only not be typed to its end."""
+    """Tell whether an expression that `check` refused may just be incomplete, from the reason."""
     found = tokens(where)
     if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
         return True
@@ -105,14 +105,14 @@ def unfinished(where: str, reason: str) -> bool:
 
 
 def check_size(where: str, parameters: Parameters) -> None:
-    """Refuse what is too long: the work of `instr` and the like grows with the square of it."""
+    """Refuse a long expression, because the work of `instr` and the like grows with its square."""
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
 
 
 def check_names(where: str, parameters: Parameters) -> None:
-    """Refuse values that no name stands for; those that lack one SQLite names."""
+    """Refuse values without a name; SQLite reports names without a value."""
     if idle := [name for name in parameters if name not in names_in(where)]:
         raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
 
@@ -120,8 +120,8 @@ def check_names(where: str, parameters: Parameters) -> None:
 def _check_shape(found: list[Token]) -> None:
     """Refuse subqueries that could grow without end, and values without a name.
 
-    SQLite copies what a name stands for wherever the name is used. With WITH or subqueries in
-    subqueries a short text so becomes a program of any size, and joins become tables of any size.
+    SQLite copies the meaning of a name to each use. With WITH, or subqueries in subqueries, a short text thus
+    becomes a program of any size, and joins become tables of any size.
     """
     levels = [_Level()]
     for token, behind in pairwise([*found, Token("sign", "")]):
@@ -151,7 +151,7 @@ def _check_shape(found: list[Token]) -> None:
 
 
 class _Level:
-    """What stands between one pair of brackets: a subquery, perhaps, and the tables it reads."""
+    """The contents of one pair of brackets: whether it is a subquery, and the tables it reads."""
 
     def __init__(self, subquery: bool = False) -> None:
         self.subquery = subquery
@@ -159,9 +159,9 @@ class _Level:
 
 
 def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
-    """Tell whether a checked expression has one value for all words of a symmetry class.
+    """Tell whether a checked expression has the same value for all words of a symmetry class.
 
-    ``shared`` are the columns of the view that all words of a class share.
+    ``shared`` holds the columns of the view that all words of a class share.
     """
     columns, selects = set(), 0
 
@@ -178,7 +178,7 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
 
 
 def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
-    """Compile an expression where there is nothing but an empty table in place of the view."""
+    """Compile an expression in an empty database, with a table in place of the view."""
     columns = ", ".join(catalogue.c.keys())
     with closing(sqlite3.connect(":memory:")) as stage:
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
@@ -193,11 +193,11 @@ def allowing(
     more: str | None = None,
     own: Set[str] = frozenset(),
 ) -> Authorizer:
-    """Return what allows computing, calling the functions of the list or one more, and reading some tables.
+    """Return an authorizer for expressions with the listed functions plus one, and reads of some tables.
 
-    Of the tables behind views, what the views show may be read. SQLite reads no column of a table, and names
-    no view, where it but looks whether there is a row. Of the views `own` a file may have others, which may
-    not be read: only those that the connection has made.
+    The tables of views may be read as far as the views show them. If SQLite only checks that a row exists, it
+    reads no column and names no view. The file may have its own versions of the views in `own`; only those
+    made by the connection may be read.
     """
 
     def authorize(
@@ -221,7 +221,7 @@ def refusal(
     what: str = "where",
     readable: Sequence[str] = ("the columns of the catalogue",),
 ) -> SelectionError:
-    """Return the error that tells the user what is wrong with an expression, or what else it is."""
+    """Return the error for a bad expression."""
     _, table, name = message.partition("no such table: ")
     if "authorized to use function" in message:
         name = message.rpartition(" ")[2]

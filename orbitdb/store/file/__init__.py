@@ -1,1 +1,1 @@
-"""The database file: its schema, opening it safely, migrations."""
+"""The database file: its schema, safe access, migrations."""

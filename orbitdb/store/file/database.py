@@ -1,4 +1,4 @@
-"""The database file: opening it safely for reading or writing, and saying what is wrong with it."""
+"""Open the database file safely for reading or writing, and explain what is wrong with it."""
 
 import os
 import sqlite3
@@ -16,42 +16,42 @@ from orbitdb.store.file.journal import refuse_foreign
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
-"""How long SQLite waits for a lock (seconds)."""
+"""Seconds that SQLite waits for a lock."""
 
 _TURNS = 12
-"""How often it waits so long to write: fills side by side hold the lock most of the time."""
+"""How often it waits to write; parallel fills hold the lock most of the time."""
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
-"""Kilobytes of pages that a reader may keep: rows are read in the order they are stored."""
+"""Page cache of a reader in kilobytes; rows are read in the order of storage."""
 
 
 def default_path() -> Path:
-    """Return where a catalogue is kept if nothing else is said: ORBITDB_DB, or the user's data folder."""
+    """Return the default path of the catalogue: ORBITDB_DB, or in the user's data folder."""
     named = os.environ.get("ORBITDB_DB")
     return Path(named) if named else data_folder() / "orbits.db"
 
 
 def data_folder() -> Path:
-    """Return the user's data folder, which is made with the first catalogue in it; no other one is."""
+    """Return the user's data folder, the only folder that is made with the first catalogue."""
     from platformdirs import user_data_path
 
     return user_data_path("orbitdb", appauthor=False)
 
 
 def check_file(path: Path) -> int | None:
-    """Look at a file before it is opened as a catalogue.
+    """Examine a file before it is opened as a catalogue.
 
     Returns
     -------
     int or None
-        The version of its schema; None if there is no file, or an empty one.
+        The version of its schema; None without a file, or for an empty one.
 
     Raises
     ------
     StoreError
-        If it is not a catalogue, or one of a newer orbitdb, or of one before schema 6.
+        If it is not a catalogue, comes from a newer orbitdb, or has a schema before 6.
     """
     try:
         try:
@@ -68,7 +68,7 @@ def check_file(path: Path) -> int | None:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
     pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
-        return None  # a database without a table, as a creation that was killed leaves it
+        return None  # a database without tables, left by a killed creation
     if application != APPLICATION_ID:
         raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
     if version > SCHEMA_VERSION:
@@ -83,7 +83,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Refuse to read what is no catalogue of the newest schema, with what makes one of it."""
+    """Refuse to read anything but a catalogue of the newest schema; the message gives the remedy."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -94,13 +94,13 @@ def need_newest(path: Path) -> None:
 def _marks(path: Path) -> tuple[int, ...]:
     """Return the number of pages, the version of the schema and the mark of the program.
 
-    What the journal holds is taken up; where there is none, the file is only looked at.
+    The contents of a journal are included; without a journal, the file is only read.
 
-    Read by SQLite and nobody else: a process that closes a file loses all its locks on it (POSIX), those
-    of SQLite's connections among them, and other processes would take the journal away from under them.
+    Only SQLite opens the file. A process that closes a file loses all its locks on it (POSIX), including
+    those of SQLite's connections, and other processes could then remove the journal in use.
     """
     if not path.with_name(path.name + "-wal").exists():
-        with suppress(sqlite3.Error, UnicodeDecodeError):  # damage, or a writer at this very moment
+        with suppress(sqlite3.Error, UnicodeDecodeError):  # damage, or a writer at this moment
             return _pragmas(_uri(path) + "&immutable=1")
     _refuse_foreign_journal(path)
     with plain_errors(path):
@@ -123,12 +123,11 @@ def _uri(path: Path, mode: str = "ro") -> str:
 
 
 def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
-    """Return what connects to a catalogue that is only read, be it in a read-only folder or beside a writer.
+    """Return a function that connects to a catalogue for reading, in any folder and beside writers.
 
-    What it connects to must be a catalogue of the newest schema and hold nothing that acts
-    (`orbitdb.store.file.guard`).
+    The file must be a catalogue of the newest schema that holds nothing active (`orbitdb.store.file.guard`).
     """
-    uri = _uri(path, "rw")  # whoever closes the file last removes the journal, which takes the right to write
+    uri = _uri(path, "rw")  # the last to close the file removes the journal, which needs the right to write
     frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
@@ -136,7 +135,7 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        # so that no function that free expressions may call makes a text longer; while a query runs, SQLite
+        # no function for free expressions may make a text longer; while a query runs, SQLite
         # changes no function
         connection.create_function("replace", 3, _shortened, deterministic=True)
         return connection
@@ -145,16 +144,16 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
 
 
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
-    """Return what connects to a file that is to be written, and may be new or older than the newest schema.
+    """Return a function that connects to a file for writing, which may be new or have an older schema.
 
-    It must hold nothing that acts. With `references` SQLite looks up every reference that is written.
+    It must hold nothing active. With `references`, SQLite checks every written reference.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
-        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # of a new file; others stay as they are
+        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep theirs
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
@@ -164,7 +163,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
 
 
 def waiting(ask: Callable[[], object]) -> None:
-    """Ask for a lock until it is there; between the turns Ctrl-C is heard."""
+    """Try for a lock until it is granted; Ctrl-C works between the attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
         try:
@@ -173,7 +172,7 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
-        time.sleep(0.01)  # where SQLite itself does not wait, as for the change to another journal
+        time.sleep(0.01)  # if SQLite itself does not wait, as for the change of the journal mode
 
 
 def _open(uri: str) -> sqlite3.Connection:
@@ -182,12 +181,12 @@ def _open(uri: str) -> sqlite3.Connection:
         uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
     )
     connection.execute("PRAGMA trusted_schema = OFF")
-    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # Python sees signals when it is called
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # lets Python handle signals
     return connection
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
-    """Connect so that nothing in the file acts, and refuse a file in which something would.
+    """Connect so that nothing in the file is active, and refuse a file with active contents.
 
     A file with the journal of another is refused, too.
     """
@@ -206,7 +205,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 @contextmanager
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a catalogue for a few questions, in one read transaction, without loading SQLAlchemy."""
+    """Give a connection for a few questions in one read transaction, without importing SQLAlchemy."""
     need_newest(path)
     with plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
@@ -215,16 +214,18 @@ def asking(path: Path) -> Iterator[sqlite3.Connection]:
 
 @contextmanager
 def plain_errors(path: Path) -> Iterator[None]:
-    """Turn what SQLite or the file system raises into a `StoreError` with a remedy."""
+    """Turn errors of SQLite or the file system into a `StoreError` with a remedy."""
     try:
         yield
     except Exception as error:
-        cause = getattr(error, "orig", error)  # what SQLAlchemy has wrapped
+        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
         if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
             raise
-        if str(cause) == "interrupted":  # by what a signal raised while SQLite was at work
+        if str(cause) == "interrupted":  # by a signal while SQLite was at work
             raise KeyboardInterrupt from error
-        told = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)  # of text that is none
+        told = (
+            "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)
+        )  # of a text that is not UTF-8
         raise StoreError(_remedy(path, told)) from error
 
 
@@ -246,7 +247,7 @@ def _remedy(path: Path, message: str) -> str:
 
 
 def _shortened(text: object, part: object, by: object) -> str | None:
-    """Return what SQLite's replace does, where that is no longer than the text."""
+    """Do the same as SQLite's replace, but fail if the text would grow."""
     if text is None or part is None or by is None:
         return None
     if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):

@@ -1,10 +1,10 @@
-"""The guard: a catalogue's file may hold data, but nothing that acts when it is read or written.
+"""The guard: the file of a catalogue may hold data, but nothing active.
 
-SQLite runs what a file brings along: triggers, views, virtual tables, generated columns, CHECK and
-DEFAULT expressions, indexes of expressions. So the guard first reads the schema of a file as text, which
-runs none of it. The catalogue's own tables must be as in `orbitdb.store.file.schema`, and everything else
-must be plain. It takes about 0.3 ms. The views in a file are for other programs: orbitdb makes its own on
-each connection that reads (`own_views`), and never runs those of the file.
+SQLite runs parts of a file: triggers, views, virtual tables, generated columns, CHECK and DEFAULT
+expressions, indexes of expressions. The guard therefore first reads the schema of a file as text, which runs
+nothing. The tables of the catalogue must be as in `orbitdb.store.file.schema`, and everything else must be
+plain. This takes about 0.3 ms. The views in a file are for other programs. orbitdb makes its own for each
+reading connection (`own_views`), and never runs those of the file.
 """
 
 import sqlite3
@@ -17,13 +17,13 @@ from orbitdb.store.file.tokens import meaningful
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 
 _OURS = {("table", name): text.split() for name, text in TABLES.items()}
-"""What a catalogue has, as the words of its text."""
+"""The tables of a catalogue, each as the words of its statement."""
 
 
 class TamperedError(StoreError):
     """The schema of a file is not that of a catalogue.
 
-    Of its `parts` (tables, views, indexes and triggers) `faults` are not as they must be, such as
+    `parts` counts its tables, views, indexes and triggers; `faults` names the wrong ones, such as
     ``trigger t``.
     """
 
@@ -34,9 +34,9 @@ class TamperedError(StoreError):
 
 
 def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) -> None:
-    """Refuse a file, opened a moment ago, that holds more than data, with the first thing that is wrong.
+    """Refuse a file just opened that holds more than data, and name the first fault.
 
-    Unless it must have the newest schema, as it is about to be migrated, only what acts is refused.
+    If it need not have the newest schema, because it is about to be migrated, only active parts are refused.
     """
     schema = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
     found = {(kind, name): (text or "").split() for kind, name, text in schema}
@@ -54,30 +54,30 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
 
 
 def own_views(connection: sqlite3.Connection) -> None:
-    """Make the views of this version for a connection, in place of those in the file."""
+    """Make the views of this version for a connection, which replace those in the file."""
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
 
 
 def other_views(connection: sqlite3.Connection) -> list[str]:
-    """Return which views in a file are not those of this version."""
+    """Return the views in a file that differ from those of this version."""
     found = connection.execute("SELECT name, sql FROM main.sqlite_master WHERE type = 'view'")
     texts = {name: (text or "").split() for name, text in found}
     return [name for name, text in VIEWS.items() if texts.get(name) != text.split()]
 
 
 def renew_views(connection: sqlite3.Connection) -> None:
-    """Bring the views in a file, for other programs, to those of this version, in the transaction at work."""
+    """Update the views in a file, which other programs use, within the current transaction."""
     query = "SELECT 1 FROM main.sqlite_master WHERE type <> 'view' AND lower(name) = ?"
     for name in other_views(connection):
-        if connection.execute(query, (name,)).fetchone() is None:  # somebody's table is left alone
+        if connection.execute(query, (name,)).fetchone() is None:  # leaves a table of the same name alone
             connection.execute(f"DROP VIEW IF EXISTS main.{name}")
             connection.execute(VIEWS[name])
 
 
 def _acts(kind: str, text: str) -> bool:
-    """Tell whether a part of a schema would run something of its own, though nobody asks it."""
+    """Tell whether a part of a schema is active, that is, runs without being asked."""
     if kind not in ("table", "index"):
         return kind != "view"
     found = meaningful(text)

@@ -1,9 +1,10 @@
 """The journal beside a catalogue: does it belong to the file, and is the file still in its place?
 
-SQLite keeps what was written last in ``orbits.db-wal`` until it is moved into the file. It finds the journal
-by its name alone. So it would also read one that a killed process has left into another file that was copied
-over the catalogue since. To notice this, each transaction of `orbitdb.store.writing.writer.Writer` counts
-itself in the row of its run. A journal belongs to a file if it continues the runs in the file itself.
+SQLite keeps the latest changes in ``orbits.db-wal`` until it moves them into the file. It finds the journal
+by name alone. If a killed process left a journal, and another file was then copied over the catalogue, SQLite
+would read the journal into that file. To notice this, each transaction of
+`orbitdb.store.writing.writer.Writer` counts itself in the row of its run. A journal belongs to a file if it
+continues the runs in the file itself.
 """
 
 import json
@@ -20,18 +21,18 @@ COUNT_COMMIT = (
     "UPDATE run SET parameters = json_set(parameters, '$.commits',"
     " coalesce(json_extract(parameters, '$.commits'), 0) + 1) WHERE id = ?"
 )
-"""Counts a transaction in the row of its run."""
+"""SQL that counts a transaction in the row of its run."""
 
 
 class Place(NamedTuple):
-    """What tells a file from another of the same name."""
+    """Identity of a file, whatever its name."""
 
     device: int
     inode: int
 
 
 def place(path: Path) -> Place | None:
-    """Return which file has a name now; None if none has."""
+    """Return the file that has a path now, or None."""
     try:
         found = path.stat()
     except OSError:
@@ -40,7 +41,7 @@ def place(path: Path) -> Place | None:
 
 
 def beside(path: Path) -> tuple[Path, Path]:
-    """Return the names of the journal and of its index."""
+    """Return the paths of the journal and of its index."""
     real = Path(os.path.realpath(path))
     return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
 
@@ -48,7 +49,7 @@ def beside(path: Path) -> tuple[Path, Path]:
 def refuse_foreign(
     path: Path, only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> None:
-    """Refuse a file beside which lies the journal of another.
+    """Refuse a file next to the journal of another one.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def refuse_foreign(
     Raises
     ------
     StoreError
-        If the journal does not continue what is in the file.
+        If the journal does not continue the file.
     """
     journal, index = beside(path)
     with suppress(OSError):
@@ -74,9 +75,9 @@ def refuse_foreign(
 def _continues(
     only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> bool:
-    """Tell whether the last run of a file, read by itself, is also a run of the file with its journal.
+    """Tell whether the last run of a file, read alone, is also a run of the file with its journal.
 
-    The read transaction keeps writers from moving more of the journal into the file than it sees.
+    The read transaction keeps writers from moving more of the journal into the file.
     """
     with closing(with_journal()) as whole, closing(only_file()) as alone:
         try:
@@ -84,14 +85,14 @@ def _continues(
             known = _runs(whole)
         except sqlite3.OperationalError as error:
             if "no such table" not in str(error):
-                return True  # locked, or without permission: whoever opens it next says so
+                return True  # locked, or without permission; opening it will say so
             known = {}
         except (sqlite3.DatabaseError, ValueError):
             known = {}
         try:
             runs = _runs(alone)
         except (sqlite3.Error, ValueError):
-            return True  # nothing to compare with: a file whose beginning is in its journal, or damage
+            return True  # nothing to compare: the beginning of the file is in its journal, or it is damaged
     if not runs:
         return True
     last = max(runs)
@@ -100,7 +101,7 @@ def _continues(
 
 
 def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
-    """Return what each run was, and how many transactions it has counted."""
+    """Return each run with its number of transactions."""
     found: dict[int, tuple[object, int]] = {}
     for number, started, version, parameters in connection.execute("SELECT * FROM run"):
         asked = json.loads(parameters)

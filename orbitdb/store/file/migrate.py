@@ -1,4 +1,4 @@
-"""Bringing a database file to the newest schema."""
+"""Bring a database file to the newest schema."""
 
 import shutil
 import sqlite3
@@ -17,9 +17,9 @@ from orbitdb.symbols.members import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):
-    """What was done to a file: the schema's version before (0 for none) and after.
+    """Result of a migration: the version of the schema before (0 for none) and after.
 
-    `backup` is a copy of the file as it was, if it held an older catalogue.
+    `backup` is the copy of an older catalogue.
     """
 
     before: int
@@ -44,27 +44,27 @@ def migrate(path: Path) -> Migration:
         raise StoreError(f"there is no folder {folder}: make it first, or name a file in another with --db")
     backup = None
     with plain_errors(path):
-        engine = writing_engine(path, references=False)  # every row that is referred to is made anew
+        engine = writing_engine(path, references=False)  # every referenced row is made anew
         with engine.begin() as connection:
             before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
-            if before != SCHEMA_VERSION:  # else another process has done it meanwhile
+            if before != SCHEMA_VERSION:  # another process may have done it meanwhile
                 if before:
                     _check_room(path)
-                    backup = _back_up(path, before)  # while nobody else can write
+                    backup = _back_up(path, before)  # nobody else can write now
                     upgrade_tables(connection)
                 else:
                     _create(connection)
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
-    if backup:  # give back the room of what is gone, unless the disk is full, or somebody writes already
+    if backup:  # free unused pages, unless the disk is full or somebody is writing
         with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as own:
             own.execute("VACUUM")
     return Migration(before, SCHEMA_VERSION, backup)
 
 
 def _check_room(path: Path) -> None:
-    """Refuse a migration that the disk has no room for: the copy, and a journal that may grow as large."""
+    """Refuse a migration if the disk has no room for the copy and a journal as large."""
     parts = (path, path.with_name(path.name + "-wal"))
     needed = 2 * sum(part.stat().st_size for part in parts if part.exists())
     free = shutil.disk_usage(path.resolve().parent).free
@@ -76,13 +76,13 @@ def _check_room(path: Path) -> None:
 
 
 def _back_up(path: Path, version: int) -> Path:
-    """Copy a database with all that its journal holds; the copy has its name once it is complete."""
+    """Copy a database with its journal; the copy gets its name when it is complete."""
     backup = path.with_name(f"{path.name}.schema-{version}")
     draft = backup.with_name(backup.name + ".part")
     parts = (draft, draft.with_name(draft.name + "-journal"))
     try:
         for part in parts:
-            part.unlink(missing_ok=True)  # of a migration that was killed
+            part.unlink(missing_ok=True)  # left by a killed migration
         with closing(sqlite3.connect(path)) as old, closing(sqlite3.connect(draft)) as copy:
             old.backup(copy)
         draft.replace(backup)
@@ -95,7 +95,7 @@ def _back_up(path: Path, version: int) -> Path:
 
 
 def _create(connection: sa.Connection) -> None:
-    """Make the newest schema at one stroke, and say so to Alembic."""
+    """Create the newest schema directly, and record it for Alembic."""
     for statement in (*TABLES.values(), *VIEWS.values(), REVISIONS):
         connection.exec_driver_sql(statement)
     connection.exec_driver_sql("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
@@ -103,7 +103,7 @@ def _create(connection: sa.Connection) -> None:
 
 
 def upgrade_tables(connection: sa.Connection) -> None:
-    """Bring the tables of an open file to the newest schema, by all migrations that it lacks."""
+    """Bring the tables of an open file to the newest schema by its missing migrations."""
     from alembic import command
     from alembic.config import Config
 

@@ -1,12 +1,12 @@
-"""The schema of a catalogue as SQLite's own text: the tables, from ``schema.sql``, and the views.
+"""The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
-It makes a new file, every file is compared with it (`orbitdb.store.file.guard`), and
-`orbitdb.store.file.tables` makes SQLAlchemy's tables from it. Nothing here needs SQLAlchemy, which takes a
-quarter of a second to load.
+New files are made from it, every file is compared with it (`orbitdb.store.file.guard`), and
+`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. It does not need SQLAlchemy, whose import
+takes a quarter of a second.
 
-`cycle` has one row a symmetry class, with what does not depend on a; `orbit` has one row a class
-and a. Two views join them: `class`, one row a class and a, and `catalogue`, one row a word
-and a. All tables are STRICT.
+`cycle` has one row per symmetry class, with everything independent of a; `orbit` has one row per class and a.
+Two views join them: `class` with one row per class and a, and `catalogue` with one row per word and a. All
+tables are STRICT.
 """
 
 import re
@@ -18,15 +18,16 @@ APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
 SCHEMA_VERSION = 7
-"""The number of the newest migration; kept as SQLite's user_version."""
+"""The number of the newest migration, stored as SQLite's user_version."""
 
 OLDEST_VERSION = 6
-"""The first migration: older files are refused."""
+"""The oldest supported version; older files are refused."""
 
 PAGE_SIZE = 16384
-"""Bytes of a page of a new file, four times what SQLite takes by itself.
+"""Page size of a new file in bytes; SQLite's default is 4096.
 
-Rows come in the order of their keys, and filling one such page is a fifth less work than four small ones."""
+Rows arrive in the order of their keys, and filling one such page is a fifth less work than four small
+ones."""
 
 DONE, FILLING = "done", "filling"
 """The states of a period in the tables `fill`, `birth_fill` and `sweep`."""
@@ -35,12 +36,12 @@ BORN, DIED = "born", "died"
 """The kinds of a change."""
 
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
-"""What a sweep counts (`orbitdb.orbits.sums.Tally`)."""
+"""The counts of a sweep (`orbitdb.orbits.sums.Tally`)."""
 
 LONG = 7 << 58
-"""The id of the first class of words that have no key; the others follow.
+"""The first id for classes of words without a key.
 
-It is above all keys, and four times as much is still an integer of SQLite."""
+It is above all keys, and four times as much still fits an integer of SQLite."""
 
 _TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")
 
@@ -48,11 +49,11 @@ TABLES = {
     found[1]: found[0]
     for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
 }
-"""The statements that make the tables, by name, those first that others refer to."""
+"""The statements that create the tables, by name, referenced tables first."""
 
 
 def comments() -> dict[str, str]:
-    """Return what each table holds, as the comment above it says."""
+    """Return the comment above each table in ``schema.sql``."""
     found = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
     return {each[2]: " ".join(line[3:] for line in each[1].splitlines()) for each in found}
 
@@ -62,13 +63,13 @@ CREATE TABLE alembic_version (
     version_num VARCHAR(32) NOT NULL,
     CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
 )"""
-"""Where Alembic keeps which migration the schema is of."""
+"""The table in which Alembic records the migration."""
 
 SHARED = {each.name: sql_of(each) for each in IN_CATALOGUE if not each.single}
-"""The columns of both views that all words of a class share, and what they are."""
+"""The columns of both views that all words of a class share, with their SQL."""
 
 OF_WORD = {each.name: sql_of(each) for each in IN_CATALOGUE if each.single}
-"""The columns of `catalogue` that are of single words; only words in `pruned` break rules."""
+"""The columns of `catalogue` that differ between words, with their SQL."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}
 """Further columns of the view `class`."""
@@ -77,7 +78,7 @@ _CLASSES = "stadium CROSS JOIN orbit ON orbit.stadium = stadium.id CROSS JOIN cy
 
 
 def _view(name: str, columns: dict[str, str], rows: str) -> str:
-    """Return the statement that makes a view; by CROSS JOIN the loops, and so the rows, keep their order."""
+    """Return the statement that creates a view; CROSS JOIN fixes the order of loops and rows."""
     listed = ",\n       ".join(f"{value} AS {column}" for column, value in columns.items())
     return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
 
@@ -107,7 +108,7 @@ JOIN cycle ON cycle.id = change.cycle
 LEFT JOIN change AS death ON death.cycle = change.cycle AND death.number = change.number + 1
 WHERE change.kind = 'born'""",
 }
-"""The statements that make the views.
+"""The statements that create the views.
 
-`class` has one row a class and a, `catalogue` one row a word and a, both by a, class and element; `life` has
-one row a life of a class, from ``born`` (NULL: from a = 0 on) to ``dies`` (NULL: no end)."""
+`class` has one row per class and a, `catalogue` one per word and a, both ordered by a, class and element;
+`life` has one row per life of a class, from ``born`` (NULL: from a = 0 on) to ``dies`` (NULL: no end)."""

@@ -1,4 +1,4 @@
-"""What SQLAlchemy knows of a database file: its tables and views, and engines for reading or writing."""
+"""The tables and views of a database file for SQLAlchemy, and engines for reading and writing."""
 
 import sqlite3
 from collections.abc import Callable, Iterable
@@ -19,7 +19,7 @@ _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
 metadata = sa.MetaData()
 
 
-with sa.create_engine("sqlite://").begin() as _empty:  # SQLite, which has made them, says what they are
+with sa.create_engine("sqlite://").begin() as _empty:  # reflect them from an empty database
     for _statement in TABLES.values():
         _empty.exec_driver_sql(_statement)
     metadata.reflect(_empty)
@@ -36,15 +36,15 @@ def view(name: str, columns: Iterable[str]) -> sa.TableClause:
 ) = map(metadata.tables.__getitem__, TABLES)  # fmt: skip
 
 classes = view("class", SHARED | OF_CLASS)
-"""The view of the classes: one row a class and a."""
+"""The view of the classes: one row per class and a."""
 
 catalogue = view("catalogue", [each.name for each in IN_CATALOGUE])
-"""The view of the words: one row a word and a."""
+"""The view of the words: one row per word and a."""
 
 ENDS = ("born", "dies")
-"""The first birth and the first death of a word, as the views have them.
+"""The columns of a word's first birth and first death.
 
-No `born` for a word that is an orbit from a = 0 on, as for one of which no births are stored."""
+`born` is NULL for a word that is an orbit from a = 0 on, and without stored births."""
 
 life = view("life", LIFE)
 """The view of the lives of classes."""
@@ -56,16 +56,16 @@ def reading_engine(path: Path) -> sa.Engine:
 
 
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
-    """Return an engine whose every transaction takes the write lock at once (`to_write`).
+    """Return an engine whose transactions take the write lock at once (`to_write`).
 
-    A fill knows that its references are right, they being keys of words, and to look them up, in random
-    places, would take a third of its time.
+    A fill skips the check of references: they are keys of words, and random lookups would take a third of its
+    time.
     """
     return _engine(to_write(path, references), "BEGIN IMMEDIATE")
 
 
 def driver(connection: sa.Connection) -> sqlite3.Connection:
-    """Return what SQLAlchemy asks, for questions that are put to it directly."""
+    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
     own = connection.connection.driver_connection
     assert isinstance(own, sqlite3.Connection)
     return own

@@ -1,11 +1,11 @@
-"""SQL text cut into tokens as SQLite does it, to see what is in it before SQLite runs it."""
+"""Cut SQL into tokens as SQLite does, to examine it before SQLite runs it."""
 
 import re
 from typing import NamedTuple
 
-# What a bare name begins and goes on with, told by what it does not: Python takes 10 ms over a large set.
-_BEGIN = r"[^\x00-@\[-^`{-\x7f]"  # letters, _, and all that is not ASCII
-_ON = r"[^\x00-\#%-/:-@\[-^`{-\x7f]"  # digits and $, too
+# Characters of a bare name, as complements, because Python takes 10 ms to build large sets.
+_BEGIN = r"[^\x00-@\[-^`{-\x7f]"  # letters, _, and everything beyond ASCII
+_ON = r"[^\x00-\#%-/:-@\[-^`{-\x7f]"  # also digits and $
 
 _TOKEN = re.compile(
     rf"""
@@ -24,8 +24,8 @@ _TOKEN = re.compile(
 class Token(NamedTuple):
     """A piece of SQL: its kind and its text.
 
-    The kinds are ``blank`` (a comment, too), ``string``, ``name`` (in quotes), ``value`` (as in
-    ``:name``), ``number``, ``word`` (a keyword or a bare name) and ``sign``.
+    The kinds are ``blank`` (comments included), ``string``, ``name`` (quoted), ``value`` (as in ``:name``),
+    ``number``, ``word`` (a keyword or a bare name) and ``sign``.
     """
 
     kind: str
@@ -33,18 +33,18 @@ class Token(NamedTuple):
 
     @property
     def keyword(self) -> str:
-        """The word in capitals; empty for what is no word."""
+        """The word in capitals; empty for other kinds."""
         return self.text.upper() if self.kind == "word" else ""
 
 
 def tokens(text: str) -> list[Token]:
-    """Take SQL apart; joined, the texts of the tokens are what was given.
+    """Cut SQL into tokens, whose texts joined give the input.
 
-    What SQLite would not take for a token, such as a quote without its partner, is a sign.
+    Anything that is not a token for SQLite, such as an unpaired quote, is a sign.
     """
     return [Token(found.lastgroup or "", found[0]) for found in _TOKEN.finditer(text)]
 
 
 def meaningful(text: str) -> list[Token]:
-    """Return the tokens that are not blank."""
+    """Return the tokens without blanks."""
     return [token for token in tokens(text) if token.kind != "blank"]

@@ -118,7 +118,7 @@ class _Block:
         return [None if (own := known[row]) is None else own[place] for row, place in pairs]
 
     def _coordinates(self) -> list[NDArray[np.float64] | None]:
-        """Return the coordinates of the words: those of the least words, mirrored, reversed and turned."""
+        """Return the coordinates of the words: those of the representative, mirrored, reversed and turned."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
         found: list[NDArray[np.float64] | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}

@@ -1,4 +1,4 @@
-"""Checks that rows are as they must be: somebody may have altered the file by hand."""
+"""Check rows that are read, because somebody may have altered the file by hand."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,22 +21,22 @@ _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
 _FAR = 1e7
-"""Above all coordinates in any stadium."""
+"""Larger than every coordinate in any stadium."""
 
 
 def unsound(what: str, value: object) -> AlteredError:
-    """Return the error that tells of a value that no catalogue of this program has."""
+    """Return the error for a value that cannot occur in a catalogue."""
     text = printable(str(value))
     return AlteredError(f"{what} {shortened(text)!r}")
 
 
 def is_whole(row: StoredRow, p: int) -> bool:
-    """Tell whether a row of `orbit` has what its status demands."""
+    """Tell whether a row of `orbit` has the values that its status demands."""
     return bool(are_whole({name: [value] for name, value in row.items()}, p)[0])
 
 
 def are_whole(columns: StoredColumns, p: int) -> Marks:
-    """Tell of rows of `orbit` of one period, given by columns, which have what their status demands."""
+    """Tell which rows of `orbit` of one period, given by columns, have the values of their status."""
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}
     without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
@@ -55,14 +55,14 @@ def _marks(answers: Iterable[bool]) -> Marks:
 
 
 def _numbers(values: Sequence[Any]) -> NDArray[np.float64]:
-    """Return numbers, NaN for None and infinity for what a damaged file has in their place."""
+    """Return numbers, with NaN for None and infinity for anything else."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         values = [value if isinstance(value, float | int | None) else np.inf for value in values]
     return np.array(values, dtype=np.float64)
 
 
 def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) -> Marks:
-    """Tell which rows of orbits have all numbers, and sound ones; the relaxation knows no error bounds."""
+    """Tell which rows of orbits have all numbers, and sound ones; the relaxation has no error bounds."""
     bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
     bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
     sound = [np.isfinite(values) for name, values in numbers.items() if name not in _BOUNDS]
@@ -71,7 +71,7 @@ def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) ->
 
 
 def _have_places(blobs: Sequence[Any], p: int) -> Marks:
-    """Tell which BLOBs hold p coordinates that some stadium has."""
+    """Tell which BLOBs hold p possible coordinates."""
     found = _marks(isinstance(blob, bytes) and len(blob) == 8 * p for blob in blobs)
     kept = b"".join(blobs[i] for i in np.flatnonzero(found).tolist())
     places = np.frombuffer(kept, dtype="<f8").reshape(-1, p)
@@ -80,12 +80,12 @@ def _have_places(blobs: Sequence[Any], p: int) -> Marks:
 
 
 def is_written(word: str, p: int) -> bool:
-    """Tell whether a text is a word of order p."""
+    """Tell whether a text is a word of period p."""
     return len(word) == p and _WORD.fullmatch(word) is not None
 
 
 def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
-    """Return the places of those words that are admissible, primitive, and of order p."""
+    """Return the places of the words that are admissible, primitive, and of period p."""
     all_written = set(map(len, words)) == {p} and _WORD.fullmatch("".join(words))
     written = [i for i, word in enumerate(words) if all_written or is_written(word, p)]
     if not written:
@@ -95,7 +95,7 @@ def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
 
 
 def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
-    """Raise a `StoreError` with the first text that is no word of its order."""
+    """Raise `StoreError` with the first text that is not a word of its period."""
     if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
         return
     wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
@@ -103,7 +103,7 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
-    """Return the coordinates that BLOBs hold, shape (N, p); a `StoreError` if one does not hold p."""
+    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` if one does not hold p."""
     for blob in blobs:
         if len(blob) != 8 * p:
             raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))

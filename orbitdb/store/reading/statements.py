@@ -1,4 +1,4 @@
-"""Whole SELECT statements over the views of a catalogue, for a limited time, and nothing else."""
+"""Run whole SELECT statements over the views of a catalogue, for a limited time."""
 
 import time
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
 
 READABLE = (*VIEWS, "pruned")
-"""What a statement may read."""
+"""The views and tables that a statement may read."""
 
 _BLOCK = 2000
 _refusal = partial(free.refusal, what="sql", readable=READABLE)
@@ -27,9 +27,9 @@ def run_statement(
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
-    It may call random() and what an expression may call (`orbitdb.store.asking.where`), and
+    It may call random() and the functions of expressions (`orbitdb.store.asking.where`), and
     ``code('1232131')`` finds a word in any rotation. The connection is in one transaction until all rows
-    are fetched. A `SelectionError` tells if it is not one SELECT, reads something else, names two columns
+    are fetched. Raises `SelectionError` if it is not one SELECT, reads something else, names two columns
     alike, or takes too long.
     """
     try:
@@ -55,13 +55,13 @@ def _fetched(
         if not block:
             return
         begun = time.monotonic()
-        # a blob as its hexadecimal digits, which every format can write
+        # a blob becomes hexadecimal digits, which every format can write
         yield from (tuple(v.hex() if isinstance(v, bytes) else v for v in row) for row in block)
-        patience.deadline += time.monotonic() - begun  # the time of those who use the rows
+        patience.deadline += time.monotonic() - begun  # time spent by the user of the rows
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:
-    """Refuse what could grow without end before SQLite runs any of it, and values that have no name."""
+    """Refuse, before SQLite runs it, what could grow without end, and values without a name."""
     found = meaningful(statement)
     if not found or found[0].keyword != "SELECT":
         raise ValueError("write one SELECT")

@@ -1,4 +1,4 @@
-"""The counts and sums of sweeps: whole periods, or chosen orbits of them, without stored rows."""
+"""The counts and sums of sweeps: all orbits of a period or a subset, without stored rows."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from orbitdb.store.file.tables import stadium, sweep
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
-if TYPE_CHECKING:  # averages are loaded where there are sums of them
+if TYPE_CHECKING:  # imported only if there are sums
     from orbitdb.averages.fixed_points import PeriodSums
     from orbitdb.averages.tilt_moments import TiltMoments
     from orbitdb.orbits.sums import Tally
@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # averages are loaded where there are sums of them
 
 @dataclass(frozen=True)
 class Sweep:
-    """How far a period is swept at one a, and what was found.
+    """Progress and results of the sweep of a period at one a.
 
     Attributes
     ----------
@@ -31,17 +31,17 @@ class Sweep:
     state : str
         ``filling`` or ``done``.
     tally : Tally
-        The counts, of what is swept so far; of a subset, `words` are all that were looked at, and `boundary`
-        and `unresolved` those that are chosen but for ranges, which are of orbits.
+        The counts so far. For a subset, `words` counts all words, and `boundary` and `unresolved` ignore
+        ranges, which apply to orbits.
     blocks : int
-        The blocks it was swept in, so far.
+        Number of blocks so far.
     seconds, processor : float
-        Time spent, and that of the processors that solved.
+        Elapsed time, and processor time.
     sums : PeriodSums or None
-        The sums over all orbits, or those chosen; None before it is done.
+        The sums over all or the chosen orbits; None before it is done.
     moments : mapping of int to TiltMoments
-        By level, what sum rules need (`orbitdb.averages.sum_rules`); empty before it is done, and for
-        a subset.
+        Moments for sum rules by level (`orbitdb.averages.sum_rules`); empty before it is done, and for a
+        subset.
     selection : str
         The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
     """
@@ -58,12 +58,12 @@ class Sweep:
 
     @property
     def whole(self) -> bool:
-        """Whether the whole period is swept; if not, a sweep goes on or was stopped."""
+        """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
         return self.state == DONE
 
 
 def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
-    """Return how far periods are swept at one a, all orbits or a subset by its canonical text, by period."""
+    """Return the sweeps at one a by period, of all orbits or of a subset given by its canonical text."""
     query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
     return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
 
@@ -81,7 +81,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
-    """Return the moments of the swept periods behind the exact ones, up to the first that has none."""
+    """Return the moments of the swept periods after the exact ones, up to the first without any."""
     from orbitdb.averages.sum_rules import EXACT
 
     known = {each.p: each.moments for each in found}

@@ -1,1 +1,1 @@
-"""Writing into a catalogue."""
+"""Write to a catalogue."""

@@ -1,7 +1,7 @@
-"""Storing symmetry classes with all their words, orbits, and births and deaths, many rows at a time.
+"""Store symmetry classes with all their words, orbits, births and deaths, many rows at a time.
 
-The id of a class is the key of its least word (`orbitdb.symbols.words.key`): any process can compute it from
-the word, and the table holds classes in the order of their words. Classes of longer words have ids from
+The id of a class is the key of its representative (`orbitdb.symbols.words.key`): any process can compute it
+from the word, and the table holds classes in the order of their words. Classes of longer words have ids from
 `LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
 """
 
@@ -23,8 +23,8 @@ from orbitdb.symbols.members import joined_members
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
 
 NULL = float("nan")
-"""What SQLite takes for NULL. Python's driver looks for an adapter of every None, and of bytes (not of a
-bytearray), which takes longer than all the rest of a value."""
+"""A value that SQLite stores as NULL. Python's driver looks for an adapter for each None and bytes (not
+bytearray), which takes longer than everything else."""
 
 
 def add_classes(
@@ -36,8 +36,8 @@ def add_classes(
 ) -> None:
     """Store symmetry classes with all their words.
 
-    For each of the N classes there are its id, its least word, shape (N, p), its stabiliser and all its
-    words (`orbitdb.symbols.members.joined_words`).
+    The N classes are given by ids, representatives, shape (N, p), stabilisers and all their words
+    (`orbitdb.symbols.members.joined_words`).
     """
     p, masks = least.shape[1], stabilisers.tolist()
     sizes, reversals, labels = (
@@ -53,7 +53,7 @@ def add_classes(
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
-    """Store one symmetry class of any order unless it is there; return its id."""
+    """Store one symmetry class of any period unless it is stored; return its id."""
     word = family.representative
     if len(word) <= MAX_KEYED:
         number = key(word)
@@ -67,7 +67,7 @@ def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
 
 
 def classes_stored(connection: sa.Connection, p: int) -> bool:
-    """Tell whether all classes of a period are stored, by a fill at any a or by births."""
+    """Tell whether a fill at any a, or births, stored all classes of a period."""
     done = sa.union_all(
         *(sa.select(table.c.p).where(table.c.p == p, table.c.state == DONE) for table in (fill, birth_fill))
     )
@@ -75,7 +75,7 @@ def classes_stored(connection: sa.Connection, p: int) -> bool:
 
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
-    """Store geometrically pruned words of order p as least rotations, with the rules they break."""
+    """Store geometrically pruned words of period p as least rotations, with their broken rules."""
     if p <= MAX_KEYED:
         numbers = [-key(word) for word in words]
     else:
@@ -94,12 +94,14 @@ def add_orbits(
     solver: str,
     computed: str | None = None,
 ) -> None:
-    """Store what became of some classes, with the arithmetic that computed it, this machine's by default.
+    """Store the orbits of some classes, with the arithmetic that computed them, by default this machine's.
 
-    ``orbits`` holds their least words.
+    ``orbits`` holds the representatives.
     """
     count = len(orbits)
-    kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])  # isin sorts many texts
+    kept = np.logical_or.reduce(
+        [orbits.status == status for status in EXISTING]
+    )  # faster than isin, which sorts
     numbers = {name: _or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS}
     insert(connection, orbit, {
         "stadium": repeat(stadium_id, count), "cycle": cycles, "status": orbits.status.tolist(),
@@ -115,9 +117,9 @@ def add_changes(
     changes: Changes,
     computed: str | None = None,
 ) -> None:
-    """Store the changes of classes by their numbers, with the arithmetic that computed them.
+    """Store the changes of classes by ids, with the arithmetic that computed them.
 
-    Those that are always orbits are born at 0.
+    Classes that are always orbits are born at 0.
     """
     always = np.flatnonzero(changes.always)
     run = writer.run_id(connection, computed)
@@ -137,7 +139,7 @@ def add_changes(
 
 
 def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
-    """Number the events of a period whose changes are all stored; return the changes."""
+    """Number the events of a period with complete changes; return the changes."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
@@ -165,12 +167,12 @@ def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[by
 
 
 def insert(connection: sa.Connection, table: sa.Table, columns: Mapping[str, Iterable[Any]]) -> None:
-    """Insert rows that are not there yet, column by column, through SQLite's own driver.
+    """Insert new rows, given by columns, directly through the driver.
 
     Raises
     ------
     sqlite3.IntegrityError
-        If a row breaks a rule of the table other than that its key comes once.
+        If a row breaks a constraint other than the uniqueness of its key.
     """
     marks = ", ".join("?" * len(columns))
     statement = f"INSERT INTO {table.name} ({', '.join(columns)}) VALUES ({marks}) ON CONFLICT DO NOTHING"

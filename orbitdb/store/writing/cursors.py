@@ -1,7 +1,7 @@
-"""Cursors: how far the work on a period has come. They move in the transaction that stores the results.
+"""Cursors: the progress of work on a period. They move in the transaction that stores the results.
 
-Fills, sweeps and births each have a table of them: a state, the word up to which everything is
-stored, and the counts and times so far.
+Fills, sweeps and births each have a table of cursors with a state, the word up to which everything is stored,
+and the counts and times so far.
 """
 
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ from orbitdb.symbols.enumeration import Span
 
 
 class OvertakenError(Exception):
-    """Another process has moved the same cursor: what it says is to be read again."""
+    """Another process moved the same cursor, which must be read again."""
 
 
 @dataclass(frozen=True)
 class Cursor:
-    """How far the work on one period has come: its row of `fill`, `sweep` or `birth_fill`.
+    """Progress of the work on one period: its row of `fill`, `sweep` or `birth_fill`.
 
-    The row is as it is, or as it is going to begin.
+    It is the stored row, or the initial one.
     """
 
     table: sa.Table
@@ -41,26 +41,26 @@ class Cursor:
 
     @property
     def words(self) -> int:
-        """How many words the stored classes have."""
+        """Number of words in the stored classes."""
         return int(self.row["words"])
 
     @property
     def after(self) -> int:
-        """The packed word behind which the work goes on; it need not be a word itself.
+        """The packed word after which the work continues; it need not be a word itself.
 
-        All classes whose least words are up to it are stored.
+        All classes with representatives up to it are stored.
         """
         return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
 
     def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
-        """Say which rows of a table belong to it: those that agree in all columns of its key."""
+        """Return the condition on rows of a table that agree in all columns of the key."""
         return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
 
 
 def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
-    """Return how far a period has come, which may be nothing.
+    """Return the progress of a period, possibly none.
 
-    The key of its row and what else it begins with are given; what it adds up begins at 0.
+    The key and other initial values of its row are given; sums begin at 0.
     """
     zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
     cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
@@ -69,9 +69,9 @@ def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> 
 
 
 def hold(connection: sa.Connection, cursor: Cursor) -> None:
-    """Make sure that a cursor still says what it did; nobody can move it while this transaction lasts.
+    """Check that a cursor is unchanged; nobody can move it during this transaction.
 
-    `OvertakenError` tells that another process has moved it.
+    Raises `OvertakenError` if another process moved it.
     """
     columns = cursor.table.c.state, cursor.table.c.cursor
     row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
@@ -80,7 +80,7 @@ def hold(connection: sa.Connection, cursor: Cursor) -> None:
 
 
 def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
-    """Note that the classes of the span behind a cursor are stored, and add what was counted and spent."""
+    """Record that the classes of the span after a cursor are stored, and add its counts and times."""
     table, row = cursor.table, dict(cursor.row)
     added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
     if row["cursor"] is None:
@@ -90,6 +90,6 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
 
 
 def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
-    """Note that a period is complete, with what is known of it then."""
+    """Record that a period is complete, with its final values."""
     table = cursor.table
     connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))

@@ -1,4 +1,4 @@
-"""A catalogue opened for writing, and storing in it proofs, bounds, references and levels."""
+"""A catalogue open for writing, which stores proofs, bounds, references and levels."""
 
 import json
 import sqlite3
@@ -37,10 +37,10 @@ if TYPE_CHECKING:
 
 
 class Writer:
-    """A catalogue of the newest schema, opened for writing on behalf of one run of the program.
+    """A catalogue of the newest schema, open for writing by one run of the program.
 
-    The parameters are what the run was asked to do; they are kept as its provenance, with the
-    `arithmetic` that computed it. For `references` see `writing_engine`.
+    The parameters of the run are stored as its provenance, with the `arithmetic` that computed it. For
+    `references` see `writing_engine`.
     """
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
@@ -54,7 +54,7 @@ class Writer:
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """Give a connection that holds the write lock; all is written, or nothing.
+        """Give a connection with the write lock; either everything is written, or nothing.
 
         Raises
         ------
@@ -73,30 +73,30 @@ class Writer:
                 self._need_place()
                 self._beside = {part: place(part) for part in beside(self.path)}
         except BaseException:
-            self._run_ids = noted  # what was noted since is gone with the rest
+            self._run_ids = noted  # runs recorded since were rolled back
             raise
         self._written = True
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
-        """Give a connection that sees one moment and lets others write meanwhile."""
+        """Give a connection that sees one moment while others may write."""
         self._need_place()
         with plain_errors(self.path), self._reading.begin() as connection:
             yield connection
 
     def try_to_write(self) -> None:
-        """Write nothing, as a check that something could be written: else a `StoreError`."""
+        """Check that the file is writable without writing to it; raise `StoreError` if not."""
         with self.writing() as connection:
             connection.execute(sa.delete(run).where(sa.false()))
 
     def close(self) -> None:
-        """Close the file, with all that was written in it and not in the journal, whoever reads it still.
+        """Move everything from the journal into the file, and close it, even if others still read it.
 
         Raises
         ------
         StoreError
-            If the file is no longer in its place. Its journal is then removed: it would be taken for that of
-            the file which has the name now.
+            If the file is no longer in its place. Its journal is then removed, because it would be taken for
+            that of the file with this name.
         """
         here = place(self.path) == self._place
         if self._written and here:
@@ -124,22 +124,22 @@ class Writer:
             )
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
-        """Return the number of this run, noting it on its first write.
+        """Return the id of this run, recording it on its first write.
 
-        A run whose workers differ has several, one for each `arithmetic` that computed something; by
-        default it is this machine's.
+        A run whose workers differ has several ids, one for each `arithmetic`; by default that of this
+        machine.
         """
         computed = computed or arithmetic()
         if computed not in self._run_ids:
             provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
-            started = datetime.now(UTC).isoformat()  # to the microsecond: it tells runs apart
+            started = datetime.now(UTC).isoformat()  # to the microsecond, to distinguish runs
             values = {"started": started, "version": __version__, "parameters": provenance}
             fresh = sa.insert(run).values(**values).returning(run.c.id)
             self._run_ids[computed] = int(connection.execute(fresh).scalar_one())
         return self._run_ids[computed]
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
-        """Return the number of a stadium, adding it if it is new."""
+        """Return the id of a stadium, adding it if it is new."""
         connection.execute(insert(stadium).values(a=a).on_conflict_do_nothing())
         return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())
 
@@ -152,9 +152,9 @@ def replace_certificates(
     proved: Sequence[tuple[int, float, int]],
     version: str,
 ) -> None:
-    """Store the certificates of the classes that were proved, and drop older ones of all that were tried.
+    """Store the certificates of the proved classes, and delete older ones of all that were tried.
 
-    A proof is a class, the radius, and the bits of the arithmetic; `version` is the program's.
+    A proof has the id of a class, the radius, and the bits of the arithmetic.
     """
     keys = [(stadium_id, cycle) for cycle in tried]
     connection.exec_driver_sql("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
@@ -173,10 +173,10 @@ def add_reference(writer: Writer, a: float, found: "Reference") -> None:
 
 
 def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
-    """Store what windows of one length prove, unless just that is stored; tell whether it was not.
+    """Store the bounds from windows of one length unless they are stored; return whether they were new.
 
-    `proof` is what has decided the windows, `orbitdb.entropy.bounds.DOUBLES` or `BALLS`, and
-    `computed` the arithmetic that has found it, if it was another process (`Writer.run_id`).
+    `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`, and `computed` the arithmetic of another process
+    that found them (`Writer.run_id`).
     """
     table = entropy_bound.c
     values = {name: getattr(found, name) for name in ("lower", "upper", "windows", "undecided")}
@@ -196,7 +196,7 @@ def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: st
 
 
 def keep_levels(writer: Writer, found: "LevelWindow") -> bool:
-    """Store the levels of a window, unless some of it is stored; tell whether it was not."""
+    """Store the levels of a window unless part of it is stored; return whether it was new."""
     of, own = level_fill.c, {"a": found.a, "parity": str(found.parity)}
     stored = (of.a == found.a) & (of.parity == own["parity"]) & (of.low < found.high) & (of.high > found.low)
     with writer.writing() as connection:
