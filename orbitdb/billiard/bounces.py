@@ -1,4 +1,4 @@
-"""Where the bounces of an unfolded orbit lie, and by how much they keep to their walls.
+"""The bounces of an unfolded orbit, and their slacks: how far they are inside their walls.
 
 All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 """
@@ -19,7 +19,7 @@ def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
 
 
 def slacks(legs: Chain, alpha: Floats) -> Floats:
-    """Return by how much, in radians, each end of run and leg keeps to its wall or semicircle.
+    """Return how far, in radians, each end of a run or leg is inside its wall or semicircle.
 
     Parameters
     ----------
@@ -44,16 +44,15 @@ def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
 
     For each run pi/2 - t and pi/2 + t of its first bounce, then of its last; for each leg
     pi/2 - 2 s alpha - s t at its start and, seen backwards, at its end, with t as in `slacks`. All are
-    positive where all slacks are. Infinite for a leg without walls, and where a run of a single bounce
-    would count it twice.
+    positive if all slacks are. Infinite for a leg without walls, and for the second copy of a single bounce.
     """
     return _six(legs, HALF_PI, alpha, *end_angles(legs, alpha), np.inf)
 
 
 def slack_changes(legs: Chain, change: Floats) -> Floats:
-    """Return by how much the smooth slacks change, shape (6, m, N), where the directions do so.
+    """Return the change of the smooth slacks, shape (6, m, N), for a change of the directions.
 
-    Zero where there is no slack.
+    Zero for a slack that does not exist.
     """
     arriving = preceding(legs.parity * change)
     middle = (arriving - change) / 2
@@ -78,7 +77,7 @@ def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """Bound the errors of `slacks`, given those of the directions, shape (m, N).
 
     An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. The rounding,
-    in units of eps: psi is good to 5.3, (k - 1)/k of half of it is in an end, with 1.6 (k - 1)/k for each
+    in units of eps: psi is accurate to 5.3, (k - 1)/k of half of it is in an end, with 1.6 (k - 1)/k for each
     of a quotient and a product, and 2.4 for two sums; pi/2 and the sums of a slack add at most 3.5. With
     `allowed` there is room for the bounces between the ends, 4 + 17.4 (k - 1)/k, and for the angles that
     `coordinates` takes the heights of, 5.1 + 5.8 (k - 1)/k.

@@ -1,9 +1,9 @@
-"""Words cut into runs and legs, and the length of their orbits as a function of leg directions.
+"""Cut words into runs and legs; the length of orbits as a function of leg directions.
 
-An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by
-*legs* over n >= 0 straight bounces. Unfold every leg at the walls it hits: it becomes one straight
-line, and its direction alpha at the start (the slope, seen towards the other side) fixes where the
-runs at both its ends lie. With the directions of the m legs as unknowns, the length is
+An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by *legs*
+over n >= 0 straight bounces. Unfolded at the walls it hits, a leg is one straight line, and its direction
+alpha at the start (the slope, seen towards the other side) fixes the position of the runs at both its ends.
+With the directions of the m legs as unknowns, the length is
 
     L(alpha) = sum over legs  2 a cos(alpha) + 2 n s sin(alpha)
              + sum over runs  2 k sin(psi / 2k),     psi = pi - d (alpha_in + alpha_out),
@@ -12,8 +12,8 @@ where s = -1, +1 is the first wall of the leg (bottom, top), k the number of bou
 d = +1, -1 its sense (up, down). A stationary point is an orbit on the continued walls. Between
 `direction_limits` L is strictly concave: an orbit is its one maximum, and no word has two (docs/proof.md).
 
-All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. Where
-several words stand in different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left.
+All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. If words are in
+different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left.
 """
 
 import math
@@ -36,7 +36,7 @@ _LEFT = np.array([False, True, False, False, True, False])
 
 @dataclass(frozen=True, eq=False)
 class Chain(Batch):
-    """N words as cyclic chains of m runs and m legs each: all that the length depends on.
+    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Chain(Batch):
 
     @cached_property
     def lift(self) -> Floats:
-        """2 n s, how far each leg rises when unfolded at its walls, shape (m, N)."""
+        """2 n s, the rise of each unfolded leg, shape (m, N)."""
         return 2 * self.n * self.s
 
     def __len__(self) -> int:
@@ -70,9 +70,9 @@ class Chain(Batch):
 
 
 class Bounces(NamedTuple):
-    """Where the bounces of N words of order p stand among their runs and legs; arrays of shape (p, N)."""
+    """The positions of the bounces of N words in their runs and legs; arrays of shape (p, N)."""
 
-    run: NDArray[np.intp]  # the run, or the leg, that each bounce belongs to
+    run: NDArray[np.intp]  # the run or leg of each bounce
     place: NDArray[np.intp]  # its place in it, from 0
     straight: NDArray[np.bool_]  # whether it is on a straight wall
 
@@ -85,7 +85,7 @@ class Legs(Chain):
 
     @cached_property
     def bounces(self) -> Bounces:
-        """Where each bounce stands."""
+        """The position of each bounce."""
         symbols, origin = _turned(self.words.T)
         fresh, straight = _beginnings(symbols), STRAIGHT[symbols]
         steps = np.arange(fresh.size)
@@ -96,12 +96,12 @@ class Legs(Chain):
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return for each row the cyclic neighbour before it: a copy, turned along the first axis."""
+    """Return for each row the cyclic neighbour before it: a copy, rolled along the first axis."""
     return np.concatenate([rows[-1:], rows[:-1]])
 
 
 def following(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return for each row the cyclic neighbour behind it: a copy, turned along the first axis."""
+    """Return for each row the cyclic neighbour after it: a copy, rolled along the first axis."""
     return np.concatenate([rows[1:], rows[:1]])
 
 
@@ -116,7 +116,7 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     Returns
     -------
     list of (ndarray of intp, Legs)
-        One entry for each number of runs: the rows of ``words`` it holds, and their structure.
+        One entry for each number of runs: the rows of ``words`` with it, and their structure.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]
@@ -138,14 +138,14 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
 
 
 def _turned(words: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
-    """Turn words, shape (N, p), so that a run on the left comes first; say with which bounce it begins."""
+    """Rotate words, shape (N, p), so that a run on the left comes first; also return its first bounce."""
     left = _LEFT[words]
     origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
     return np.take_along_axis(words, (np.arange(words.shape[1]) + origin) % words.shape[1], axis=1), origin
 
 
 def _beginnings(symbols: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Tell of the bounces of words that begin with a run whether a run or a leg begins with them."""
+    """Tell which bounces of words that begin with a run start a new run or leg."""
     straight, left = STRAIGHT[symbols], _LEFT[symbols]
     fresh = np.ones(symbols.shape, dtype=np.bool_)
     fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
@@ -154,19 +154,18 @@ def _beginnings(symbols: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
-    """Return directions, shape (m, N) each, below and above all that a leg of an orbit can have.
+    """Return lower and upper bounds on the direction of a leg of an orbit, shape (m, N) each.
 
     A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2. So
     (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without.
 
-    The limits are these doubles themselves, on any machine and at any precision. For n to a million
-    they lie outside of what is said above by more than 5e-14, and rounding is below 1e-15; but 0 is
-    exact where n = 1. Everywhere between them, ends included, the curvature D of the leg's term is
-    positive and |alpha| < pi/2.
+    The limits are these doubles themselves, on any machine and at any precision. For n up to a million they
+    lie outside these ranges by more than 5e-14, and rounding is below 1e-15; 0 is exact for n = 1. Between
+    them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
     """
     no_wall = legs.n == 0
     if np.ndim(a) == 0 and legs.n.max(initial=0) < legs.n.size:
-        n, of = np.arange(legs.n.max() + 1), legs.n.astype(np.intp)  # few different numbers: a table
+        n, of = np.arange(legs.n.max() + 1), legs.n.astype(np.intp)  # few different values, hence a table
         steep, flat = (limit[of] for limit in _slopes(n, a))
     else:
         steep, flat = _slopes(legs.n, a)
@@ -197,8 +196,8 @@ def half_turns(legs: Chain, alpha: Floats) -> Floats:
 def add_up(rows: NDArray[Any]) -> Floats:
     """Return the sum over the first axis, shape (N,), word by word.
 
-    NumPy adds in pairs only along contiguous rows, and a long word needs that (`summation_rounding`).
-    It also makes a word's sum the same, bit by bit, in whatever batch the word stands.
+    NumPy sums pairwise only along contiguous rows, which long words need (`summation_rounding`). It also
+    makes the sum of a word the same to the last bit in every batch.
     """
     total: Floats = np.ascontiguousarray(rows.T).sum(axis=1)
     return total
@@ -213,8 +212,8 @@ def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
 def summation_rounding(m: int) -> float:
     """Bound the relative rounding error of NumPy's sum over m contiguous positive terms.
 
-    Blocks of up to 128 terms go to 8 partial sums (at most 15 additions, 3 to join them, up to 7 terms
-    left over), the blocks are added in pairs: at most 19 + log2(m) additions that a term goes through.
+    Blocks of up to 128 terms go to 8 partial sums (at most 15 additions, 3 to join them, up to 7 terms left
+    over), and the blocks are added in pairs, so a term passes through at most 19 + log2(m) additions.
     """
     return min(m, 20 + math.log2(m)) * float(np.finfo(float).eps) / 2
 
@@ -223,7 +222,7 @@ def summation_rounding(m: int) -> float:
 class Derivatives(Batch):
     """First and second derivatives of L at some directions, all of shape (m, N)."""
 
-    gradient: Floats  # dL/dalpha: the offset, across the leg, of the points that its ends should meet
+    gradient: Floats  # dL/dalpha: the offset, across the leg, of the points where its ends should meet
     lean: Floats  # the part of the gradient that is the leg's own term; also dD/dalpha
     beyond: Floats  # D, minus the curvature of each leg's own term: its length beyond the feet of the centres
     stiffness: Floats  # sin(psi/2k) / 2k, minus the curvature of each run's term in alpha_in + alpha_out
@@ -243,7 +242,7 @@ def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
 def pressed_directions(
     alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]
 ) -> NDArray[np.bool_]:
-    """Tell which directions stand at a limit that the gradient pushes against, shape (m, N)."""
+    """Tell which directions are at a limit that the gradient pushes against, shape (m, N)."""
     low, high = limits
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
@@ -252,8 +251,8 @@ def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Bound the rounding error of the gradient, and of its part `lean`, in doubles, shape (m, N).
 
     In units of eps: sine or cosine 1, product 1/2, and the three sums that a leg's terms pass through
-    1/2 each. psi is good to 5.3 (pi, a sum of size pi, one of size 2 pi), its half adds 1.6/k, so a pull
-    is good to 1 + 4.3/k; the sums add 1.5 to the two of them.
+    1/2 each. psi is accurate to 5.3 (pi, a sum of size pi, one of size 2 pi), its half adds 1.6/k, so a
+    pull is accurate to 1 + 4.3/k; the sums add 1.5 to both pulls.
     """
     terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
     run = 2 + 2 * np.pi / legs.k

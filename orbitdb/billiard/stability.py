@@ -2,9 +2,9 @@
 
 The paper's matrices (eqs. 3 and 4) have two slips. In (d theta, d y) and with -1 taken out at every
 bounce, a straight bounce is [[-1, 0], [-l, -1]] and a bounce on a semicircle
-[[2 al l - 1, 2 al], [-l, -1]], al = 1 / sin(theta), both with l the path *before* the bounce; as
-printed, with another sign in the first and the path behind the bounce in the second, orbits that are
-hyperbolic would get lambda = 0.
+[[2 al l - 1, 2 al], [-l, -1]], al = 1 / sin(theta), both with l the path *before* the bounce. As
+printed, with another sign in the first matrix and the path after the bounce in the second, hyperbolic orbits
+would get lambda = 0.
 
 Between midpoints of chords a run is one kick 2 k / sin(theta) and a leg one drift D, so that tr M - 2 is a
 sum of products of positive numbers: nothing cancels, however small or large it is (docs/proof.md).
@@ -24,20 +24,17 @@ _LARGE = 1e120
 
 
 def exponent(slopes: Derivatives) -> Floats:
-    """Return lambda, the logarithm of the largest eigenvalue's modulus of M, shape (N,).
+    """Return lambda, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
 
     Parameters
     ----------
     slopes : Derivatives
         The derivatives of L at N orbits.
 
-    Notes
-    -----
-    With X = [[0, D], [K, K D]] the factor of a run and the leg behind it less the unit matrix, and P
-    the product so far less the unit matrix, P <- P X + P + X has positive terms only; a power of two
-    is kept apart so that words of any length stay in range. The factors stand in the order of time,
-    which gives M of the reversed orbit; its trace is the same. From t = |tr M| - 2,
-    lambda = 2 arsinh(sqrt(t) / 2).
+    Notes ----- Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix,
+    and P the product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two
+    is stored separately, so words of any length stay in range. The factors are in the order of time, which
+    gives M of the reversed orbit, with the same trace. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
     """
     unit = np.ones(slopes.beyond.shape[1])
     doublings = np.zeros(len(unit), dtype=np.int64)
@@ -63,7 +60,7 @@ def exponent(slopes: Derivatives) -> Floats:
 
 
 def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
-    """Return the monodromy matrix of every bounce as the paper sets it up, shape (N, p, 2, 2).
+    """Return the monodromy matrix of every bounce as in the paper, shape (N, p, 2, 2).
 
     Parameters
     ----------
@@ -72,10 +69,8 @@ def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Flo
     coordinates : ndarray, shape (N, p)
         Coordinates of the orbits.
 
-    Notes
-    -----
-    Biham and Kvale, eqs. (3) and (4), mended as this module's docstring says. They act on
-    (d theta, d y) and are computed from the bounces alone: an independent check of `exponent`.
+    Notes ----- Biham and Kvale, eqs. (3) and (4), corrected as described above. They act on (d theta, d y)
+    and are computed from the bounces alone, which makes them an independent check of `exponent`.
     """
     links = Links.of(stadium, words, coordinates)
     path = links.before
@@ -117,7 +112,7 @@ def couplings_of(links: "Links", tangents: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Links(ByValue):
-    """The straight pieces of closed paths, seen from each bounce; all of shape (N, p)."""
+    """The links of closed paths as seen from each bounce; all of shape (N, p)."""
 
     before: Floats  # length of the path that arrives at the bounce
     after: Floats  # and of the one that leaves it
@@ -138,10 +133,10 @@ class Links(ByValue):
 
 
 def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
-    """Return how far each bounce of a closed path breaks the law of reflection, shape (N, p).
+    """Return the violation of the law of reflection at each bounce of a closed path, shape (N, p).
 
-    cos theta_in - cos theta_out, the derivative of the length in the bounce's coordinate; its modulus
-    is the force of Biham and Kvale, eq. (2).
+    cos theta_in - cos theta_out, the derivative of the length in the coordinate of the bounce; its modulus is
+    the force in Biham and Kvale, eq. (2).
     """
     links = Links.of(stadium, words, coordinates)
     return links.cos_in - links.cos_out
@@ -150,8 +145,8 @@ def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> F
 def birkhoff(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> tuple[Floats, Floats]:
     """Return the bounces of closed paths in phase space, two arrays of shape (N, p).
 
-    Arc length as `Stadium.arclength` counts it, and the sine of the angle between the path that leaves
-    and the normal, positive where it goes anticlockwise.
+    The arc length (`Stadium.arclength`), and the sine of the angle between the outgoing path and the normal,
+    positive if it goes anticlockwise.
     """
     leaving = Links.of(stadium, words, coordinates).cos_out
     return stadium.arclength(words, coordinates), ANTICLOCKWISE[words] * leaving

@@ -32,15 +32,15 @@ SIDE = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
 
 
 class StadiumError(InputError):
-    """The parameter a does not describe a stadium that can be treated."""
+    """The parameter a is outside the supported range."""
 
 
 def _half_length(a: Any) -> float:
-    """Return a number of any kind, NumPy's too, as a plain half length."""
+    """Return a number of any type as a half length."""
     number = isinstance(a, Real) and not isinstance(a, bool)
     if number and MIN_A <= a <= MAX_A:
         return float(a)
-    given = f"{a!r:.40}" if isinstance(a, str) else f"{a!s:.40}"  # quotes show that it is a text
+    given = f"{a!r:.40}" if isinstance(a, str) else f"{a!s:.40}"  # quotes show that it is a string
     raise StadiumError(f"a = {given} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}")
 
 
@@ -121,32 +121,32 @@ class Stadium:
         return middle[_SEGMENT[symbols]] + ANTICLOCKWISE[symbols] * coordinates
 
     def outline(self, n: int = 64) -> Floats:
-        """Return the boundary as a closed polygon, n points a semicircle, shape (2n + 1, 2)."""
+        """Return the boundary as a closed polygon with n points per semicircle, shape (2n + 1, 2)."""
         angles = np.linspace(-HALF_PI, HALF_PI, n)
         right = np.stack([self.a + np.cos(angles), np.sin(angles)], axis=1)
         return np.concatenate([right, -right, right[:1]])
 
 
 def as_stadium(stadium: Stadium | float) -> Stadium:
-    """Return a stadium, which may be given by its a alone.
+    """Return a stadium, given as such or by its a.
 
     Raises
     ------
     StadiumError
-        If it is neither a stadium nor the half length of one.
+        If it is neither a stadium nor a valid half length.
     """
     return stadium if isinstance(stadium, Stadium) else Stadium(stadium)
 
 
 def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArray[np.uint8], Floats]:
-    """Write bounces in the symbols and coordinates of the catalogue, but the first and the last of each row.
+    """Return symbols and coordinates of bounces, without the first and the last of each row.
 
     Parameters
     ----------
     stadium : Stadium
     x, y, side : ndarray, shape (N, p + 2)
-        The points, and where they are: side -1 left semicircle, +1 right semicircle, 0 a straight wall,
-        where y is -1 or 1.
+        The points, and their sides: -1 for the left semicircle, +1 for the right one, 0 for a straight wall
+        with y = -1 or 1.
 
     Returns
     -------

@@ -1,18 +1,18 @@
-"""Cyclic tridiagonal systems, as the Hessian of the length makes them, many at once."""
+"""Solve many cyclic tridiagonal systems, as given by the Hessian of the length."""
 
 import numpy as np
 
 from orbitdb.arrays import Floats
 
 _LONG = 64
-"""From this many unknowns on, SciPy's banded solver is faster than a loop over the unknowns."""
+"""Above this number of unknowns, SciPy's banded solver is faster than a loop over the unknowns."""
 
 
 def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
 
-    The last unknown is split off: the others form a tridiagonal system with one more right side, the
-    last unknown's column. The numbers may be of any kind, balls too.
+    The last unknown is split off. The others form a tridiagonal system with one more right side, the column
+    of the last unknown. The numbers may be of any type, including balls.
     """
     column = np.zeros_like(diagonal[:-1])
     column[0] += beside[0]
@@ -27,7 +27,7 @@ def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
 
 
 def _end_terms(column: Floats, x: Floats) -> Floats:
-    """Return the product of x with a column that is zero but for its ends."""
+    """Return the product of x with a column that is zero except at its ends."""
     first: Floats = column[0] * x[0]
     return first + column[-1] * x[-1] if len(column) > 1 else first
 

@@ -1,14 +1,14 @@
-"""Bounds on the errors of an orbit: of its directions, coordinates, length and lambda (docs/proof.md).
+"""Bounds on the errors of directions, coordinates, length and lambda (docs/proof.md).
 
 Let g be the gradient of the length at some directions, D the curvatures of the legs' own terms, and F a bound
 from below on the mean of D on the way to the maximum. No direction is then farther from its own than
 
     max |g_i| / F_i   and   sqrt(sum of g_i^2 / F_i) / sqrt(F_i).
 
-F = D / 2 is one from any distance; once the directions have been shown to be near, F is almost D.
+F = D / 2 holds at any distance. Once the directions are shown to be close, F is almost D.
 
-Every bound holds for the numbers as they are computed: it adds what they are rounded by, and `ABOVE`
-times it is above what its own evaluation loses (`orbitdb.arithmetic` says what is assumed).
+Every bound holds for the computed numbers. It includes their rounding, and the factor `ABOVE` covers the
+rounding of its own evaluation (for the assumptions see `orbitdb.arithmetic`).
 """
 
 import numpy as np
@@ -41,9 +41,9 @@ def direction_errors(
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
-    Directions that are pressed against a limit, by default those of `direction_limits`, do not enter but
-    for rounding: there g_i delta_i <= 0. Along the way D stays above D - |lean| |delta| / 2 - D delta^2 / 2
-    in the mean.
+    Directions pressed against a limit, by default those of `direction_limits`, contribute only rounding,
+    because there g_i delta_i <= 0. On the way, the mean of D is at least D - |lean| |delta| / 2 - D delta^2 /
+    2.
     """
     pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
@@ -54,7 +54,7 @@ def direction_errors(
 
 
 def _concave_bound(steep: Floats, firm: Floats) -> Floats:
-    """Return the smaller of the two bounds of the module's docstring, g = steep and F = firm."""
+    """Return the smaller of the two bounds above, with g = steep and F = firm."""
     share = steep / firm
     energy = np.sqrt(add_up(steep * share))
     return ABOVE * np.minimum(share.max(axis=0), energy / np.sqrt(firm))
@@ -63,11 +63,11 @@ def _concave_bound(steep: Floats, firm: Floats) -> Floats:
 def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
     """Bound the error of the coordinates, shape (N,).
 
-    A leg is drawn between the ends of two runs. An end that is off by e along the circle is off the
-    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, by at most
-    e (sin(psi/2k) + 2 e); any point between the ends by at most the larger of the two, and a bounce on a
-    wall by this over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with
-    more than one wall 19 eps (a + 1).
+    A leg is drawn between the ends of two runs. If an end is off by e along the circle, its distance from the
+    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, is at most e (sin(psi/2k)
+    + 2 e). For points between the ends it is at most the larger of the two, and for a bounce on a wall this
+    over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with more than one
+    wall 19 eps (a + 1).
     """
     first, last = slack_error[:2]
     across = np.sin(half_turns(legs, alpha))
@@ -83,8 +83,8 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
 def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
     """Bound the error of the length, shape (N,): 0 <= L(maximum) - L <= g . delta, and rounding.
 
-    A leg's terms, and for the sine, the product and the sums a run's, are good to 2.5 eps of their size;
-    psi/2k being good to 4.3 eps / k, that adds 8.5 eps |cos(psi/2k)|.
+    The terms of a leg, and sine, product and sums of a run, are accurate to 2.5 eps of their size. psi/2k is
+    accurate to 4.3 eps / k, which adds 8.5 eps |cos(psi/2k)|.
     """
     half = half_turns(legs, alpha)
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
@@ -96,11 +96,11 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
 def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:
     """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value.
 
-    tr M - 2 is a sum of products that hold every drift and kick at most once. So its logarithm is off by
-    at most the sum of what theirs are off by, r, and lambda by r tanh of half the larger of the two
-    lambdas. With D'' = -D a drift changes by at most a share q = |D'| e / D + e^2 / 2, with
-    sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite
-    where q >= 1. Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
+    tr M - 2 is a sum of products that contain every drift and kick at most once. The error of its logarithm
+    is thus at most the sum r of theirs, and that of lambda at most r times tanh of half the larger of the two
+    lambdas. With D'' = -D a drift changes by at most a fraction q = |D'| e / D + e^2 / 2, with sin(h +- e) >=
+    sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite where q >= 1.
+    Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
     """
     drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
@@ -111,7 +111,7 @@ def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: F
 
 
 def _of_logarithm(share: Floats) -> Floats:
-    """Return by how much the logarithm of a number can change that changes by a share of itself."""
+    """Return the largest change of a logarithm for a relative change of its argument."""
     room = 1 - share
     found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
     return found

@@ -1,8 +1,8 @@
-"""What orbits of more bounces than one has looked at have at least: bounds on their length and lambda.
+"""Lower bounds on the length and lambda of orbits with more bounces than were enumerated.
 
-A catalogue of all orbits up to p bounces holds all that are shorter, or less unstable, than these. Both
-bounds rest on runs of k bounces and legs of n straight ones (docs/proof.md): a word of m legs, m even, has
-k_1 + n_1 + ... + k_m + n_m bounces.
+A catalogue of all orbits up to p bounces contains all orbits that are shorter, or less unstable. Both bounds
+rest on runs of k bounces and legs of n straight ones (docs/proof.md): a word of m legs, m even, has k_1 + n_1
++ ... + k_m + n_m bounces.
 """
 
 import math
@@ -17,8 +17,8 @@ def least_length(p: int, a: float) -> float:
 
     Notes
     -----
-    An orbit's length is the maximum of L over the box of directions, so it is no less than L where all legs
-    are parallel to the lines between centres, at the angles theta_n = atan(n / a):
+    The length of an orbit is the maximum of L over the box of directions, so it is at least L with all legs
+    parallel to the lines between centres, at the angles theta_n = atan(n / a):
 
         L >= sum of 2 sqrt(a^2 + n^2) + sum of 2k sin(psi / 2k),  psi = pi - theta - theta'
 
@@ -57,7 +57,7 @@ def least_exponent(p: int, a: float) -> float:
     2k / sin(pi / 2(k - 1)). D is concave on the box, so it is no less than at one of its ends. Both bounds
     grow with k, and with n from n = 1 on.
     """
-    best = [math.inf] * (p + 2)  # by bounces or more: the least that a leg adds, then that one or more add
+    best = [math.inf] * (p + 2)  # by bounces: the least that one leg adds, then one or more legs
     for k in range(1, p + 2):
         kick = 2 * k / math.sin(math.pi / max(2 * (k - 1), 2))
         for n in range(p + 2 - k):
@@ -70,11 +70,11 @@ def least_exponent(p: int, a: float) -> float:
 
 
 def _two_parts(best: list[float], bounces: int) -> float:
-    """Return the least that two parts of a word of so many bounces add."""
+    """Return the least sum of two parts of a word with so many bounces."""
     return min(best[q] + best[bounces - q] for q in range(1, bounces))
 
 
 def _least_drift(n: int, a: float) -> float:
-    """Return a bound on D of a leg over n walls, from below: at one end of its directions, or the other."""
+    """Return a lower bound on D of a leg over n walls, attained at one end of its directions."""
     ends = [(1, a)] if n == 0 else [(n + 1, a), (n - 1, a + 1)]
     return min((2 * a * dx + 2 * n * dy) / math.hypot(dx, dy) for dy, dx in ends)

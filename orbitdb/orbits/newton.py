@@ -1,8 +1,8 @@
 """From words to orbits: Newton's method on the leg directions of whole batches.
 
-The length is strictly concave between the limits that an orbit's directions obey, and its Hessian is cyclic
-tridiagonal. So Newton's method finds the one maximum of every word, whether it is an orbit or lies outside
-the stadium; words that have converged leave the batch.
+The length is strictly concave between the limits of an orbit's directions, and its Hessian is cyclic
+tridiagonal. Newton's method therefore finds the one maximum of every word, whether it is an orbit or outside
+the stadium. Converged words leave the batch.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-16
 MAX_STEPS = 50
 _PLAIN_STEPS = 8
-"""A few words at small a, or from far starts, go round in circles; from here on no step may lead down."""
+"""A few words at small a, or from far starts, cycle; from this step on, no step may shorten the path."""
 _SMALL = 1e-7
 
 
 class Directions(NamedTuple):
-    """Where Newton's method has come to for N words."""
+    """State of Newton's method for N words."""
 
     alpha: Floats  # directions of the legs (radians), shape (m, N)
     iterations: NDArray[np.int64]  # steps taken, shape (N,)
@@ -62,14 +62,14 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
     Returns
     -------
     Orbits
-        Every word with its status; if doubles cannot decide it, ball arithmetic does.
+        Every word with its status, from ball arithmetic if doubles cannot decide.
 
     Raises
     ------
     WordError
         If a word is not admissible, or ``words`` is not an array of words.
     StadiumError
-        If there is no such stadium.
+        If a is not a valid half length.
     """
     need_admissible(words)
     return solve_admissible(words, as_stadium(stadium), tolerance)
@@ -78,13 +78,13 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
 def solve_admissible(
     words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
-    """Find the orbits of words as `solve` does, words that are known to be admissible.
+    """Find the orbits of words known to be admissible, as `solve` does.
 
-    If not every number is asked for, words without an orbit get their status, margin and steps alone.
+    Unless `every` is set, words without an orbit only get status, margin and steps.
     """
     orbits = solve_in_doubles(words, stadium, tolerance, every)
     for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
 
         word = words[row]
         orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
@@ -94,7 +94,7 @@ def solve_admissible(
 def solve_in_doubles(
     words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
-    """Find the orbits of words as `solve_admissible` does, but leave unresolved what doubles do not show."""
+    """Find the orbits of words as `solve_admissible` does, but leave undecided ones unresolved."""
     orbits = Orbits.empty(words)
     for rows, legs in cut(words):
         found = newton(legs, stadium.a, tolerance)
@@ -105,19 +105,19 @@ def solve_in_doubles(
 def certificates(
     words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
 ) -> list["Enclosure"]:
-    """Prove what becomes of admissible words in ball arithmetic, from the words alone.
+    """Prove the statuses of admissible words in ball arithmetic, from the words alone.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
     stadium : Stadium
     precision : int, optional
-        Bits to begin with; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
+        Bits at first; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
 
     Returns
     -------
     list of Enclosure
-        In the order of the words. Newton's method in doubles says where to look; the proof does not
+        In the order of the words. Newton's method in doubles only gives starting points; the proof does not
         rest on it.
     """
     from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
@@ -140,13 +140,13 @@ def newton(
     legs : Chain
         N words of m legs.
     a : float or ndarray, shape (N,)
-        Half the length of a straight wall, for all words or for each its own.
+        Half the length of a straight wall, for all words or for each word.
     tolerance : float, optional
-        Error of a direction (radians) at which to stop, foreseen from the last two steps: the error
-        after a step of size e is about e^3 / e_before^2. Where rounding is larger, stop there.
+        Error of a direction (radians) at which to stop, predicted from the last two steps: after a step of
+        size e it is about e^3 / e_before^2. If rounding is larger, stop there.
     start : ndarray, shape (m, N), optional
-        Directions to start from, between the limits; by default those of the lines between the
-        unfolded circle centres.
+        Directions to start from, within the limits; by default those of the lines between the unfolded circle
+        centres.
     """
     alpha = centre_directions(legs, a) if start is None else start.copy()
     iterations = np.zeros(len(legs), dtype=np.int64)
@@ -162,7 +162,7 @@ def newton(
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
-        stalled = (size < 1e-6) & (size >= last / 2)  # small steps no longer shrink: what is left is rounding
+        stalled = (size < 1e-6) & (size >= last / 2)  # small steps that no longer shrink are rounding
         done = (size <= tolerance) | (size**3 <= tolerance * last**2) | stalled
         done &= (last < _SMALL) | ~_held(here, limits)
         if done.any():
@@ -177,11 +177,11 @@ def newton(
         if not len(active):
             break
     alpha[:, active] = here
-    return Directions(np.clip(alpha, *around), iterations)  # a step may round beyond them
+    return Directions(np.clip(alpha, *around), iterations)  # rounding may lead beyond them
 
 
 def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floats:
-    """Halve steps until they lengthen the path; small ones stay, rounding would hide what they gain."""
+    """Halve steps until they lengthen the path; keep small ones, whose gain rounding would hide."""
     before = length(legs, a, alpha)
     while True:
         down = (np.abs(step).max(axis=0) > _SMALL) & (length(legs, a, alpha + step) <= before)
@@ -191,7 +191,7 @@ def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floa
 
 
 def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
-    """Tell which words have a direction at a limit: it may leave once the others have come to rest."""
+    """Tell which words have a direction at a limit, which it may leave once the others have converged."""
     low, high = limits
     return np.any((alpha <= low) | (alpha >= high), axis=0)
 

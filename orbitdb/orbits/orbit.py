@@ -1,4 +1,4 @@
-"""Orbits: what is known of a batch of words, as a structure of arrays."""
+"""Orbits: results for a batch of words, as a structure of arrays."""
 
 import math
 from collections.abc import Mapping
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 _SHOWN = 40
 
 NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
-"""The columns of `Orbits` that hold one number a word."""
+"""The attributes of `Orbits` with one number per word."""
 
 
 class Status(StrEnum):
-    """What became of a word."""
+    """The status of a word."""
 
     ORBIT = "orbit"
     GEOMETRIC = "geometric"
@@ -60,20 +60,20 @@ _SENTENCES = {
 
 
 STORED = tuple(status for status in Status if status is not Status.FAMILY)
-"""Statuses that rows of a catalogue have."""
+"""Statuses of rows of a catalogue."""
 
 EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 """Statuses of words that have coordinates, length and lambda."""
 
 
 def finite(number: np.float64) -> float | None:
-    """Return a number as a plain float, None where it is not finite."""
+    """Return a number as a float, None if it is not finite."""
     return float(number) if np.isfinite(number) else None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbits(ByValue):
-    """N words of one order p and the stationary points of their length.
+    """N words of one period p and the stationary points of their length.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Orbits(ByValue):
 
     @classmethod
     def empty(cls, words: NDArray[np.uint8]) -> "Orbits":
-        """Return words that are not solved yet: unresolved, all numbers NaN."""
+        """Return unsolved words, with all numbers NaN."""
         n, p = words.shape
         return cls(
             words=words,
@@ -135,20 +135,20 @@ class Orbits(ByValue):
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit:
-    """One word at one a, and what became of it.
+    """One word at one a, with its orbit if it has one.
 
     Two are equal if they are the same cyclic word, in any rotation, at the same a.
 
     Attributes
     ----------
     code : str
-        The word in the rotation that you asked for.
+        The word in the requested rotation.
     representative : str
-        The least word of its symmetry class; for a pruned word, its own least rotation.
+        The representative of its symmetry class; for a pruned word, its least rotation.
     a : float
         The stadium.
     status : Status
-        What became of the word; the numbers are None where it has none.
+        The status of the word; missing numbers are None.
     rules : tuple of int
         The geometric rules it breaks.
     time_reversal : str or None
@@ -164,10 +164,10 @@ class Orbit:
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
-        Whether it comes from a catalogue or was solved on the spot.
+        Whether it comes from a catalogue; otherwise it was solved now.
     exists : tuple of (float, float or None), or None
-        The ranges of a in which it is an orbit, if its catalogue has the births of its
-        period, or you asked `orbitdb.solve_word` for them.
+        The ranges of a in which it is an orbit, if its catalogue has the births of its period, or if
+        requested from `orbitdb.solve_word`.
     """
 
     code: str
@@ -198,7 +198,7 @@ class Orbit:
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         self.__dict__.update(state)
-        self.__post_init__()  # an array is loaded as one that can be written to
+        self.__post_init__()  # unpickled arrays are writeable
 
     @property
     def p(self) -> int:
@@ -216,7 +216,7 @@ class Orbit:
             """Declare the columns with a formula for type checkers."""
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
-        """Return what the orbit adds to the density of levels at k, one cyclic word counted.
+        """Return the contribution of one cyclic word to the density of levels at k.
 
         Parameters
         ----------
@@ -228,8 +228,8 @@ class Orbit:
         Returns
         -------
         float or None
-            (L / pi) cos(r (k L - maslov pi / 2)) / sqrt|det(M^r - 1)|, in units of the radius; None where
-            there is no orbit.
+            (L / pi) cos(r (k L - maslov pi / 2)) / sqrt|det(M^r - 1)|, in units of the radius; None without
+            an orbit.
 
         Raises
         ------
@@ -238,7 +238,7 @@ class Orbit:
 
         Notes
         -----
-        Gutzwiller's trace formula. The reverse, if it is another word, adds as much.
+        Gutzwiller's trace formula. The reverse, if it is another word, contributes the same.
         """
         if repetitions < 1:
             raise ValueError(f"{repetitions} repetitions: give 1 or more")
@@ -265,7 +265,7 @@ class Orbit:
     def sine(self) -> Floats | None:
         """Sines of the angles between the outgoing path and the normal, shape (p,), or None.
 
-        Positive where the path goes anticlockwise.
+        Positive if the path goes anticlockwise.
         """
         return None if self.coordinates is None else self._in_phase_space()[1]
 
@@ -281,8 +281,8 @@ class Orbit:
     def monodromy(self) -> Floats | None:
         """The monodromy matrix of (d theta, d y) from after the last bounce, shape (2, 2), or None.
 
-        Biham and Kvale, eqs. (3) and (4), as mended in `orbitdb.billiard.stability`. Its entries lose digits
-        as lambda grows; `trace` does not.
+        Biham and Kvale, eqs. (3) and (4), as corrected in `orbitdb.billiard.stability`. Its entries lose
+        digits as lambda grows; `trace` does not.
         """
         if self.coordinates is None:
             return None
@@ -331,7 +331,7 @@ class Orbit:
         return f"<Orbit {code} at a = {exact(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
 
     def _repr_svg_(self) -> str | None:
-        """Draw the orbit in its stadium, for notebooks; None where there is nothing that could be seen."""
+        """Draw the orbit in its stadium, for notebooks; None without an orbit, or for a very long one."""
         from orbitdb.orbits import svg
 
         if self.points is None or self.p > svg.MOST_BOUNCES:
@@ -367,7 +367,7 @@ class Orbit:
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:
-    """Return what a primitive word is that no orbit can have: pruned, or the family 02; else None."""
+    """Return a primitive word that is geometrically pruned, or the family 02; otherwise None."""
     least = least_rotation(word)
     if least == FAMILY:
         return Orbit(word, least, a, Status.FAMILY)

@@ -1,10 +1,9 @@
 """The paper's artificial dynamics: all p coordinates relax together, for comparison with Newton's method.
 
-Every bounce of a word is an atom on its own wall or circle, the walls continued and the circles
-completed, and moves with the speed of its violation of the law of reflection. That speed is, up to
-sign, the derivative of the total length in its coordinate (`orbitdb.billiard.stability.forces`): an atom on a
-straight wall moves towards the smaller angle and shortens the path, one on a semicircle moves towards
-the larger angle and lengthens it. At rest all bounces reflect.
+Every bounce of a word is an atom on its own continued wall or full circle. It moves with a speed equal to its
+violation of the law of reflection. Up to sign, this is the derivative of the total length in its coordinate
+(`orbitdb.billiard.stability.forces`): an atom on a straight wall moves towards the smaller angle and shortens
+the path, one on a semicircle moves towards the larger angle and lengthens it. At rest all bounces reflect.
 
 Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth order Runge-Kutta.
 """
@@ -45,19 +44,19 @@ def relax(
         Admissible primitive words of one order, in any rotation.
     stadium : Stadium
     epsilon : float, optional
-        The dynamics of a word stops where all its forces, differences of two cosines, are smaller.
+        The dynamics of a word stops when all its forces, differences of two cosines, are smaller.
     max_steps : int, optional
-        Runge-Kutta steps after which a word is given up and stays unresolved.
+        Runge-Kutta steps after which a word is given up as unresolved.
     start : ndarray, shape (N, p), optional
         Coordinates to start from; `starting_points` by default.
     progress : callable, optional
-        Called now and then with the number of steps taken and of words that still move.
+        Called now and then with the number of steps and of words still moving.
 
     Returns
     -------
     Orbits
-        The status is that of a plain comparison of the coordinates with the ends of walls and
-        semicircles. The method knows no error bounds: these are NaN.
+        The status comes from a plain comparison of the coordinates with the ends of walls and semicircles.
+        The method has no error bounds, which are NaN.
     """
     orbits = Orbits.empty(words)
     symbols = np.ascontiguousarray(words.T)
@@ -83,9 +82,9 @@ def relax(
 def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
     """Return coordinates to start from, shape (N, p), every atom on its own wall or semicircle.
 
-    Atoms of one run are spread over the semicircle in the sense of the run, so that of the two
-    stationary points of the four plain symbols the right one is found; those of one leg over the wall
-    from the side it leaves to the side it goes to.
+    Atoms of one run are spread over the semicircle in the sense of the run, which selects the right one of
+    the two stationary points of the four plain symbols. Atoms of one leg are spread over the wall from the
+    side it leaves to the side it goes to.
     """
     start = np.empty(words.shape)
     for rows, legs in cut(words):
@@ -99,17 +98,17 @@ def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
 
 
 def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Floats) -> Floats:
-    """Return how fast words come to rest in the end, shape (N,): deviations fall like exp(-rate t).
+    """Return the final rates of words, shape (N,): deviations fall like exp(-rate t).
 
-    The slowest rate of the linearised dynamics at its fixed points; not positive where one is unstable.
-    A Runge-Kutta step takes the time `STEP`, and a force f that is left means a deviation of f / rate.
+    The slowest rate of the linearised dynamics at its fixed points, not positive at an unstable one. A
+    Runge-Kutta step takes the time `STEP`, and a remaining force f means a deviation of f / rate.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
     stadium : Stadium
     coordinates : ndarray, shape (N, p)
-        Of the words at rest.
+        Those of the words at rest.
     """
     way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)
@@ -133,7 +132,7 @@ def _runge_kutta_step(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats, f
 
 
 def _at_rest(words: NDArray[np.uint8], stadium: Stadium, x: Floats, step: int) -> Orbits:
-    """Return what the coordinates of words at rest say, shape (N, p), without error bounds."""
+    """Return the orbits of words at rest from their coordinates, shape (N, p), without error bounds."""
     links = Links.of(stadium, words, x)
     margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)
     return replace(
@@ -151,7 +150,7 @@ def _at_rest(words: NDArray[np.uint8], stadium: Stadium, x: Floats, step: int) -
 def _exponent(matrices: Floats) -> Floats:
     """Return ln of the largest eigenvalue's modulus of the products of matrices, shape (N, p, 2, 2).
 
-    The product is divided by its size at every bounce, so that words of any length stay in range.
+    The product is scaled at every bounce, so words of any length stay in range.
     """
     n, p = matrices.shape[:2]
     product = np.broadcast_to(np.eye(2), (n, 2, 2))

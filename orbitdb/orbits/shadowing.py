@@ -1,8 +1,8 @@
-"""Periodic orbits that a trajectory shadows: follows so closely, bounce by bounce, that they look the same.
+"""Find periodic orbits that a trajectory shadows, that is, follows closely bounce by bounce.
 
-A trajectory that stays with an orbit of period p for long has its word as p symbols in a row, and comes back
-near to where it was p bounces before. So the pieces of its symbol sequence between near returns, closed to
-cycles, are the words to solve; every word has one orbit at most.
+A trajectory that follows an orbit of period p for long contains its word as p successive symbols, and returns
+near to its position p bounces before. The pieces of its symbol sequence between near returns, closed to
+cycles, are therefore the words to solve; every word has at most one orbit.
 """
 
 from collections.abc import Iterator
@@ -22,30 +22,29 @@ Symbols = NDArray[np.uint8]
 Rows = NDArray[np.intp]
 
 LONGEST = 24
-"""The longest period that is sought in a sequence; a list of points may be one longer orbit as a whole."""
+"""The longest period sought in a sequence; a list of points as a whole may be a longer orbit."""
 
 _LEAST = 2
-"""Bounces in a row that make a shadow: one alone says nothing of the direction."""
+"""Successive bounces that make a shadow; a single one does not fix the direction."""
 
 _NEAR = 0.5
-"""How far from its place p bounces before a trajectory may return, in units of the radius; farther where
-the tolerance is large."""
+"""Largest distance of a near return, in units of the radius; larger for a large tolerance."""
 
 
 @dataclass(frozen=True)
 class Shadow:
-    """A stretch of a trajectory that stays with a periodic orbit.
+    """A stretch of a trajectory that follows a periodic orbit.
 
     Attributes
     ----------
     word : str
-        The orbit's, in the rotation that begins with the first bounce of the stretch.
+        The word of the orbit, beginning with the first bounce of the stretch.
     first : int
         Index of that bounce in the trajectory.
     bounces : int
-        Number of bounces in a row that are within the tolerance.
+        Number of successive bounces within the tolerance.
     distance : float
-        The least distance of one of them from the orbit's, in units of the radius.
+        The least distance of one of them from the orbit, in units of the radius.
     """
 
     word: str
@@ -55,7 +54,7 @@ class Shadow:
 
     @property
     def turns(self) -> float:
-        """How often the stretch goes round the orbit."""
+        """Number of times the stretch goes round the orbit."""
         return self.bounces / len(self.word)
 
 
@@ -68,18 +67,18 @@ def shadows(
     ----------
     stadium : Stadium
     symbols : ndarray of uint8, shape (T,)
-        Its bounces.
+        The bounces of the trajectory.
     points : ndarray, shape (T, 2)
-        Cartesian.
+        Their Cartesian coordinates.
     tolerance : float
-        How far a bounce may be from that of the orbit, in units of the radius.
+        Largest distance of a bounce from that of the orbit, in units of the radius.
     whole : bool, optional
-        Whether to try all bounces as one cycle, too, as of a polygon.
+        Whether to also try all bounces as one cycle.
 
     Returns
     -------
     list of Shadow
-        Each cyclic word once, with its longest stretch.
+        One for each cyclic word, with its longest stretch.
     """
     best: dict[str, Shadow] = {}
     for words, starts in _candidates(stadium, symbols, points, max(_NEAR, 2 * tolerance), whole):
@@ -97,7 +96,7 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 def _candidates(
     stadium: Stadium, symbols: Symbols, points: Floats, near: float, whole: bool
 ) -> Iterator[tuple[Symbols, Rows]]:
-    """Yield words of one order each, shape (N, p), and the indices at which they begin, shape (N,)."""
+    """Yield words of one period, shape (N, p), with the indices at which they begin, shape (N,)."""
     for p in range(2, min(LONGEST, len(symbols)) + 1):
         back = np.hypot(*(points[p:] - points[:-p]).T) <= near
         starts = np.flatnonzero(
@@ -116,9 +115,9 @@ def _candidates(
 
 
 def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p: int) -> Symbols:
-    """Return pieces of a trajectory as words, the first bounce of each behind the last, shape (N, p).
+    """Return pieces of a trajectory closed to words, shape (N, p).
 
-    What is single, or in a run that goes up or down, may differ where a piece is cut out of a run.
+    Symbols can change where a piece is cut out of a run, because single bounces have no sense.
     """
     around = starts[:, None] + np.arange(-1, p + 1) % p
     here = symbols[around]
@@ -129,7 +128,7 @@ def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p:
 def _stretches(
     stadium: Stadium, words: Symbols, starts: Rows, points: Floats, tolerance: float
 ) -> Iterator[Shadow]:
-    """Yield the longest stretch of a trajectory at each word that is an orbit, laid where the word begins."""
+    """Yield the longest stretch of a trajectory near each word with an orbit, aligned with its beginning."""
     p = words.shape[1]
     known, of = np.unique(words, axis=0, return_inverse=True)
     solved = solve_admissible(known, stadium)
@@ -147,7 +146,7 @@ def _stretches(
 
 
 def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
-    """Return where the longest row of marks begins, and how many they are."""
+    """Return beginning and length of the longest row of marks."""
     steps = np.arange(len(marks))
     lengths = steps - np.maximum.accumulate(np.where(marks, -1, steps))
     last = int(lengths.argmax())

@@ -12,7 +12,7 @@ from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
 from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
 
 LONGEST = 200
-"""Bounces of a word that is followed in a, at most."""
+"""Longest word to follow in a."""
 
 
 def existence(word: str) -> list[Stretch]:
@@ -21,17 +21,17 @@ def existence(word: str) -> list[Stretch]:
     Parameters
     ----------
     word : str
-        Symbols 0..5, in any rotation. A pruned word, the family 02 or a repetition has none.
+        Symbols 0..5, in any rotation. Pruned words, the family 02 and repetitions have no ranges.
 
     Returns
     -------
     list of (float, float or None)
-        In order of a. A range may begin at 0, and its end is None if it has none.
+        In order of a. A range can begin at 0; its end is None if it has no end.
 
     Raises
     ------
     InputError
-        If the text is no word, or has more than `LONGEST` bounces.
+        If the text is not a word, or has more than `LONGEST` bounces.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def existence(word: str) -> list[Stretch]:
 
 
 def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
-    """Find what becomes of one primitive word of any order, in any rotation.
+    """Solve one primitive word of any period, in any rotation.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     stadium : Stadium or float
         The stadium, or its a.
     exists : bool, optional
-        Also find the ranges of a in which it is an orbit (`existence`), for `Orbit.exists`; that
-        takes a hundred times as long.
+        Also find the ranges of a in which it is an orbit (`existence`), for `Orbit.exists`, which takes a
+        hundred times as long.
 
     Returns
     -------
@@ -69,9 +69,9 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     Raises
     ------
     WordError
-        If it is no word, or repeats a shorter one.
+        If it is not a word, or repeats a shorter one.
     StadiumError
-        If there is no such stadium.
+        If a is not a valid half length.
     InputError
         If you ask for ``exists`` and it has more than `LONGEST` bounces.
 

@@ -1,6 +1,6 @@
-"""From directions to a status: is a word an orbit, as far as doubles show it? With bounds on all errors.
+"""From directions to a status, as far as doubles can decide, with bounds on all errors.
 
-What doubles leave open, orbits through joints among it, goes to `orbitdb.orbits.balls.enclosure`.
+Undecided words, including orbits through joints, go to `orbitdb.orbits.balls.enclosure`.
 """
 
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from orbitdb.orbits.orbit import Orbits, Status
 
 @dataclass(frozen=True, eq=False)
 class Verdict(Batch):
-    """What has become of N words, and what that was decided by."""
+    """Statuses of N words, and the numbers that decided them."""
 
     slopes: Derivatives
     alpha_error: Floats  # shape (m, N)
@@ -72,7 +72,7 @@ def assess(
     found : (ndarray, ndarray)
         The directions, as in `decide`, and the steps that the solver took.
     every : bool, optional
-        If not, words that are proved to be no orbits get only status, margin and steps.
+        If false, words that are proved not to be orbits only get status, margin and steps.
     """
     alpha, iterations = found
     verdict = decide(legs, stadium.a, alpha)
@@ -86,7 +86,7 @@ def assess(
 
 
 def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
-    """Return all that is to be known of words of which it has been decided what becomes of them."""
+    """Return the results for words with a decided status."""
     a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
     place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
     return replace(

@@ -1,7 +1,7 @@
-"""Lengths, exponents and numbers of many orbits, and no coordinates: what sums over whole periods need.
+"""Lengths, exponents and counts of many orbits without coordinates, for sums over whole periods.
 
-The statuses are proved as those of `orbitdb.orbits.newton.solve_admissible`. But most words that are no
-orbits show it after one step of Newton's method, and that is where they are left.
+The statuses are proved as in `orbitdb.orbits.newton.solve_admissible`. Most words without an orbit are
+decided after one step of Newton's method, and dropped there.
 """
 
 from collections.abc import Iterable, Iterator
@@ -28,14 +28,14 @@ from orbitdb.orbits.status import decide
 from orbitdb.symbols.words import unpack
 
 _BATCH = 1 << 13
-"""Words at a time: it bounds the memory, and more are no faster."""
+"""Words at a time, which bounds the memory; more are no faster."""
 
 
 @dataclass(frozen=True, eq=False)
 class Exponents(ByValue):
-    """Words of one number of runs: what has become of them, and the numbers of the orbits among them."""
+    """Words with one number of runs: their statuses, and the numbers of the orbits."""
 
-    orbits: NDArray[np.intp]  # their places among all words that were given
+    orbits: NDArray[np.intp]  # their places among the given words
     boundary: NDArray[np.intp]  # those of words through a joint
     unresolved: NDArray[np.intp]  # and of undecided ones; all others are dynamical
     length: Floats  # of the orbits, shape (N,)
@@ -67,7 +67,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
     Yields
     ------
     Exponents
-        Of some of the words at a time, in the end of all.
+        Some of the words at a time, until all are done.
     """
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
@@ -75,7 +75,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
             here = np.arange(start, min(start + _BATCH, len(rows)))
             part = legs.chain(here)
             alpha, limits = centre_directions(part, a), direction_limits(part, a)
-            alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # it may round beyond
+            alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # rounding may lead beyond
             left = np.flatnonzero(decide(part, a, alpha).status != Status.DYNAMICAL)
             if len(left):
                 own = rows[here[left]]
@@ -85,14 +85,14 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
 def _decided(
     codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Chain, stadium: Stadium, start: Floats
 ) -> Exponents:
-    """Solve some words from directions that are near, and prove what becomes of them."""
+    """Solve some words from nearby directions, and prove their statuses."""
     a = stadium.a
     alpha = newton(legs, a, start=start).alpha
     verdict = decide(legs, a, alpha)
     slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
     for place in np.flatnonzero(status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to load, and seldom needed
+        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
 
         word = unpack(codes[place : place + 1], p)[0]
         found = as_orbits(word, stadium, enclose(word, stadium))
@@ -111,18 +111,18 @@ def _decided(
 
 @dataclass(frozen=True)
 class Tally:
-    """How many words have become what.
+    """Numbers of words by status.
 
     Attributes
     ----------
     words : int
-        All admissible words that were looked at.
+        All admissible words.
     n_c : int
-        Those that are orbits.
+        Orbits.
     classes : int
         Symmetry classes of the orbits.
     boundary, unresolved : int
-        Words of these statuses. All others are dynamical.
+        Words with these statuses. All others are dynamical.
     """
 
     words: int = 0

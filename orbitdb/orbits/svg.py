@@ -1,4 +1,4 @@
-"""A picture of an orbit as SVG text, with nothing but NumPy: for notebooks and web pages."""
+"""Draw an orbit as SVG for notebooks and web pages, with NumPy alone."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
     points : ndarray, shape (p, 2)
         The bounces in their order, in units of the radius.
     title : str
-        What the picture shows, for those who cannot see it.
+        Text alternative of the picture.
     width : int, optional
         Width in pixels.
 
@@ -54,7 +54,7 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
 
 
 def small_svg(stadium: Stadium, points: Floats, width: int = 150) -> str:
-    """Draw a closed path in its stadium so small that nothing can be written beside it.
+    """Draw a small picture of a closed path in its stadium, without labels.
 
     The parameters are those of `orbit_svg`.
     """
@@ -117,7 +117,7 @@ def _pixels(points: Floats, scale: float) -> list[tuple[float, float]]:
 
 
 def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
-    """Return where to write the numbers of bounces, which count from 1.
+    """Return the places for the numbers of bounces, counted from 1.
 
     Parameters
     ----------

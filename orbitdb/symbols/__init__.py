@@ -1,1 +1,1 @@
-"""Symbol sequences: words, their symmetries, the pruning rules, enumeration and counting."""
+"""Words: their symmetries, the pruning rules, enumeration and counting."""

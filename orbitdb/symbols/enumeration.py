@@ -1,12 +1,11 @@
-"""Enumeration of cyclic words: the primitive ones of a period, or the least ones of the symmetry classes.
+"""Enumerate cyclic words: the primitive ones of a period, or the representatives of the symmetry classes.
 
-Words of one order stand in the order of their packed codes, which is that of their texts. A `Span` is
-a piece of this order; the pieces of a period can be enumerated apart from one another, by several
-processes, and need no memory of what came before.
+Words of one period are in the order of their packed codes, which is also that of their texts. A `Span` is a
+piece of this order. The pieces of a period can be enumerated independently, by several processes.
 
-A word is the least of its class if none of its images under the eight elements, in any rotation, is less. A
-beginning is left as soon as its mirror image x is less; the other words, some five for each class, are
-compared with one image after the other.
+A word is a representative if none of its images under the eight elements, in any rotation, is less. A prefix
+is dropped as soon as its mirror image x is less. The other words, about five for each class, are compared
+with one image after another.
 """
 
 from collections.abc import Callable, Iterator
@@ -21,29 +20,29 @@ from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
 
 MAX_PERIOD = 20
-"""The highest period that is enumerated (more than 10^9 words there)."""
+"""The highest period to enumerate, with more than 10^9 words."""
 
 CHUNK = 1 << 14
 
 _ANY = np.tile(np.arange(6, dtype=np.int8), (6, 1))
-"""Transitions where every symbol may follow every other."""
+"""Transitions if every symbol may follow every other."""
 
 
 class Span(NamedTuple):
-    """The words of order p behind one packed word and up to another."""
+    """The words of period p after one packed word and up to another."""
 
     p: int
-    after: int  # the packed word behind which the span begins; -1 for the first word of all
-    upto: int  # the packed word at which it ends, included
+    after: int  # the packed word after which the span begins; -1 for the beginning
+    upto: int  # its last packed word
 
     @classmethod
     def whole(cls, p: int, after: int = -1) -> "Span":
-        """Return all words of order p, or those behind one."""
+        """Return all words of period p, or those after one."""
         return cls(p, after, (1 << BITS * p) - 1)
 
 
 def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
-    """Generate all primitive cyclic words of order p, pruned or not, as least rotations, in order.
+    """Generate all primitive cyclic words of period p, pruned or not, as codes in order.
 
     Parameters
     ----------
@@ -53,7 +52,7 @@ def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
     Yields
     ------
     ndarray of uint8, shape (n, p)
-        The next words; n is at most a few times `CHUNK`, so that memory is bounded.
+        The next words; n is at most a few times `CHUNK`, which bounds the memory.
     """
     for codes, lyndon, _ in prefixes(Span.whole(p), p):
         whole = lyndon == p
@@ -67,7 +66,7 @@ def prefixes(
     table: NDArray[np.int8] = _ANY,
     keep: Callable[[Integers], NDArray[np.bool_]] | None = None,
 ) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
-    """Generate the prefixes of the least rotations in a span, in order.
+    """Generate the prefixes of the codes in a span, in order.
 
     Parameters
     ----------
@@ -75,22 +74,20 @@ def prefixes(
     length : int
         Symbols of a prefix, 1..p.
     table : ndarray of int8, shape (S, 6), optional
-        The state that follows each state with each symbol, -1 for none; a word begins in that of its symbol.
+        The state after each state and symbol, -1 for none; a word begins in the state of its first symbol.
     keep : callable, optional
-        Tells of packed prefixes of any length which ones to go on with.
+        Tells which packed prefixes, of any length, to extend.
 
     Yields
     ------
     codes, lyndon : ndarray of int64, shape (n,)
         The packed prefixes, and the lengths of their longest Lyndon prefixes: p for a primitive word.
     states : ndarray of int8, shape (n,)
-        What they lead to.
+        Their states.
 
-    Notes
-    -----
-    Least rotations of primitive words are Lyndon words. Their prefixes are extended a symbol at a
-    time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest
-    Lyndon prefix has m symbols goes on with a symbol not below the one m places back.
+    Notes ----- Codes of primitive words are Lyndon words. Their prefixes are extended by one symbol at a
+    time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest Lyndon
+    prefix has m symbols continues with a symbol not below the one m places back.
     """
     stack = [(1, np.arange(6), np.ones(6, np.int64), np.arange(6, dtype=np.int8))]
     while stack:
@@ -112,21 +109,21 @@ def prefixes(
 
 
 _LAST_SYMBOLS = 5
-"""Symbols that a prefix leaves open when a period is cut into spans: some hundred words a prefix."""
+"""Symbols left open by a prefix when a period is cut into spans; some hundred words per prefix."""
 
 _CLASSES = {0o0103: 100, 0o0110: 40, 0o0112: 75, 0o0120: 45, 0o0200: 13, 0o10000: 2}
-"""That a prefix goes on to, about, if its first four symbols are below a number."""
+"""Approximate number of words after a prefix, by an upper bound on its first four symbols."""
 
 
 class LeastWords(NamedTuple):
-    """Classes by their least words."""
+    """Symmetry classes, given by their representatives."""
 
     codes: Integers  # the packed words, shape (N,)
-    stabiliser: NDArray[np.uint8]  # bit g is set where element g maps the cyclic word to itself
+    stabiliser: NDArray[np.uint8]  # bit g is set if element g maps the cyclic word to itself
 
 
 def least_words(span: Span) -> Iterator[LeastWords]:
-    """Generate the least words of the symmetry classes of admissible words in a span, in order.
+    """Generate the representatives of the admissible symmetry classes in a span, in order.
 
     Parameters
     ----------
@@ -135,7 +132,7 @@ def least_words(span: Span) -> Iterator[LeastWords]:
     Yields
     ------
     LeastWords
-        A few times `CHUNK` at most, so that memory is bounded.
+        A few times `CHUNK` at most, which bounds the memory.
     """
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
@@ -157,13 +154,13 @@ def all_least_words(span: Span) -> LeastWords:
 
 
 def representatives(p: int) -> tuple[NDArray[np.uint8], Integers]:
-    """Return the admissible classes of order p: least words, shape (N, p), and class sizes, shape (N,)."""
+    """Return the admissible classes of period p: representatives, shape (N, p), and sizes, shape (N,)."""
     found = all_least_words(Span.whole(p))
     return unpack(found.codes, p), SIZES[found.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
-    """Cut the order of words so that each span has about ``size`` least words of classes, but the last.
+    """Cut a period into spans with about ``size`` representatives each, except the last.
 
     Parameters
     ----------
@@ -171,12 +168,12 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
         Order, 1..`MAX_PERIOD`.
     size : int
     after : int, optional
-        Begin behind this packed word.
+        Begin after this packed word.
 
     Yields
     ------
     Span
-        In order, one behind the other; the last one ends with the last word.
+        Adjacent spans in order; the last one ends with the last word.
     """
     whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
     below, classes = list(_CLASSES), list(_CLASSES.values())
@@ -193,13 +190,13 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
 
 
 def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
-    """Generate the prefixes that least words of a span may begin with: the first symbol is 0 or 1."""
+    """Generate the possible prefixes of representatives in a span; the first symbol is 0 or 1."""
     below = span._replace(upto=min(span.upto, 2 << BITS * (span.p - 1)))
     return prefixes(below, length, automaton()[1], lambda codes: codes <= mirrored(codes))
 
 
 def _closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArray[np.intp]:
-    """Return the places of packed words, which lead to some states, that the rules allow as cycles, too."""
+    """Return the places of the packed words that the rules also allow as cycles, given their states."""
     kept, table = automaton()
     rooted = np.array([state.left is not None for state in kept])  # 02 is not, and rule 3 forbids it
     state = states.astype(np.intp)

@@ -1,8 +1,8 @@
-"""All words of symmetry classes, from the classes' least words.
+"""All words of symmetry classes, from their representatives.
 
-The words of a class come in the order of the first elements that lead to them, the least word (the
-identity's) first. The n-th of them, counted from 0, is that of element `ELEMENT_OF[stabiliser, n]`: an
-element that leads to a word that an element before it leads to is passed over.
+The words of a class are in the order of the first elements that lead to them, beginning with the
+representative (the identity). Word n, counted from 0, belongs to element `ELEMENT_OF[stabiliser, n]`;
+elements that lead to an earlier word are skipped.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from orbitdb.symbols.words import unpack
 Masks = NDArray[np.uint8]
 
 _BATCH = 1 << 14
-"""Classes that are looked at at a time: what is in work fits into the processor's cache."""
+"""Classes at a time; they fit into the processor's cache."""
 
 
 def _elements() -> NDArray[np.uint8]:
@@ -30,33 +30,33 @@ def _elements() -> NDArray[np.uint8]:
 
 
 ELEMENT_OF = _elements()
-"""For each stabiliser, the elements that lead to the words of its class in their order, shape (256, 8)."""
+"""For each stabiliser, the elements that lead to the words of its class in order, shape (256, 8)."""
 
 STABILISER_OF = {label(mask): mask for mask in GROUPS}
-"""The stabiliser that a symmetry label names."""
+"""The stabiliser of each symmetry label."""
 
 ELEMENT_ROWS = [
     (label(mask), n, int(ELEMENT_OF[mask, n])) for mask in GROUPS for n in range(int(SIZES[mask]))
 ]
-"""Symmetry label, n, and the element that leads to the n-th word: the rows of the table ``element``."""
+"""Symmetry label, n, and the element that leads to word n: the rows of the table ``element``."""
 
 BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
 """The bits of each byte, the lowest first, shape (256, 8)."""
 
 
 def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
-    """Return sets of words as sets of their places in the class.
+    """Turn sets of elements into sets of places in the class.
 
     Parameters
     ----------
     elements : ndarray of uint8, shape (C,)
-        Bit g is set where the word that element g leads to belongs to the set.
+        Bit g is set if the word of element g belongs to the set.
     stabilisers : ndarray of uint8, shape (C,)
 
     Returns
     -------
     ndarray of uint8, shape (C,)
-        Bit n is set where the n-th word does; those of words that the class does not have mean nothing.
+        Bit n is set if word n does; bits beyond the size of the class mean nothing.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
@@ -65,12 +65,12 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
 
 
 def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:
-    """Return for each class all its words, p symbols each, as one text.
+    """Return all words of each class as one text, p symbols each.
 
     Parameters
     ----------
     codes : ndarray of int64, shape (C,)
-        The packed least words, of order p <= 20.
+        The packed representatives, of period p <= 20.
     stabilisers : ndarray of uint8, shape (C,)
     p : int
     """
@@ -82,7 +82,7 @@ def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> lis
 
 
 def joined_members(word: str) -> str:
-    """Return all words of the class of a least word of any order, one behind the other."""
+    """Return all words of the class of a representative of any period as one text."""
     return "".join(members(word))
 
 
@@ -94,10 +94,10 @@ def packed_members(
     Parameters
     ----------
     codes : ndarray of int64, shape (C,)
-        The packed least words, of order p <= 20.
+        The packed representatives, of period p <= 20.
     p : int
     masks : ndarray of uint8, shape (C,)
-        Bit n is set where the n-th word of the class is chosen.
+        Bit n is set if word n of the class is chosen.
     stabilisers : ndarray of uint8, shape (C,)
 
     Yields

@@ -1,7 +1,7 @@
-"""Patterns in words: factors, and texts with wildcards, looked for in many packed words at once.
+"""Find patterns, that is factors and texts with wildcards, in many packed words at once.
 
-Where a pattern may go on in a word is a set of places, a bit each, three bits apart as the symbols are. One
-symbol of the pattern after the other moves the sets of all words on, in a few operations on integers.
+The places where a pattern may continue in a word are bits, three apart like the symbols. Each symbol of the
+pattern moves the sets of all words on, in a few operations on integers.
 """
 
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ _UNITS = int("1" * MAX_KEYED, 8)
 
 @dataclass(frozen=True)
 class Factor:
-    """A factor that a word has in some rotation.
+    """Successive symbols of a word in some rotation.
 
-    One longer than the word is looked for in two rounds from the least rotation on. If a word fits, all its
+    A factor longer than the word must fit into two rounds from the least rotation on. If a word fits, all its
     rotations do.
     """
 
@@ -48,13 +48,13 @@ class Factor:
 
 @dataclass(frozen=True)
 class Like:
-    """A text with wildcards: ``%`` stands for any symbols or none, ``_`` for one.
+    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one.
 
     Attributes
     ----------
     pattern : str
     wanted : bool, optional
-        False for the words that are not like it.
+        False to find the words that do not fit.
     """
 
     pattern: str
@@ -62,13 +62,13 @@ class Like:
     cyclic = False
 
     def fits(self, word: str) -> bool:
-        """Tell whether a word, as it is written, fits."""
+        """Tell whether a word, as written, fits."""
         return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
     def fitting(self, codes: Integers, p: int) -> Found:
-        """Return which packed words of order p <= `MAX_KEYED`, as they are written, fit."""
+        """Return which packed words of period p <= `MAX_KEYED`, as written, fit."""
         where = {symbol: _where(symbol, codes, p) for symbol in set(self.pattern) - {"%", "_"}}
-        places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is behind the word
+        places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is after the word
         for symbol in self.pattern:
             if symbol == "%":
                 _spread(places, p)
@@ -116,12 +116,10 @@ def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, fac
     -------
     ndarray of int64, shape (N,)
 
-    Notes
-    -----
-    As a selection has it, a word contains what its least rotation, written twice, contains. So it has every
-    factor of up to p + 1 symbols that it has in any rotation, and none of more than 2 p.
+    Notes ----- By definition, a word contains the factors of its least rotation written twice. These are all
+    factors of up to p + 1 symbols of any rotation, and none of more than 2 p.
     """
     images = np.zeros(len(codes), dtype=np.int64)
     for image in packed_images(codes, p):
         images += Factor(factor).fitting(image, p)
-    return images * SIZES[stabiliser] // len(ELEMENTS)  # each word is the image under so many elements
+    return images * SIZES[stabiliser] // len(ELEMENTS)  # each word is an image under this many elements

@@ -1,8 +1,8 @@
 """Geometric pruning: the paper's rules 1-6 as data, and as an automaton that reads a word symbol by symbol.
 
-A rule speaks of a cyclic word and holds for every a. Words that break none are *admissible*. The automaton
-prunes prefixes while words are generated (`orbitdb.symbols.enumeration`), and is a transfer matrix whose
-traces count words of any order without generating one.
+A rule concerns cyclic words and holds for every a. Words that break none are *admissible*. The automaton
+prunes prefixes while words are generated (`orbitdb.symbols.enumeration`). It is also a transfer matrix whose
+traces count words of any period without generating them.
 
 Source: Biham and Kvale, appendix.
 """
@@ -25,7 +25,7 @@ _SIDE = np.array([_NONE, _LEFT, _NONE, _RIGHT, _LEFT, _RIGHT], dtype=np.uint8)
 
 
 class Rule(NamedTuple):
-    """A geometric pruning rule: its number in the paper, and what a word does that no orbit can do."""
+    """A geometric pruning rule: its number in the paper, and what a word that breaks it does."""
 
     number: int
     sentence: str
@@ -42,7 +42,7 @@ RULES = (
 
 
 def rules_broken(words: Words) -> NDArray[np.uint8]:
-    """Return for each word, shape (N, p), the bit mask of the rules it breaks (bit number - 1)."""
+    """Return the bit mask of broken rules (bit number - 1) of each word, shape (N, p)."""
     before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
     sides = _SIDE[words]
     curved, other = sides != _NONE, words != after
@@ -81,17 +81,17 @@ def rule_numbers(mask: int) -> list[int]:
 
 
 def rules_of(word: str) -> list[int]:
-    """Return the numbers of the rules that one word breaks; empty if it is admissible."""
+    """Return the numbers of the rules that a word breaks; empty if it is admissible."""
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
 
 
 def need_admissible(words: Words) -> None:
-    """Raise unless words are an array, shape (N, p), of admissible ones.
+    """Raise unless the words are an array, shape (N, p), of admissible words.
 
     Raises
     ------
     WordError
-        With the first that is not admissible.
+        For the first word that is not admissible.
     """
     if not isinstance(words, np.ndarray) or words.ndim != 2 or words.dtype.kind not in "iu":
         raise WordError(
@@ -110,16 +110,16 @@ STRAIGHT_SYMBOLS, LEFT_SYMBOLS = (0, 2), (1, 4)
 
 
 class State(NamedTuple):
-    """What a prefix decides of the symbols that may follow it."""
+    """What a prefix decides about the next symbols."""
 
     symbol: int  # the last one
     left: bool | None  # whether the last semicircle was the left one; None before the first
-    walls: int  # straight bounces since then; 2 stands for more, too
+    walls: int  # straight bounces since then; 2 also for more
     lone: bool  # whether the last symbol is a 4 or 5 that differs from the one before it
 
 
 def _first(symbol: int) -> State:
-    """Return the state after a word's first symbol, whose left neighbour is not known yet."""
+    """Return the state after the first symbol of a word, whose left neighbour is not known yet."""
     straight = symbol in STRAIGHT_SYMBOLS
     return State(symbol, None if straight else symbol in LEFT_SYMBOLS, int(straight), False)
 
@@ -171,20 +171,20 @@ def count_primitive(p: int) -> int:
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of order p that break none of the rules, for any p.
+    """Count the primitive cyclic words of any period p that break none of the rules.
 
     Parameters
     ----------
     p : int
         Order.
     rules : frozenset of int, optional
-        Numbers of the rules that count; by default all, which makes this the paper's N_t(p).
+        Numbers of the rules to apply; with all of them, the default, the result is the paper's N_t(p).
     """
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 
 
 def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
-    """Return the number of primitive cyclic words, given that of closed walks of each length."""
+    """Return the number of primitive cyclic words from those of closed walks of each length."""
     primitive: dict[int, int] = {}  # closed walks that repeat no shorter one, by length
     for n in (d for d in range(1, p + 1) if p % d == 0):
         primitive[n] = rooted(n) - sum(count for d, count in primitive.items() if n % d == 0)
@@ -192,7 +192,7 @@ def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
 
 
 def _count_rooted(n: int, rules: frozenset[int]) -> int:
-    """Count the words of length n, all rotations and repetitions among them, that obey some rules."""
+    """Count the words of length n, rotations and repetitions included, that obey some rules."""
     every = _closed_walks(n, rules, tuple(range(6)))
     if 3 not in rules:
         return every
@@ -204,8 +204,8 @@ def _count_rooted(n: int, rules: frozenset[int]) -> int:
 def _closed_walks(n: int, rules: frozenset[int], symbols: tuple[int, ...]) -> int:
     """Return the trace of the n-th power of the transfer matrix over some of the symbols.
 
-    A word with a semicircle fixes the state it returns to. A word of walls alone closes three times,
-    for either semicircle remembered and for none, and must count once.
+    A word with a semicircle fixes the state to which it returns. A word of walls alone closes three times,
+    with either semicircle remembered and with none, but counts once.
     """
     states, table = automaton(rules)
     exact = np.int64 if n <= _INT64_LENGTH else object

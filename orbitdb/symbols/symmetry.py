@@ -33,10 +33,10 @@ GROUPS = tuple(
     for held in [[g for g in ELEMENTS if mask >> g & 1]]
     if {g ^ h for g in held for h in held} == set(held)
 )
-"""The stabilisers there are: the masks of all groups of elements, each with the identity."""
+"""All stabilisers: the masks of the groups of elements."""
 
 _LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
-"""Symbols, with single bounces on the left and right semicircle told apart as 6 and 7."""
+"""Symbols, with single bounces on the left and right semicircle as 6 and 7."""
 
 _MIRRORED = np.array([0, 3, 2, 1, 5, 4, 7, 6], dtype=np.uint8)
 _SWAPPED_WALLS = np.array([2, 1, 0, 3, 4, 5, 6, 7], dtype=np.uint8)
@@ -48,7 +48,7 @@ _WRITTEN = np.array([0, 1, 2, 3, 4, 5, 1, 3], dtype=np.uint8)
 
 
 def _table(element: int) -> NDArray[np.uint8]:
-    """Return what becomes of each symbol, single bounces told apart, under one element."""
+    """Return the image of each symbol, with separate single bounces, under one element."""
     image = np.arange(8, dtype=np.uint8)
     if bool(element & MIRROR_Y) != bool(element & REVERSE):
         image = _SWAPPED_SENSE[image]
@@ -63,13 +63,13 @@ _TABLES = [_table(element) for element in ELEMENTS]
 
 
 def _lone_apart(words: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return words with single bounces on a semicircle told apart; neighbours are cyclic."""
+    """Return words with separate symbols for single bounces on a semicircle; neighbours are cyclic."""
     same = words == np.roll(words, 1, axis=1)
     return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
 
 
 def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the images of words under one element, symbol by symbol, reversed in time if it says so.
+    """Return the images of words under one element, reversed if it includes time reversal.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
     Notes
     -----
-    Mirror ``y`` and time reversal turn the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce
-    on a semicircle is always written 1 or 3.
+    Mirror ``y`` and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
+    semicircle is always written 1 or 3.
     """
     image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
@@ -125,13 +125,13 @@ def image_coordinates(
     Parameters
     ----------
     words : sequence of str, length N
-        A rotation of each image's word.
+        A rotation of the word of each image.
     least : sequence of str, length N
         The words of the orbits.
     element : int
         The element that leads to the images.
     coordinates : ndarray, shape (N, p)
-        Those of the orbits, in the order of ``least``.
+        The coordinates of the orbits, in the order of ``least``.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def image_coordinates(
     Raises
     ------
     ValueError
-        If one is no rotation of its image.
+        If a word is not a rotation of its image.
     """
     symbols = from_strings(least)
     pairs = zip(to_strings(act_on_words(element, symbols)), words, strict=True)
@@ -153,9 +153,9 @@ def image_coordinates(
 class Classes(NamedTuple):
     """The symmetry classes of N cyclic words, as arrays of shape (N,)."""
 
-    representative: NDArray[np.int64]  # packed least word of all images and rotations
+    representative: NDArray[np.int64]  # packed
     element: NDArray[np.uint8]  # the first element that carries the representative to the word
-    stabiliser: NDArray[np.uint8]  # bit g is set where element g maps the cyclic word to itself
+    stabiliser: NDArray[np.uint8]  # bit g is set if element g maps the cyclic word to itself
 
 
 def classify(codes: NDArray[np.int64], p: int) -> Classes:
@@ -174,7 +174,7 @@ def all_images(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 
 
 def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
-    """Return the images of packed words of order p <= 20 under the eight elements in order, not rotated."""
+    """Return the images of packed words of period p <= 20 under the eight elements in order, not rotated."""
     images: list[NDArray[np.int64]] = []
     for one in (codes, reversed_words(codes, p)):
         sense, walls = _changes(one, p)
@@ -192,7 +192,7 @@ def mirrored(codes: NDArray[np.int64]) -> NDArray[np.int64]:
 def _changes(codes: NDArray[np.int64], p: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the bits of packed words that change with the sense of their runs, and with 0 <-> 2.
 
-    1 = 001 <-> 4 = 100 and 3 = 011 <-> 5 = 101, but for single bounces.
+    1 = 001 <-> 4 = 100 and 3 = 011 <-> 5 = 101, except for single bounces.
     """
     units = _UNITS & ((np.int64(1) << BITS * p) - 1)
     low, middle, high = (codes >> place & units for place in range(BITS))
@@ -205,7 +205,7 @@ def _changes(codes: NDArray[np.int64], p: int) -> tuple[NDArray[np.int64], NDArr
 
 
 def next_symbols(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return packed words of order p turned by one symbol."""
+    """Return packed words of period p rotated by one symbol."""
     top = BITS * (p - 1)
     return (codes & ((np.int64(1) << top) - 1)) << BITS | codes >> top
 

@@ -1,1 +1,1 @@
-"""Orbits in ball arithmetic: enclosed with proof, for what doubles cannot decide."""
+"""Orbits enclosed in ball arithmetic, with proof, if doubles cannot decide."""

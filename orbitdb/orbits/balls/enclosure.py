@@ -1,8 +1,8 @@
-"""Ball arithmetic: orbits enclosed with proof, for what doubles cannot decide (docs/proof.md).
+"""Enclose orbits in ball arithmetic, with proof, if doubles cannot decide (docs/proof.md).
 
-The precision goes on until a slack that balls do not tell from zero is smaller than an orbit that shadows one
-through a joint can have it; then `orbitdb.orbits.balls.joints` may prove it to be zero. What neither shows
-stays unresolved.
+If balls cannot separate a slack from zero, the precision grows until the slack is smaller than for any orbit
+that shadows one through a joint. Then `orbitdb.orbits.balls.joints` may prove it to be zero. Otherwise the
+word stays unresolved.
 """
 
 import math
@@ -21,21 +21,21 @@ from orbitdb.orbits.balls.path import BallPath, Balls, Condition
 from orbitdb.orbits.orbit import Orbits, Status
 
 PRECISION, MAX_PRECISION = 128, 16384
-"""Bits of the arithmetic to begin with, and the most that any word is given."""
+"""Bits of the arithmetic at first, and at most."""
 
 _ENOUGH = 1024
-"""Bits, besides what lambda asks for, after which a word stays unresolved."""
+"""Bits beyond those that lambda requires after which a word stays unresolved."""
 _BITS_IN_MEMORY = 1 << 27
-"""Legs times bits: a word of more legs is given fewer bits, to keep to about half a gigabyte."""
+"""Limit on legs times bits, which keeps the memory to about half a gigabyte."""
 _CLOSE = 32
-"""Bits by which a slack must be smaller than e^-lambda before a proof is tried that it is zero."""
+"""Bits by which a slack must be below e^-lambda before a proof that it is zero is tried."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """One word's orbit in balls."""
+    """The orbit of one word in balls."""
 
-    status: Status  # `Status.BOUNDARY` where slacks are proved to be 0 and the others to be positive
+    status: Status  # `Status.BOUNDARY` if slacks are proved to be 0 and all others positive
     precision: int  # bits of the arithmetic that decided it
     coordinates: Balls  # in the order of the word
     length: arb
@@ -54,7 +54,7 @@ def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISIO
 def enclose_all(
     legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
 ) -> Iterator[Enclosure]:
-    """Enclose the stationary points of N cut words one by one, with the precision that their status takes.
+    """Enclose the stationary points of N cut words one by one, with the precision that their status needs.
 
     Parameters
     ----------
@@ -62,10 +62,9 @@ def enclose_all(
     stadium : Stadium
         Its a is taken as the exact value of the double.
     start : ndarray, shape (m, N), optional
-        Directions near the maxima, as `orbitdb.orbits.newton.newton` finds them; they save time only.
+        Directions near the maxima, as from `orbitdb.orbits.newton.newton`; they only save time.
     precision : int, optional
-        Bits to begin with; they are doubled until the status is decided, as long as lambda gives hope,
-        up to `MAX_PRECISION`.
+        Bits at first; doubled, up to `MAX_PRECISION`, until the status is decided or lambda leaves no hope.
 
     Yields
     ------
@@ -101,7 +100,7 @@ def _enclosed(path: BallPath, start: Balls, precision: int) -> Enclosure:
 
 
 def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status:
-    """Return what the slacks at the enclosed maximum prove."""
+    """Return the status that the slacks at the enclosed maximum prove."""
     if any(x < 0 for x in slack):
         return Status.DYNAMICAL
     if not all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True)):
@@ -119,14 +118,14 @@ def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status
 
 
 def _most_bits(path: BallPath) -> int:
-    """Return the bits after which a word stays unresolved: more where lambda is large, fewer where m is."""
+    """Return the bits after which a word stays unresolved; they grow with lambda and fall with m."""
     hope = path.exponent().abs_upper() / arb.const_log2()
     bits = _ENOUGH + float(hope) if hope.is_finite() else MAX_PRECISION
     return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return how far the numbers of orbits may be from the enclosed ones.
+    """Return the largest distances of the numbers of orbits from the enclosed ones.
 
     Parameters
     ----------
@@ -138,7 +137,7 @@ def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Flo
     Returns
     -------
     coordinates, length, lyapunov : ndarray, shape (N,) each
-        The largest distance from any point of the ball, rounded up; of the coordinates the worst.
+        The largest distance from any point of the ball, rounded up; the worst one of the coordinates.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
@@ -155,7 +154,7 @@ def distance(ball: arb, value: float) -> float:
 
 
 def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Orbits:
-    """Return an enclosure rounded to doubles, the rounding counted in its error bounds."""
+    """Return an enclosure rounded to doubles, with the rounding in its error bounds."""
     places = [_rounded(x) for x in found.coordinates]
     coordinates = np.array([[value for value, _ in places]])
     length, length_error = _rounded(found.length)

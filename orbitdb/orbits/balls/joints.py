@@ -1,15 +1,15 @@
 """Orbits through a joint of wall and semicircle, proved exactly (docs/proof.md).
 
-No ball shows that a number is zero. But at rational a (every double is) the joint orbits that occur are
-algebraic of low degree. Balls suggest a field Q(gamma), gamma a real root of a polynomial f, and in it cosine
-and sine of every leg direction and of every half turn. Modulo f it is checked that
+No ball shows that a number is zero. But at rational a, as every double is, the joint orbits that occur are
+algebraic of low degree. Balls suggest a field Q(gamma), gamma a real root of a polynomial f, and in it the
+cosine and sine of every leg direction and half turn. These identities are then checked modulo f:
 
     cos^2 + sin^2 = 1                         for each of these angles,
     e^{2 k i half} = -e^{-i d (in + out)}     for every run,
     dL/dalpha = 0                             for every leg,
     e^{2 i slack} = 1                         for every slack that should be zero;
 
-balls only tell an angle from its multiples of pi.
+Balls only decide between an angle and its shifts by pi.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,10 +21,10 @@ from orbitdb.orbits.balls.path import BallPath, Condition
 
 _DEGREES = (1, 2, 3, 4, 6, 8)
 _SPARE = 24
-"""Bits by which the coefficients of a relation must be fewer than those of the numbers."""
+"""Bits by which the coefficients of a relation must be shorter than the numbers."""
 
 _ALIKE = 20
-"""Digits that two numbers share which are taken to be one."""
+"""Digits that two numbers must share to be taken as equal."""
 _GENERATORS = 16
 
 Turn = tuple[fmpq_poly, fmpq_poly]
@@ -36,7 +36,7 @@ _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 
 @dataclass(frozen=True)
 class Field:
-    """The rational numbers with one real number gamma."""
+    """The field of rational numbers extended by a real number gamma."""
 
     f: fmpq_poly  # a polynomial of which gamma is a root; it need not be irreducible
     gamma: arb  # a ball across which f changes its sign
@@ -65,7 +65,7 @@ class Field:
 
 @dataclass(frozen=True)
 class ExactPath:
-    """A path whose angles are exact, as far as the balls of another path suggest them."""
+    """A path with exact angles, as suggested by the balls of another path."""
 
     path: BallPath  # the word, the stadium, and the limits
     field: Field
@@ -77,7 +77,7 @@ class ExactPath:
         return self.field.times(self.path.parity[run - 1], self.alpha[run - 1])
 
     def is_maximum(self) -> bool:
-        """Tell whether the angles are proved to be those of the maximum of the length."""
+        """Tell whether the angles are proved to belong to the maximum of the length."""
         one, f, limits = fmpq_poly([1]), self.field.f, self.path.limits
         circle = all((cos * cos + sin * sin - one) % f == _ZERO for cos, sin in self.alpha + self.half)
         inside = all(
@@ -104,7 +104,7 @@ class ExactPath:
         return bool(slope % self.field.f == _ZERO)
 
     def is_zero(self, condition: Condition, slack: arb) -> bool:
-        """Tell whether a slack, which lies in a ball, is proved to be zero at the maximum."""
+        """Tell whether a slack inside a ball is proved to be zero at the maximum."""
         path, field, run = self.path, self.field, condition.run
         middle = field.sum(self.arriving(run), field.times(-1, self.alpha[run]))
         spread = field.times(2 * condition.end * path.d[run] * (path.k[run] - 1), self.half[run])
@@ -121,7 +121,7 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     path : BallPath
         Enclosed at its maximum.
     touching : sequence of (Condition, arb)
-        The slacks and what encloses them.
+        The slacks and their enclosures.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):
@@ -133,9 +133,9 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
 
 
 def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
-    """Yield fields in which numbers seem to lie, with the numbers as elements.
+    """Yield fields that seem to contain some numbers, with the numbers as elements.
 
-    One of the numbers generates it, or else a sum of multiples of all.
+    The generator is one of the numbers, or a sum of multiples of all.
     """
     bits = min(_bits(x) for x in numbers)
     keys = [str(abs(x).mid().str(_ALIKE, radius=False)) for x in numbers]
@@ -149,7 +149,7 @@ def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
 
 
 def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> dict[str, fmpq_poly] | None:
-    """Return numbers as polynomials in gamma, None where one does not seem to be one."""
+    """Return numbers as polynomials in gamma, None if one of them does not seem to be one."""
     powers, found = [gamma**i for i in range(degree)], {}
     for key, x in numbers.items():
         relation = _relation([x, *powers], bits)
@@ -160,7 +160,7 @@ def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> di
 
 
 def _field(gamma: arb, bits: int) -> Field | None:
-    """Return the field that a number seems to generate, None where no polynomial is found."""
+    """Return the field that a number seems to generate, None if no polynomial is found."""
     width = arb(2) ** (-bits // 2)
     for degree in _DEGREES:
         relation = _relation([gamma**i for i in range(degree + 1)], bits)
@@ -180,7 +180,7 @@ def _at(f: fmpq_poly, x: arb) -> arb:
 
 
 def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
-    """Return small integers, not all zero, with which numbers seem to add up to zero, by LLL."""
+    """Return small integers, not all zero, for which a combination of numbers seems to vanish, by LLL."""
     size = len(numbers)
     rows = [[int(i == j) for j in range(size)] for i in range(size)]
     for row, x in zip(rows, numbers, strict=True):
@@ -193,9 +193,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
 
 
 def _bits(x: arb) -> int:
-    """Return to how many binary places a ball knows a number, a little less than all at most.
+    """Return the number of accurate binary places of a ball, a little less than all at most.
 
-    None of an exact one: lengths and directions are none.
+    None of them is exact, because lengths and directions are not.
     """
     mantissa, exponent = x.rad().man_exp()
     return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16)

@@ -1,7 +1,7 @@
-"""One word's unfolded path in ball arithmetic.
+"""The unfolded path of one word in ball arithmetic.
 
-Every number is an interval that holds the true value (Arb, through python-flint). The formulas of
-`orbitdb.billiard.legs` are written here a second time, word by word and at any precision.
+Every number is an interval that contains the true value (Arb, through python-flint). The formulas are those
+of `orbitdb.billiard.legs`, for one word at any precision.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class Condition(NamedTuple):
     end: int  # of the run: -1 its first bounce, +1 its last
     sign: int  # +1 or -1
     leg: int = 0
-    tilt: int = 0  # +1 or -1, the leg's first wall; 0 where the bounce is on the semicircle
+    tilt: int = 0  # +1 or -1, the leg's first wall; 0 for a bounce on the semicircle
 
 
 def _largest(change: Balls) -> arb:
@@ -34,18 +34,18 @@ def _largest(change: Balls) -> arb:
 
 
 class BallPath:
-    """The unfolded path of one word of a batch, its directions in balls.
+    """The unfolded path of one word of a batch, with directions in balls.
 
     Parameters
     ----------
     legs : Legs
         Cut words.
     column : int
-        Which of them.
+        The index of the word.
     a : float
-        The stadium's, taken as exact.
+        The half length, taken as exact.
     limits : sequence of (float, float)
-        Between which each direction is sought, as of `orbitdb.billiard.legs.direction_limits`.
+        Limits of each direction (`orbitdb.billiard.legs.direction_limits`).
     """
 
     def __init__(self, legs: Legs, column: int, a: float, limits: Sequence[tuple[float, float]]) -> None:
@@ -86,9 +86,9 @@ class BallPath:
     def climb(self) -> int:
         """Move the directions to the maximum by Newton's method between their limits.
 
-        A long step that does not lengthen the path is halved until it does: with the concavity of L
-        this brings every word to its maximum, those outside the stadium included. After a step of
-        half the digits the next one would be rounding.
+        A long step that does not lengthen the path is halved until it does. Because L is concave, this brings
+        every word to its maximum, even outside the stadium. After a step of half the digits, the next one
+        would be rounding.
         """
         target = arb(2) ** (8 - ctx.prec // 2)
         steps = 0
@@ -113,7 +113,7 @@ class BallPath:
         ]
 
     def pressed(self) -> list[bool]:
-        """Tell which directions stand at a limit that the gradient surely pushes against."""
+        """Tell which directions are at a limit that the gradient surely pushes against."""
         return [
             bool((x <= low and g < 0) or (x >= high and g > 0))
             for x, g, (low, high) in zip(self.alpha, self.gradient, self.limits, strict=True)
@@ -133,7 +133,7 @@ class BallPath:
         return step
 
     def widen(self) -> None:
-        """Give the directions the radius inside which the maximum is proved to lie."""
+        """Give the directions the radius within which the maximum is proved to lie."""
         total = arb(0)
         for g, beyond, pressed in zip(self.gradient, self.beyond, self.pressed(), strict=True):
             total += arb(0) if pressed else g.abs_upper() ** 2 / beyond
@@ -154,7 +154,7 @@ class BallPath:
         return first, last
 
     def conditions(self) -> list[Condition]:
-        """Return what must hold for every end of run and leg to keep to its semicircle or wall."""
+        """Return the conditions for every end of a run or leg to be on its semicircle or wall."""
         found = [Condition(i, end, sign) for i in range(self.m) for end in (-1, 1) for sign in (-1, 1)]
         for i, (n, s, parity) in enumerate(zip(self.n, self.s, self.parity, strict=True)):
             if n:
@@ -191,7 +191,7 @@ class BallPath:
         return found
 
     def _on_walls(self, leg: int, first: Balls, last: Balls) -> tuple[arb, arb]:
-        """Return the coordinate of a leg's first bounce, and how far apart its bounces are."""
+        """Return the coordinate of a leg's first bounce, and the distance of successive ones."""
         start_y, start_x = last[leg].sin_cos()
         end_y, end_x = first[(leg + 1) % self.m].sin_cos()
         lean = (2 * self.a + start_x + end_x) / (

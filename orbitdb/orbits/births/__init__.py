@@ -1,1 +1,1 @@
-"""Births and deaths: where in *a* words begin and cease to be orbits, with proof that none is missing."""
+"""Births and deaths: the *a* at which words begin and cease to be orbits, with a proof of completeness."""

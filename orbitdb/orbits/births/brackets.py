@@ -1,8 +1,8 @@
 """Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
 
-At both ends of the bracket the error bounds show what the word is; slacks being continuous in a, the change
-lies between, whatever found it. Where rounding hides the sides the bracket is made wider, and then decided in
-ball arithmetic.
+At both ends of the bracket, error bounds decide whether the word is an orbit. The slacks are continuous in a,
+so the change lies between, however it was found. If rounding hides a side, the bracket is widened, and then
+decided in ball arithmetic.
 """
 
 from dataclasses import dataclass
@@ -28,10 +28,10 @@ Signs = NDArray[np.int8]
 _WIDER = 4.0
 _NARROWEST = 2.0**-51
 _WIDEST = 1e-11
-"""Relative; from here on balls decide."""
+"""Relative width from which on balls decide."""
 _SAFETY = 1.05
 _POLISH = 1e-9
-"""A zero that is found needs no larger step in ln a."""
+"""Largest step in ln a at a converged zero."""
 
 _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 
@@ -40,28 +40,28 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, as a structure of arrays of shape (K,)."""
 
-    word: Integers  # which word changes
+    word: Integers  # the word that changes
     a: Floats  # where
-    error: Floats  # how far from there it may be, proved
-    born: NDArray[np.bool_]  # whether it begins to be an orbit as a grows, or ceases to be one
-    slack: Integers  # which of its smooth slacks changes sign (`orbitdb.orbits.births.crossings.Zeros`)
+    error: Floats  # proved bound on the error of a
+    born: NDArray[np.bool_]  # whether it begins or ceases to be an orbit as a grows
+    slack: Integers  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
     slope: Floats  # of the slack in ln a (radians)
 
 
 def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
-    """Put brackets around zeros; return those in which words are proved to change.
+    """Put brackets around zeros; keep those in which words are proved to change.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
     legs : Chain
-        Theirs.
+        Their runs and legs.
     zeros : Zeros
-        Of some of the words' slacks.
+        Zeros of slacks of some words.
     """
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
-    for _ in range(2):  # once to the zero as near as doubles come, and once more there
+    for _ in range(2):  # once to come as close to the zero as doubles can, and once more there
         step, drift = motion(part, x, alpha, direction_limits(part, x))
         alpha = alpha + step
         slack, slopes = slacks_and_slopes(part, alpha, drift)
@@ -95,7 +95,7 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 where doubles do not decide.
+    """Tell which words are orbits, each at its own a: 1, -1, or 0 if doubles do not decide.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
 
 
 def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits as `statuses` does, in ball arithmetic where doubles leave it open."""
+    """Tell which words are orbits as `statuses` does, with ball arithmetic if doubles do not decide."""
     found = statuses(legs, a, alpha)
     unknown = np.flatnonzero(found == 0)
     if len(unknown):
@@ -123,9 +123,9 @@ def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Si
 def proved_signs(words: NDArray[np.uint8], a: Floats) -> Signs:
     """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
 
-    1 for an orbit, -1 for none, 0 for one exactly through a joint, or undecided.
+    1 for an orbit, -1 for none, 0 for an orbit exactly through a joint, or undecided.
     """
-    from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to load, and seldom needed
+    from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to import, and seldom needed
 
     found = np.zeros(len(words), np.int8)
     for rows, legs in cut(words):

@@ -1,9 +1,9 @@
-"""What a word can do inside a cell of x = ln a: bounds that hold at every a in it.
+"""The possible behaviour of a word in a cell of x = ln a: bounds that hold at every a in it.
 
-Around the middle of a cell, a solution in doubles, the maximum of the length moves by what the first and
-the second derivative of its directions in x allow. So a bound says of a whole cell, and not of points in it,
-that a word is an orbit all over it, or none, or that the slacks that could be zero in it all rise, so that it
-can be born there once and cannot die, or that all fall. With A = -H,
+Around a solution in doubles at the middle of a cell, the first and second derivatives of its directions in x
+limit how the maximum of the length moves. A bound can thus prove for a whole cell that a word is an orbit
+throughout, or nowhere, or that all slacks that could vanish rise (it can be born once and cannot die) or
+fall. With A = -H,
 
     A alpha'  = -2 a sin(alpha),
     A alpha'' = -2 a sin(alpha) - 4 a cos(alpha) alpha' - dD/dalpha alpha'^2 -+ ...,
@@ -16,11 +16,11 @@ values of a solution of A u = b are no larger than v max(|b_i| / q_i), for any v
 D and w the curvatures of leg and run: look at the row of the largest |u_i| / v_i. With D, w and b at their
 worst over the cell this bounds alpha' and alpha'' all over it. The bound on alpha' holds where directions are
 pressed against limits, too: the maximum on a box is still that of the largest row. The directions stay in the
-range over which the worst was taken, by the bound itself and continuity. v may be any, so rounding in it does
-not matter.
+range over which the worst was taken, by the bound itself and continuity. Any v > 0 will do, so its rounding
+does not matter.
 
-What rounding does to sums and products is far below the 1e-10 and the parts in 1e9 that bounds are widened
-by. What it does to solutions is not: they are put into their equations, and what is left over counts.
+Bounds are widened by 1e-10 and parts in 1e9, far more than the rounding of sums and products. Rounding of
+solutions can be larger: they are put into their equations, and the residual counts.
 """
 
 from enum import IntEnum
@@ -51,7 +51,7 @@ WIDER = 1 + 1e-9
 
 
 class Reach(NamedTuple):
-    """What may be said of all points of a cell, shape (m, N) each."""
+    """Bounds for all points of a cell, shape (m, N) each."""
 
     beyond: Floats  # least D
     stiff: Floats  # most w
@@ -63,7 +63,7 @@ class Reach(NamedTuple):
 
 
 def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:
-    """Bound curvatures and forces where directions are within some distance, and x within r."""
+    """Bound curvatures and forces for directions within some distance, and x within r."""
     low, high = a * np.exp(-r), a * np.exp(r)
     size = np.abs(alpha)
     least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
@@ -86,7 +86,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
 
 
 def firmness(reach: Reach, v: Floats) -> Floats:
-    """Return the least q of the module's docstring, a little less for rounding."""
+    """Return the least q of the docstring above, reduced a little for rounding."""
     behind, ahead = v - preceding(v), v - following(v)
     stiff, soft = reach.stiff, reach.soft
     held = reach.beyond * v
@@ -97,32 +97,32 @@ def firmness(reach: Reach, v: Floats) -> Floats:
 
 
 def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
-    """Bound what an error of the directions changes in the equations of the drift."""
+    """Bound the change in the equations of the drift from an error of the directions."""
     kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
     return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
 
 
 def forcing(reach: Reach, speed: Floats) -> Floats:
-    """Bound the right side of the equations of the second derivative, given that of the first."""
+    """Bound the right side of the equations of the second derivative, given the first."""
     kicks = reach.bend * (preceding(speed) + speed) ** 2
     found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
     return found
 
 
 _TERMS = 1e-13
-"""Rounding of a sum of terms of A x = b, of the sizes of which they are made."""
+"""Rounding of a sum of terms of A x = b, relative to the sizes of its parts."""
 
 _EDGE = 1e-14
-"""Rounding of ln a: so much farther cells reach."""
+"""Rounding of ln a, by which cells are widened."""
 
 _BEYOND_LIMITS = 12
 _SHARE, _LEAST = 0.1, 0.01
 _ROOM = 1.25
-"""How much farther than foreseen the directions may move before a cell is given up."""
+"""Factor beyond the expected motion of directions at which a cell is given up."""
 
 
 class Kind(IntEnum):
-    """What is proved of a word in a cell."""
+    """What is proved for a word in a cell."""
 
     OPEN = 0
     ALIVE = 1
@@ -132,23 +132,23 @@ class Kind(IntEnum):
 
 
 def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArray[np.int8], Floats, Floats]:
-    """Tell what is proved of N words in their cells.
+    """Return what is proved for N words in their cells.
 
     Parameters
     ----------
     legs : Chain
-        The words, one column a cell.
+        The words, one column per cell.
     x, radius : ndarray, shape (N,)
-        The middle of each cell in ln a, and how far it reaches to both sides.
+        Middle and half width of each cell in ln a.
     start : ndarray, shape (m, N)
-        Directions to look from (radians).
+        Directions to start from (radians).
 
     Returns
     -------
     kind : ndarray of int8, shape (N,)
         Values of `Kind`.
     alpha, drift : ndarray, shape (m, N)
-        Directions in the middle, and d alpha/dx there where nothing is pressed.
+        Directions in the middle, and d alpha/dx there if nothing is pressed.
     """
     a, r = np.exp(x), radius + _EDGE
     box = _box(legs, a, r)
@@ -160,21 +160,21 @@ class _Middle(NamedTuple):
     """Words in the middle of their cells, shape (m, N) each."""
 
     alpha: Floats
-    off: Floats  # how far the maximum may be from there
-    drift: Floats  # d alpha/dx where nothing is pressed
-    left_over: Floats  # how far that is from solving its equations, at most
+    off: Floats  # bound on the distance of the maximum from there
+    drift: Floats  # d alpha/dx if nothing is pressed
+    left_over: Floats  # bound on the residual of its equations
     v: Floats  # positive vectors for the bounds on the first derivative
     u: Floats  # and the second
 
 
 class _Bounds(NamedTuple):
-    """How the maximum moves all over a cell."""
+    """Bounds on the motion of the maximum in a cell."""
 
     sound: NDArray[np.bool_]  # whether the bounds hold, shape (N,)
     free: NDArray[np.bool_]  # whether no direction is pressed anywhere in the cell
     speed: Floats  # most of the first derivative of the directions in x, shape (m, N)
-    second: Floats  # and, where free, of the second
-    wrong: Floats  # how far off the drift in the middle may be, where free
+    second: Floats  # and, if free, of the second
+    wrong: Floats  # bound on the error of the drift in the middle, if free
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
@@ -197,7 +197,7 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
 def _left_over(
     legs: Chain, a: Floats, diagonal: Floats, beside: Floats, pull: Floats, drift: Floats
 ) -> Floats:
-    """Bound what is left over of the equations of the drift, A drift = -pull, rounding included."""
+    """Bound the residual of the equations of the drift, A drift = -pull, rounding included."""
     size = np.abs(drift)
     neighbours = size + preceding(size) + following(size)
     rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
@@ -207,7 +207,7 @@ def _left_over(
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
-    """Bound how the maximum moves in the cells."""
+    """Bound the motion of the maximum in the cells."""
     alpha, off, drift = middle.alpha, middle.off, np.abs(middle.drift)
     room = _ROOM * middle.v * r + 4 * off
     reach = reach_of(legs, a, r, alpha, room)
@@ -225,7 +225,7 @@ def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], midd
 
 
 def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[np.int8]:
-    """Tell what the slacks do in the cells."""
+    """Return the behaviour of the slacks in the cells."""
     slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.drift)
     moved = _spread(legs, middle.off + bounds.speed * r) + ROUNDING
     loose, bent = _spread(legs, bounds.wrong), _spread(legs, bounds.second)
@@ -259,22 +259,22 @@ def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) 
 
 
 def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
-    """Return right sides that leave room in every row for what changes inside a cell."""
+    """Return right sides that leave room in every row for changes inside a cell."""
     return forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond
 
 
 def _largest(values: Floats) -> Floats:
-    """Return the largest value of each word, no less for rounding, shape (N,); infinite if there is none."""
+    """Return the largest value of each word, rounded up, shape (N,); infinite without values."""
     found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
     return found
 
 
 def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
-    """Return limits that hold every direction that an orbit can have at any a in the cell."""
+    """Return limits for the directions of an orbit at any a in the cell."""
     near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
     return np.minimum(near[0], far[0]), np.maximum(near[1], far[1])
 
 
 def _spread(legs: Chain, bound: Floats) -> Floats:
-    """Bound the change of the smooth slacks, shape (6, m, N), where the directions change by so much."""
+    """Bound the change of the smooth slacks, shape (6, m, N), for given changes of the directions."""
     return slack_errors(legs, bound)[[0, 0, 1, 1, 2, 3]] * WIDER

@@ -1,8 +1,8 @@
 """Births and deaths: the values of a at which words begin and cease to be orbits.
 
-That a word changes inside its bracket is proved (`orbitdb.orbits.births.brackets`), and so is what it is at
-the lowest and the highest a of the grid and at the smallest a there is. That there is no further pair of
-changes between two points of the grid, none below the smallest a, and none above the highest is numerical.
+It is proved that a word changes inside its bracket (`orbitdb.orbits.births.brackets`), and whether it is an
+orbit at the lowest and highest a of the grid and at the smallest possible a. It is numerical that there is no
+further pair of changes between two points of the grid, below the smallest a or above the highest.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -29,15 +29,15 @@ JOINTS = ("bottom left", "bottom right", "top left", "top right")
 """Where a straight wall and a semicircle meet."""
 
 LOW = 1e-3
-"""Below, doubles show zeros that are none: some slacks go like a^5."""
+"""Lowest a of the grid; below it, doubles show spurious zeros, because some slacks go like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
-"""The largest birth of order p is near 0.13 p^2."""
+"""Highest a over p^2; the largest birth of period p is near 0.13 p^2."""
 _CELL = 0.275
-"""Of the grid, in ln a."""
+"""Step of the grid in ln a."""
 FINER = (1, 4, 16)
-"""How many times finer the grids are that are tried one after another."""
+"""Refinement factors, tried in this order."""
 _BATCH = 1 << 14
-"""Words that are followed at once: few take almost as long, and of more the arrays leave the cache."""
+"""Words to follow at once; fewer take almost as long, and the arrays of more do not fit the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +49,17 @@ class Changes(ByValue):
     always : ndarray of bool, shape (N,)
         Whether the word is an orbit from a = 0 on.
     word : ndarray of int, shape (K,)
-        Which word changes.
+        The word that changes.
     a, error : ndarray, shape (K,)
-        Where, and how far from there it may be, proved.
+        The place, and the proved bound on its error.
     born : ndarray of bool, shape (K,)
-        Whether it begins to be an orbit as a grows, or ceases to be one.
+        Whether it begins or ceases to be an orbit as a grows.
     bounce : ndarray of int, shape (K,)
-        The bounce of the word, counted from 1, that comes through a joint; where several do at once,
-        one of them.
+        The bounce of the word, counted from 1, that passes through a joint; one of them if several do.
     joint : ndarray of int, shape (K,)
         The joint, as a place in `JOINTS`.
     slope : ndarray, shape (K,)
-        How fast that bounce leaves the joint: d slack / d ln a (radians).
+        Speed of this bounce at the joint: d slack / d ln a (radians).
     """
 
     always: Flags
@@ -73,7 +72,7 @@ class Changes(ByValue):
     slope: Floats
 
     def lives(self) -> list[list[Stretch]]:
-        """Return for each word the ranges of a in which it is an orbit; None for no end."""
+        """Return the ranges of a in which each word is an orbit, with None for no end."""
         births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
         deaths: list[list[float | None]] = [[] for _ in births]
         for word, a, born in zip(self.word.tolist(), self.a.tolist(), self.born.tolist(), strict=True):
@@ -82,7 +81,7 @@ class Changes(ByValue):
 
 
 def find_changes(words: NDArray[np.uint8]) -> Changes:
-    """Find where words begin and cease to be orbits, from a = 0 to where all of them are.
+    """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
 
     Parameters
     ----------
@@ -92,7 +91,7 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     Raises
     ------
     WorkError
-        If births and deaths of a word do not follow one another on the finest grid either.
+        If the births and deaths of a word do not alternate even on the finest grid.
     """
     least, low = np.zeros((2, len(words)), dtype=bool)
     high = max(_HIGH, _HIGH_A_SQUARE * words.shape[1] ** 2)
@@ -116,13 +115,13 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
 
 
 def _signs(words: NDArray[np.uint8], legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
-    """Tell which words are orbits at one a; return their directions there, too, found from others."""
+    """Tell which words are orbits at one a; also return their directions there, found from nearby ones."""
     alpha = newton(legs, a, start=np.clip(start, *direction_limits(legs, a))).alpha
     return signs(words, legs, np.full(len(words), a), alpha), alpha
 
 
 def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integers]:
-    """Return what one smooth slack of each word is about, shape (N,): the bounce, from 1, and the joint.
+    """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
 
     Parameters
     ----------
@@ -154,7 +153,7 @@ def _joined(parts: list[Bracketed]) -> Bracketed:
 def _search(
     words: NDArray[np.uint8], always: Flags, foot: Floats, high: float, rows: Integers, level: int
 ) -> Bracketed:
-    """Return the changes of some words; those whose changes make no sense are searched on a finer grid."""
+    """Return the changes of some words; repeat inconsistent ones on a finer grid."""
     if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
         raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
@@ -178,7 +177,7 @@ def _search(
 
 
 def _merged(found: Bracketed) -> Bracketed:
-    """Return one change where the brackets of several slacks of a word overlap, that of the narrowest."""
+    """Merge changes of a word whose brackets overlap; keep the narrowest."""
     order = np.lexsort((found.a, found.word))
     found = found.rows(order)
     low, high = found.a - found.error, found.a + found.error
@@ -192,7 +191,7 @@ def _merged(found: Bracketed) -> Bracketed:
 
 
 def _inconsistent(found: Bracketed, always: Flags) -> Integers:
-    """Return the words whose changes do not take turns, or do not end with a life."""
+    """Return the words whose changes do not alternate, or do not end with a life."""
     word, born = found.word, found.born
     before = np.empty_like(born)
     before[1:] = born[:-1]
@@ -205,7 +204,7 @@ def _inconsistent(found: Bracketed, always: Flags) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes: those whose brackets touch one another share one, from 1 by rising a.
+    """Number the events among changes from 1 by rising a; changes with touching brackets share an event.
 
     Parameters
     ----------

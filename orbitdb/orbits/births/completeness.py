@@ -1,6 +1,6 @@
 """Proof that no birth or death of a word is missing between two values of a.
 
-It is a second way, which shares with `orbitdb.orbits.births.changes` only the equations: it looks for no
+This is a second method, which shares only the equations with `orbitdb.orbits.births.changes`. It searches no
 zeros, but cuts ln a into cells in which a word can be born at most once, or die at most once, or neither
 (`orbitdb.orbits.births.cells`), and counts.
 """
@@ -18,11 +18,11 @@ from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.newton import newton
 
 LOW, HIGH = 0.02, 1000.0
-"""Between these it is tried."""
+"""Range of a that is proved."""
 
 
 Segment = tuple[int, float, float]
-"""What is proved, of values of `Kind`, and from where to where in ln a."""
+"""A value of `Kind`, and the ends of its range in ln a."""
 
 KnownChange = tuple[float, float, bool]
 """The ends of a bracket in ln a, and whether the word is born there."""
@@ -30,14 +30,14 @@ KnownChange = tuple[float, float, bool]
 _CONSTANT = (Kind.ALIVE, Kind.DEAD)
 
 _FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
-"""Radius of the first cells in ln a, how often a cell is halved, and how many of a word are at most.
+"""Radius of the first cells in ln a, most halvings of a cell, and most cells of a word.
 
-As a goes to 0 some slacks go like a^5: there cells would be as small as a^(5/2), and are given up.
+As a goes to 0, some slacks go like a^5. Cells would be as small as a^(5/2) there, and are given up.
 """
 
 
 class Verdict(IntEnum):
-    """What is proved of the known births and deaths of a word."""
+    """What is proved about the known births and deaths of a word."""
 
     WRONG = -1
     UNDECIDED = 0
@@ -47,21 +47,21 @@ class Verdict(IntEnum):
 def prove_all(
     words: NDArray[np.uint8], changes: Sequence[Sequence[KnownChange]]
 ) -> tuple[NDArray[np.int8], int]:
-    """Tell whether the known changes of words are all there are between `LOW` and `HIGH`.
+    """Tell whether the known changes of words are complete between `LOW` and `HIGH`.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
         Admissible primitive words of one order.
     changes : sequence of sequence of KnownChange
-        Those of each word, by rising a.
+        The changes of each word, by rising a.
 
     Returns
     -------
     verdict : ndarray of int8, shape (N,)
         Values of `Verdict`.
     cells : int
-        How many cells were looked at.
+        Number of cells examined.
     """
     verdict, cells = np.zeros(len(words), np.int8), 0
     for rows, legs in cut(words):
@@ -79,14 +79,14 @@ def prove_all(
 def stretches(
     legs: Chain, low: float, high: float
 ) -> tuple[NDArray[np.intp], NDArray[np.int8], Floats, Floats, int]:
-    """Cut [low, high] in ln a into cells in which something is proved of each word, as far as that goes.
+    """Cut [low, high] in ln a into cells in which something is proved for each word, if possible.
 
     Returns
     -------
     word, kind, low, high : ndarray, shape (K,)
-        Stretches by word and rising a: which word, values of `Kind`, from where to where in ln a.
+        Ranges by word and rising a: the word, values of `Kind`, and the ends in ln a.
     cells : int
-        How many cells were looked at.
+        Number of cells examined.
     """
     count, cells = int(np.ceil((high - low) / (2 * _FIRST))), 0
     x = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
@@ -116,16 +116,16 @@ def stretches(
 
 
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
-    """Tell whether known changes are all that segments allow.
+    """Tell whether known changes are all changes that the segments allow.
 
     Parameters
     ----------
     segments : sequence of Segment
-        One behind the other, by rising a.
+        Adjacent ones, by rising a.
     changes : sequence of KnownChange
-        By rising a; those outside the segments do not matter.
+        By rising a; changes outside the segments do not matter.
     alive : bool or None
-        Whether the word is an orbit where the segments begin; None if that is not known.
+        Whether the word is an orbit where the segments begin; None if unknown.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True

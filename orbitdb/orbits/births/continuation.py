@@ -1,11 +1,11 @@
-"""Orbits followed in a: the maxima of the length, and by how much their bounces keep to their walls.
+"""Follow orbits in a: the maxima of the length, and the slacks of their bounces.
 
-Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), one more right side of the
-solver's own system. That a word is an orbit is the same as that six *smooth slacks* a run and its leg
-are positive: those of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in
-alpha and free of a, so that their slopes in x are the same map applied to d alpha/dx.
+Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), one more right side of the solver's
+system. A word is an orbit if and only if the six *smooth slacks* of each run and its leg are positive: those
+of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in alpha and independent of a,
+so their slopes in x are the same map applied to d alpha/dx.
 
-Everything here is numerical; what follows from it is proved in `orbitdb.orbits.births.brackets`.
+Everything here is numerical; `orbitdb.orbits.births.brackets` proves the results.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,18 +21,18 @@ from orbitdb.orbits.cyclic import solve_cyclic
 from orbitdb.orbits.newton import minus_hessian, newton
 
 _ON_THE_WAY = 2e-3
-"""A Newton step of this size (radians) leaves an error of about its square, enough between zeros."""
+"""Newton steps stop at this size (radians); the error is then about its square, enough between zeros."""
 _PLAIN_STEPS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Station(Batch):
-    """N words at one a on their way."""
+    """N words at one a of the grid."""
 
     x: float  # ln a
     alpha: Floats  # directions of the legs (radians), shape (m, N)
     drift: Floats  # d alpha/dx
-    slack: Floats  # the smooth slacks (radians), shape (6 m, N), infinite where there is none
+    slack: Floats  # the smooth slacks (radians), shape (6 m, N), infinite for missing ones
     slope: Floats  # their slopes in x
 
     @classmethod
@@ -42,7 +42,7 @@ class Station(Batch):
 
 
 def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequence[Floats]) -> Floats:
-    """Return a cubic at the share t of an interval of width h, given its values and slopes at the ends."""
+    """Return a cubic at the fraction t of an interval of width h, given values and slopes at the ends."""
     near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
     bent = h * t * (1 - t) * ((1 - t) * slopes[0] - t * slopes[1])
     value: Floats = near * ends[0] + far * ends[1] + bent
@@ -54,7 +54,7 @@ def motion(
 ) -> tuple[Floats, Floats]:
     """Return Newton's step and the drift of words at directions between their limits, shape (m, N) each.
 
-    The drift d alpha/dx, x = ln a, is zero for directions that are pressed against a limit.
+    The drift d alpha/dx, x = ln a, is zero for directions pressed against a limit.
     """
     slopes = derivatives(legs, a, alpha)
     pressed = pressed_directions(alpha, slopes, limits)
@@ -64,7 +64,7 @@ def motion(
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a, in its order; each solve starts from the last two stations.
+    """Follow N words along a grid of x = ln a; each solve starts from the last two stations.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def slacks_and_slopes(legs: Chain, alpha: Floats, drift: Floats) -> tuple[Floats
 
 
 def between(legs: Chain, start: Station, end: Station) -> Station:
-    """Return the station half way between two of the same words."""
+    """Return the station halfway between two stations of the same words."""
     x, h = (start.x + end.x) / 2, end.x - start.x
     a = float(np.exp(x))
     limits = direction_limits(legs, a)

@@ -1,9 +1,9 @@
-"""Where slacks change sign: cells of the grid of x = ln a, searched for zeros of the smooth slacks.
+"""Search cells of the grid of x = ln a for zeros of the smooth slacks.
 
-Between two stations every slack is taken for the cubic that has its values and slopes there. Where that
-cubic does not tell clearly how often it crosses zero the cell is halved. Zeros are then found by the
-Illinois method, the words solved anew at every step. This is numerical: what it finds is proved in
-`orbitdb.orbits.births.brackets`; that nothing is missed rests on the grid.
+Between two stations, every slack is approximated by the cubic with its values and slopes there. If the number
+of zeros of the cubic is not clear, the cell is halved. The Illinois method then finds the zeros, solving the
+words again at every step. This is numerical: `orbitdb.orbits.births.brackets` proves the zeros, but their
+completeness rests on the grid.
 """
 
 from collections.abc import Iterable, Iterator
@@ -21,18 +21,18 @@ from orbitdb.orbits.newton import newton
 Indices = NDArray[np.intp]
 
 _NEAR = 0.02
-"""A cubic that turns so near to zero (radians) is not trusted."""
+"""A cubic that turns this close to zero (radians) is not trusted."""
 _HALVINGS = 8
 _PLACES = np.linspace(0, 1, 9)[:, None, None]
 _STEPS = 80
 _SETTLED = 1e-12
-"""A step of this size in x leaves nothing but rounding."""
+"""Steps in x of this size leave only rounding."""
 _INNER = 1e-12
-"""Error of the directions (radians) at which a zero is looked for."""
+"""Error of the directions (radians) during the search for a zero."""
 _BEYOND = 1e-5
-"""So far (in x) zeros are looked for beyond a cell, as the slacks of stations are not exact."""
+"""Distance in x beyond a cell to search for zeros, because slacks of stations are not exact."""
 _CLOSE = 1e-9
-"""A zero is of interest where all other slacks are above minus this (radians)."""
+"""A zero counts if all other slacks are above minus this (radians)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Zeros(Batch):
     """K zeros of single slacks, or cells with one, as a structure of arrays of shape (K,)."""
 
     word: Indices  # which word
-    slack: Indices  # which of its smooth slacks, as a row of `Station.slack`
+    slack: Indices  # the smooth slack, as a row of `Station.slack`
     far: Floats  # one end of the cell in x = ln a
     x: Floats  # the other end, or the zero
     alpha: Floats  # directions there (radians), shape (m, K)
@@ -50,14 +50,14 @@ class Zeros(Batch):
 
 
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
-    """Find the cells in which slacks of words change sign while no other is negative throughout.
+    """Find the cells in which slacks of words change sign while no other slack is negative throughout.
 
     Parameters
     ----------
     legs : Chain
         N words of m legs.
     stations : iterable of Station
-        The words on their way, as of `orbitdb.orbits.births.continuation.follow`.
+        The words along the grid (`orbitdb.orbits.births.continuation.follow`).
 
     Returns
     -------
@@ -76,7 +76,7 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
 
 
 def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
-    """Search one cell of some words; yield what slacks cross zero in it."""
+    """Search one cell of some words; yield the slacks that cross zero in it."""
     turning = start.slope * end.slope < 0
     below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
     dull = (below & ~turning).any(axis=0) | (above & ~turning).all(axis=0)
@@ -99,7 +99,7 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
 
 
 def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which slacks cross zero, which words are outside all the way, and where that is not clear."""
+    """Tell which slacks cross zero, which words are outside throughout, and which are not clear."""
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)
     with np.errstate(invalid="ignore"):
@@ -115,15 +115,15 @@ def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.
 
 
 def refine(legs: Chain, cells: Zeros) -> Zeros:
-    """Find the zeros in cells, and keep those where no slack is far below zero.
+    """Find the zeros in cells, and keep those at which no slack is far below zero.
 
-    The Illinois method stays in the cell: where a direction reaches or leaves a limit the slope of a slack
-    jumps, and Newton's method in x may go in circles.
+    The Illinois method stays in the cell. When a direction reaches or leaves a limit, the slope of a slack
+    jumps, and Newton's method in x can cycle.
 
     Parameters
     ----------
     legs : Chain
-        The N words that the cells number.
+        The N words of the cells.
     cells : Zeros
     """
     part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
@@ -149,7 +149,7 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
 
 
 def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats) -> tuple[Floats, Floats]:
-    """Return one slack of each word, each at its own x, and the directions there, found from others."""
+    """Return one slack of each word at its own x, and the directions there, found from nearby ones."""
     a = np.exp(x)
     alpha = newton(legs, a, _INNER, np.clip(start, *direction_limits(legs, a))).alpha
     return slacks_and_slopes(legs, alpha, alpha)[0][slack, np.arange(len(x))], alpha
