@@ -1,4 +1,4 @@
-"""Commands that messages advise, with the catalogue and the half length that were given."""
+"""Commands suggested in messages, completed with the given catalogue and half length."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ _given: dict[str, str] = {}
 
 
 def remember(arguments: Sequence[str]) -> None:
-    """Take note of --db and --a of a command line; a grid, or several, are not repeated."""
+    """Remember --db and --a of a command line; a grid or several values are not repeated."""
     _given.clear()
     for option in ("--db", "--a"):
         found = [after for name, after in pairwise(arguments) if name == option]
@@ -20,7 +20,7 @@ def remember(arguments: Sequence[str]) -> None:
 
 
 def completed(message: str) -> str:
-    """Return a message in which advised commands read and write what this command does."""
+    """Add the options of this command to the commands suggested in a message."""
 
     def with_given(found: re.Match[str]) -> str:
         command, rest = found[1], found[2] or ""

@@ -1,4 +1,4 @@
-"""All commands of ``orbitdb``, loaded when one of them is called, and their help in panels."""
+"""All commands of ``orbitdb``, imported on use, and their help in panels."""
 
 import logging
 from collections import Counter
@@ -50,7 +50,7 @@ PANELS = {
         "bench": "Measure run time against error, and hard cases",
     },
 }
-"""The commands by panel, in their order, each with one line; commands that are not here work unlisted."""
+"""The commands by panel in order, each with one line; other commands work, but are not listed."""
 
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
@@ -58,8 +58,8 @@ _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
 _MODULES |= {"info": "maintenance.file", "migrate": "maintenance.file", "sweep": "make.fill"}
 _UNLISTED = {"tui": "ask.browse"}
 _MODULES |= _UNLISTED
-"""The modules in `orbitdb.cli.commands` by command; each has its function, and `EXAMPLES` of it, or of
-several by name, and maybe an `AFTERWORD`."""
+"""The modules in `orbitdb.cli.commands` by command. Each has its function, its `EXAMPLES`, by name if it has
+several commands, and optionally an `AFTERWORD`."""
 
 _OPTIONS = {
     "Catalogue": ("a", "db"),
@@ -73,17 +73,17 @@ _OPTIONS = {
     ),
     "Other": ("help",),
 }  # fmt: skip
-"""The options that have panels of their own behind those that only one command has."""
+"""Panels for options shared by commands, after those of one command."""
 
 
 class Command(TyperCommand):
     """A command with its options in panels.
 
-    An option that is given several values, of which it would take the last, is refused.
+    Refuses an option given twice if only the last value would count.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse what is typed behind the command."""
+        """Parse the arguments of the command."""
         if not ctx.resilient_parsing:
             *_, order = self.make_parser(ctx).parse_args(args=list(args))
             for each, times in Counter(order).items():
@@ -96,7 +96,7 @@ class Command(TyperCommand):
         panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
         panels: dict[str, list[Any]] = {panel: [] for panel in ("Arguments", "Options", *_OPTIONS)}
         for each in self.get_params(ctx):
-            if getattr(each.type, "name", "") == "str":  # which says nothing of what is wanted
+            if getattr(each.type, "name", "") == "str":  # which explains nothing
                 each.metavar = each.metavar or each.opts[-1].strip("-").upper()
             if (record := each.get_help_record(ctx)) is not None:
                 option = each.param_type_name == "option"
@@ -134,8 +134,10 @@ def _options(
     pass
 
 
-logging.getLogger("matplotlib").setLevel(logging.ERROR)  # where it keeps its fonts is nobody's concern here
-logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # a Ctrl-C as a file is closed it tells, too
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about fonts
+logging.getLogger("sqlalchemy.pool").setLevel(
+    logging.CRITICAL
+)  # no messages about Ctrl-C while a file closes
 
 
 def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
@@ -163,20 +165,20 @@ def _epilog(module: Any, name: str) -> str:
 
 @cache
 def _command(names: tuple[str, ...]) -> Any:
-    """Return what runs command lines; built once, however many of them one process runs."""
+    """Return the program, built once for all command lines of a process."""
     return typer.main.get_command(program(names))
 
 
 def call(arguments: Sequence[str]) -> Any:
-    """Run the command that the arguments say; return its exit code, if it has one.
+    """Run a command; return its exit code, if it has one.
 
-    `ParsingError` says that they cannot be read, KeyboardInterrupt that Ctrl-C came, or the end of an input
-    that is waited for, BrokenPipeError that nobody reads the output.
+    Raises `ParsingError` for bad arguments, KeyboardInterrupt after Ctrl-C or the end of an awaited input,
+    and BrokenPipeError if nobody reads the output.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
-    except SystemExit as end:  # Typer's way to end where nobody reads the output any more
+    except SystemExit as end:  # how Typer ends if nobody reads the output
         raise end.__context__ or end from None

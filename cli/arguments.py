@@ -1,4 +1,4 @@
-"""What is typed as a text: codes, values of a, the points of a trajectory."""
+"""Read arguments given as text: codes, values of a, the points of a trajectory."""
 
 import json
 import re
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
 _AROUND = " \t\r\n\ufeff"
-"""What may stand around a code; Windows begins files with a mark of the order of bytes."""
+"""Characters allowed around a code, including the byte order mark of files from Windows."""
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Return words and those behind ``--code``, lines of stdin in place of ``-``, without checking them."""
+    """Return the words of arguments and ``--code`` unchecked; ``-`` stands for the lines of stdin."""
     try:
         for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":
@@ -34,7 +34,7 @@ def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
 
 
 def primitive(code: str) -> str:
-    """Read a code; where it repeats a shorter word, say so and return that."""
+    """Read a code; if it repeats a shorter word, write a note and return that word."""
     from orbitdb.symbols.words import parse, primitive_root
 
     word = parse(code)
@@ -45,18 +45,18 @@ def primitive(code: str) -> str:
 
 
 ALL = "all"
-"""Stands for every a at which something is stored."""
+"""The value of --a for every stored a."""
 
 
 def several(asked: Sequence[str] | None) -> bool:
-    """Tell whether more than one a may be meant, so that rows have to name theirs."""
+    """Tell whether there may be several values of a, so that rows must name theirs."""
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
 def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
-    """Return the values of a that are named, each once; None for all that are stored, and where none is.
+    """Return the named values of a, each once; None for all stored ones, or if none is named.
 
-    Refuse what cannot be read or is no stadium, and some beside all.
+    Refuses invalid values, and values beside ``all``.
     """
     if isinstance(asked, float):
         from orbitdb.billiard.stadium import Stadium
@@ -72,7 +72,7 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
 
 
 def stored(moment: "Moment") -> tuple[float, ...]:
-    """Return every a of which a catalogue has orbits, or sums of them; if there is none, the usual one."""
+    """Return every a for which a catalogue has orbits or sums over them, or else the default."""
     return tuple(moment.a_values(orbits=True)) or (USUAL_A,)
 
 
@@ -81,10 +81,10 @@ _DIGITS = 6
 
 
 def lengths(text: str) -> tuple[float, ...]:
-    """Return the half lengths that ``1.6`` or ``0.3:10:40`` stand for, or refuse what is neither.
+    """Return the half lengths of a text such as ``1.6`` or ``0.3:10:40``.
 
-    A grid is logarithmic: neighbours have one ratio. Its ends are as they are given, what is between them is
-    rounded to 6 digits, so that every a can be typed again.
+    A grid is logarithmic. Its ends are exact, and the values between are rounded to 6 digits, so that every a
+    can be typed again.
     """
     from orbitdb.billiard.stadium import Stadium
 
@@ -111,7 +111,7 @@ def lengths(text: str) -> tuple[float, ...]:
 
 
 _MOST_CHARACTERS = 1_000_000
-"""Characters; far more than the points that are taken need."""
+"""Most characters of points, far more than needed."""
 
 _BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
@@ -125,9 +125,9 @@ def parse_start(text: str) -> list[float]:
 
 
 def read_points(name: str) -> Any:
-    """Return the points in a file, or on stdin for ``-``: csv, with or without names, json or json lines.
+    """Return the points in a file, or stdin for ``-``: csv with or without names, json or json lines.
 
-    Refuse what cannot be read, and lines without two numbers. Whether they are bounces is not looked at.
+    Refuses unreadable files, and lines without two numbers. Does not check that they are bounces.
     """
     text = _text(name).strip()
     shown = "stdin" if name == "-" else printable(name)
@@ -152,7 +152,7 @@ def _text(name: str) -> str:
 
 
 def _from_json(text: str) -> Any:
-    """Return the pairs of an array, or x and y of objects in an array or one a line."""
+    """Return the pairs of an array, or x and y of objects in an array or on lines."""
     decoder, place, rows = json.JSONDecoder(), 0, []
     try:
         while start := _INK.search(text, place):
@@ -166,7 +166,7 @@ def _from_json(text: str) -> Any:
 
 
 def _from_lines(text: str) -> list[list[float]]:
-    """Return two numbers a line, or those in the columns x and y if the first line names them."""
+    """Return two numbers per line, or the columns x and y if the first line names them."""
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
     named = bool(rows) and {"x", "y"} <= set(rows[0][1])

@@ -1,4 +1,4 @@
-"""The options that choose a subset of the catalogue, the same for all commands that have them."""
+"""The options that choose a subset of the catalogue, shared by all commands."""
 
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -34,9 +34,9 @@ def _range_option(names: str) -> Any:
 
 @dataclass(frozen=True)
 class Choice:
-    """The options that choose a subset of the catalogue, as they were typed; their help says what they take.
+    """The options that choose a subset of the catalogue, as typed; see their help.
 
-    A command takes all of them by one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
+    A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
     """
 
     p: options.Periods = None
@@ -73,7 +73,7 @@ class Choice:
     parameters: options.Parameters = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a, or refuse an option that cannot be read."""
+        """Return the subset at one a; raise for an unreadable option."""
         from orbitdb.store.asking.criteria import chosen_by
         from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
         from orbitdb.store.asking.selection import SelectionError
@@ -99,7 +99,7 @@ def _hidden(*flags: str) -> Any:
 
 @dataclass(frozen=True)
 class SweptChoice:
-    """The options of `Choice` that choose what is swept; the hidden ones are refused, with the reason."""
+    """The options of `Choice` for sweeps; the hidden ones are refused with a reason."""
 
     reversal: Reversal = None
     symmetry: Symmetry = None
@@ -113,7 +113,7 @@ class SweptChoice:
     where: Annotated[str | None, _hidden("--where")] = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a, or refuse an option that cannot be read, or choose what is swept."""
+        """Return the subset at one a; raise for an unreadable option, or one that sweeps do not support."""
         from orbitdb.store.asking.sweepable import swept_text
 
         chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)

@@ -1,1 +1,1 @@
-"""Figures of the command `plot`, from what the catalogue holds."""
+"""The figures of the command `plot`."""

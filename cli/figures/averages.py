@@ -38,7 +38,7 @@ def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
 
 
 def _title(found: Result, chosen: Selection) -> str:
-    """Write the notes of a result, and return a title with its periods; leave if there is nothing to draw."""
+    """Write the notes of a result; return a title with its periods. Exit if there is nothing to draw."""
     for text in found.notes:
         note(text if len(found) else f"{text}{NOTHING}")
     if not len(found):

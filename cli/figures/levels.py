@@ -1,4 +1,4 @@
-"""Figures of quantum levels, and of what the orbits say about them."""
+"""Figures of quantum levels, and of levels from orbits."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ _BINS = [n / 5 for n in range(21)]
 def draw_length_spectrum(
     moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
 ) -> Figure:
-    """Draw the length spectrum of the orbits downwards, and that of the levels upwards if there are any."""
+    """Draw the length spectrum of the orbits downwards, and of any levels upwards."""
     found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
     for said in found.notes():
         note(said)
@@ -45,7 +45,7 @@ def draw_length_spectrum(
 
 
 def draw_levels(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the number of levels, and its fluctuations, beside those that the orbits give."""
+    """Draw the number of levels and its fluctuations, with those from the orbits."""
     known = read_levels(moment, chosen.a, None)
     if known is None:
         raise InputError(_NONE.format(a=exact(chosen.a)))
@@ -73,7 +73,7 @@ def draw_levels(moment: Moment, chosen: Selection) -> Figure:
 def draw_assessment(
     moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
 ) -> Figure:
-    """Draw how far N_X at each level is from its place in the list: it rises by one at a missing level."""
+    """Draw N_X at each level minus its place in the list; it rises by one at a missing level."""
     found, told = assess_levels(moment, chosen.a, levels, parity)
     for said in [*told, found.verdict()]:
         note(said)
@@ -85,7 +85,7 @@ def draw_assessment(
 def draw_spacings(
     moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
 ) -> Figure:
-    """Draw the spacings of levels in their means, beside Wigner's curve and that of random numbers."""
+    """Draw the spacings of levels in units of their mean, with the curves of Wigner and Poisson."""
     stadium, parts = Stadium(chosen.a), _by_parity(moment, chosen, levels, parity)
     gaps = np.concatenate([np.diff(np.sort(unfolded(k, stadium, each))) for each, k in parts.items()])
     s = np.linspace(0, _BINS[-1], 200)
@@ -102,7 +102,7 @@ def draw_spacings(
 def draw_rigidity(
     moment: Moment, chosen: Selection, levels: Sequence[float] | None = None, parity: Parity | None = None
 ) -> Figure:
-    """Draw Delta_3 of each parity, with the bouncing balls in and out, beside random matrices and numbers."""
+    """Draw Delta_3 of each parity, with bouncing balls in and out, and of random matrices and numbers."""
     stadium, parts = Stadium(chosen.a), _by_parity(moment, chosen, levels, parity)
     colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
     with figure(6.4, 4.6, f"spectral rigidity at a = {exact(chosen.a)}") as made:
@@ -124,7 +124,7 @@ def draw_rigidity(
 def _by_parity(
     moment: Moment, chosen: Selection, levels: Sequence[float] | None, parity: Parity | None
 ) -> dict[Parity, Floats]:
-    """Return the levels of each parity that is asked for: those of a list, or stored ones."""
+    """Return the levels of each requested parity, from a list or the catalogue."""
     if levels is not None:
         if parity is None:
             raise InputError("statistics are of one parity: name that of the levels with --parity")
@@ -152,7 +152,7 @@ def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figu
 
 
 def _nearest(a: float, k: float, parity: Parity) -> Wave:
-    """Return the wave of the level that is nearest to some k."""
+    """Return the wave of the level nearest to some k."""
     stadium, width = Stadium(a), 0.0
     spacing = 1 / max(float(weyl(stadium, parity).deriv()(k)), 0.2)
     found: list[Wave] = []

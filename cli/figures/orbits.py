@@ -22,7 +22,7 @@ _LOW, _HIGH, _BESIDE = 0.1, 5.0, 1e-9
 
 
 def draw_orbit(found: Orbit) -> Figure:
-    """Draw the path of an orbit that has coordinates in its stadium."""
+    """Draw the path of an orbit with coordinates in its stadium."""
     with figure(_WIDTH, _height(found.a)) as made:
         ax = made.add_subplot()
         _draw_path(made, ax, found, "")
@@ -52,12 +52,12 @@ def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.f
 
 
 def _height(a: float) -> float:
-    """Return the height in inches of a stadium drawn as wide as a figure, with its title, axis and legend."""
+    """Return the height in inches of a stadium as wide as the figure, with title, axis and legend."""
     return max(2.2, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
 
 
 def draw_life(found: Orbit) -> Figure:
-    """Draw a word's orbit as it is born, and its length and lambda over the a at which it exists."""
+    """Draw the orbit of a word at its birth, and its length and lambda over its life."""
     lives = found.exists or ()
     ends = [end for life in lives for end in life if end]
     start = lives[0][0] * (1 + _BESIDE) or found.a

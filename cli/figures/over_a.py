@@ -1,4 +1,4 @@
-"""Figures over a: births and deaths of all that the catalogue holds, and the entropy."""
+"""Figures over a: births and deaths, and the entropy."""
 
 from collections.abc import Sequence
 
@@ -16,14 +16,14 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 Changes = dict[int, tuple[Floats, Floats]]
-"""By period: where its words begin or cease to be orbits, rising, and how many do, negative if they cease."""
+"""By period: the rising a of births and deaths, and the number of words, negative for deaths."""
 
 PLACES = 400
 PLACES_OF_BOUNDS, _ROOM = 200, 1.1
 _LOW, _WIDER = 0.02, 1.5
 _BINS = 60
 _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
-"""Of the periods drawn, the highest ones."""
+"""Colours and line styles of the highest periods."""
 
 
 def draw_births(moment: Moment, chosen: Selection) -> Figure:
@@ -61,9 +61,9 @@ def draw_births(moment: Moment, chosen: Selection) -> Figure:
 
 
 def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
-    """Draw proved bounds over a, and the entropy from births where these are filled.
+    """Draw proved bounds over a, and the entropy from any births.
 
-    The bounds are those stored at every a; on a grid they are found where none are stored.
+    The bounds are the stored ones, or on a grid also new ones.
     """
     known = [enclosure(moment, a)[0] for a in grid] or moment.entropy_curve()
     if not known:
@@ -93,7 +93,7 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
 
 
 def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
-    """Say why a curve of the entropy begins or ends inside the figure."""
+    """Explain why a curve of the entropy begins or ends inside the figure."""
     known = np.flatnonzero(np.isfinite(values))
     if not len(known):
         return
@@ -107,7 +107,7 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
 
 
 def _changes(moment: Moment, chosen: Selection) -> Changes:
-    """Return the births and deaths of whole periods up to the highest that is chosen."""
+    """Return the births and deaths of whole periods up to the highest chosen one."""
     whole = [each.p for each in moment.birth_fills() if each.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     found = {}
@@ -125,7 +125,7 @@ def _gapless(changes: Changes, highest: int) -> bool:
 
 
 def _orbits(changes: Changes, p: int, a: Floats) -> Floats:
-    """Return how many words of a period are orbits at each a."""
+    """Return the number of orbits of a period at each a."""
     places, words = changes[p]
     found: Floats = np.append(0, np.cumsum(words))[np.searchsorted(places, a, side="right")]
     return found

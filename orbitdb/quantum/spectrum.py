@@ -131,7 +131,7 @@ class Spectrum(ByValue):
         return load("pandas", "to_pandas()", "pandas").DataFrame(self.rows(), columns=list(COLUMNS))
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw |F| of the orbits downwards, and of any levels upwards, with matplotlib.
+        """Draw the modulus of F, for the orbits downwards, and for any levels upwards, with matplotlib.
 
         Parameters
         ----------

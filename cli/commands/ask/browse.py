@@ -44,7 +44,7 @@ def browse(
         server = load("orbitdb.cli.tui.web", "browse --web", "web")
     else:
         options.refuse_idle(context, "without --web", "port")
-        streams = (sys.stdin, sys.stdout, sys.stderr)  # it draws on the last, unless a browser shows it
+        streams = (sys.stdin, sys.stdout, sys.stderr)  # it draws on stderr, unless a browser shows it
         if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
             raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
@@ -62,7 +62,7 @@ def browse(
 
 
 def _typed_again(context: typer.Context) -> list[str]:
-    """Return the options that choose what is shown, as they can be typed."""
+    """Return the options of the chosen subset as arguments."""
     typed = []
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")

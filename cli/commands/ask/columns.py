@@ -1,4 +1,4 @@
-"""``orbitdb columns``: what every column is."""
+"""``orbitdb columns``: explain every column."""
 
 import shutil
 import sys
@@ -34,7 +34,7 @@ def columns(*, output: Output) -> None:
 
 
 def _write_table(shown: Sequence[Column]) -> None:
-    """Write one line a column, its meaning on as many as it takes; those of the catalogue first."""
+    """Write a line per column, with its meaning on further lines if necessary; the catalogue first."""
     lines = [("column", "unit", "bounded by", "means")]
     lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]

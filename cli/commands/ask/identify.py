@@ -1,4 +1,4 @@
-"""``orbitdb identify``: orbits by a trajectory or a length."""
+"""``orbitdb identify``: find orbits by a trajectory or a length."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ EXAMPLES = (
     "identify --length 21.7 --tolerance 2e-3",
 )
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
-"""They fit into 80 columns for the longest orbit that is sought."""
+"""The columns, which fit into 80 characters even for the longest orbit."""
 
 SHADOW_KEYS = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
                "lyapunov", "representative", "class_size", "a", "stored",
@@ -89,7 +89,7 @@ def identify(
 
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
-    """Write the orbits that a trajectory shadows; return how many there are."""
+    """Write the orbits that a trajectory shadows; return their number."""
     from orbitdb.answers.identification import identify_trajectory
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.reading.lookup import find_or_solve
@@ -116,7 +116,7 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
 
 
 def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
-    """Say how far a start was followed, if not as far as it should."""
+    """Write a note if a start could not be followed as far as requested."""
     if "start" not in asked:
         return
     from orbitdb.trajectories.traces import BOUNCES
@@ -128,7 +128,7 @@ def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
 
 
 def _note_count(found: "Trajectory", count: int) -> None:
-    """Say how many orbits there are, or why there is none."""
+    """Write a note with the number of orbits, or why there are none."""
     if found.total:
         more = f"; {count} shown, --limit {found.total} shows all" if count < found.total else ""
         orbits = "orbit is" if found.total == 1 else "orbits are"
@@ -147,7 +147,7 @@ def _show_length(
     db: Path,
     output: MarkedOutput,
 ) -> int:
-    """Write the stored orbits that have a length; return how many there are."""
+    """Write the stored orbits of a length; return their number."""
     from orbitdb.answers.gaps import describe_fills
     from orbitdb.answers.identification import identify_length
     from orbitdb.numerals import exact
@@ -169,7 +169,7 @@ def _show_length(
         times = f"{each.repetitions} x {each.code}" if each.repetitions > 1 else each.code
         enough = float(f"{1.05 * abs(each.difference):.2g}")
         note(f"the nearest is {times} of length {each.total:.7f}: --tolerance {enough:g} finds it")
-    if fills or found:  # else another note says that nothing was searched
+    if fills or found:  # otherwise another note says that nothing was searched
         note(f"{candidates} among {among}, one per symmetry class{more}; "
              "longer periods may have this length, too")  # fmt: skip
     return count

@@ -1,4 +1,4 @@
-"""``orbitdb sql``: what no option asks."""
+"""``orbitdb sql``: questions beyond the options."""
 
 from typing import Annotated
 

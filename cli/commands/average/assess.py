@@ -1,4 +1,4 @@
-"""``orbitdb assess``: which levels of a list are missing, by the orbits; and the statistics of levels."""
+"""``orbitdb assess``: find missing levels with the orbits, and the statistics of levels."""
 
 import math
 from pathlib import Path
@@ -28,7 +28,7 @@ EXAMPLES = (
 )
 COLUMNS = ("after", "before", "missing")
 _LIGHT = 299_792_458.0
-"""Metres a second."""
+"""Speed of light in metres per second."""
 _UNITS = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
 
 Unit = Literal["Hz", "kHz", "MHz", "GHz"]
@@ -130,7 +130,7 @@ def _statistics(
     frequency: Unit | None,
     radius: float | None,
 ) -> list[tuple[object, ...]]:
-    """Return the statistics of each parity, and what random matrices and numbers have."""
+    """Return the statistics of each parity, of random matrices and of random numbers."""
     import numpy as np
 
     from orbitdb.answers.spectrum import levels_from_zero

@@ -131,10 +131,10 @@ def _block(
 def _rows_of(
     found: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the columns and rows of what is found, but for some; leave if there is nothing.
+    """Return the columns and rows of results without hidden columns; exit if there are none.
 
-    Notes say what is missing, and beside a table what else is known. Of several a, a stands before the
-    columns, and a cell is blank where that a has no such column.
+    Notes say what is missing and, with a table, what else is known. With several a, the first column is a,
+    and a cell is blank if its a lacks the column.
     """
     for each in found:
         for text in (*each.notes, *(each.facts if output.table else ())):

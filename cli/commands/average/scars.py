@@ -1,4 +1,4 @@
-"""``orbitdb scars``: which orbits scar which levels."""
+"""``orbitdb scars``: how strongly orbits scar levels."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

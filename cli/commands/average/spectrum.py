@@ -1,4 +1,4 @@
-"""``orbitdb spectrum``: the length spectrum of orbits, and that of levels beside it."""
+"""``orbitdb spectrum``: the length spectra of orbits and levels."""
 
 import csv
 import math
@@ -26,7 +26,7 @@ EXAMPLES = (
     "spectrum --levels measured.csv --peaks",
 )
 _SHOWN = 3
-"""Places where levels are missing that one line names."""
+"""Number of places with missing levels to name in one line."""
 
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
@@ -87,7 +87,7 @@ def spectrum(
 
 
 def _judged(moment: "Moment", a: float, given: "list[float] | None", parity: str | None) -> list[str]:
-    """Say which levels of a file are missing, if the orbits can tell."""
+    """Name the missing levels of a file, if the orbits can find them."""
     from orbitdb.answers.judging import assess_levels
     from orbitdb.quantum.amplitudes import Parity
 
@@ -105,9 +105,9 @@ def _judged(moment: "Moment", a: float, given: "list[float] | None", parity: str
 
 
 def read_file(path: Path, energies: bool, parity: str | None, column: str = "k") -> list[float]:
-    """Return the levels k in a file, or another column; of a csv with parities those of one, if it is named.
+    """Return the levels k, or another column, in a file; from a csv with parities only the named parity.
 
-    Refuse what cannot be read, or is no level.
+    Refuses unreadable files and impossible levels.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")

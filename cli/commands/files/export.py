@@ -1,4 +1,4 @@
-"""``orbitdb export``: rows of the catalogue as files for other tools."""
+"""``orbitdb export``: write rows of the catalogue to files for other tools."""
 
 import sys
 from collections.abc import Iterator, Sequence
@@ -130,7 +130,7 @@ def export(
 
 
 def _write_dataset(folder: Path | None, asked: "Sequence[str] | None", db: Path) -> None:
-    """Write a folder with all whole periods at the values of a that are meant, by default at every one."""
+    """Write a folder with all whole periods at the named values of a, or at every stored one."""
     from orbitdb.answers.dataset import write_dataset
     from orbitdb.store.reading.moment import reading as opened
 
@@ -143,7 +143,7 @@ def _write_dataset(folder: Path | None, asked: "Sequence[str] | None", db: Path)
 
 
 def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:
-    """Say why nothing is written: there are no rows, none are asked for, or none of them has bounces."""
+    """Explain why nothing is written: no rows, a limit of 0, or no bounces."""
     if not total:
         note_nothing(moment, *stadiums, more=": nothing is written")
         return
@@ -157,7 +157,7 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
 
 
 def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
-    """Pass rows on, and show how many they are."""
+    """Pass rows on, and show their number."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:
             shown.tell(f"{count:,} rows written")
@@ -165,7 +165,7 @@ def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format of what is written to stdout, which must be named, and written row by row."""
+    """Return the format for stdout, which must be given and allow row by row output."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:
@@ -177,7 +177,7 @@ def _form_of_stdout(form: str | None) -> str:
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield one row a bounce, behind what is known of its orbit; others have no row."""
+    """Yield one row per bounce, after the columns of its orbit; words without an orbit have none."""
     while block := list(islice(rows, _BLOCK)):
         groups = groupby(block, key=lambda row: row[-3])
         for a, found in groups:

@@ -62,14 +62,14 @@ Kind = Literal[
 ]  # fmt: skip
 _LEVELS = ("spectrum", "staircase", "assess", "spacings", "rigidity")
 _MOST_K = 200.0
-"""Of a wave that is drawn."""
+"""Largest k of a wave to draw."""
 _LEAST, _MOST = 1.0, 100.0
-"""Inches that a figure may be wide or high."""
+"""Limits on the width and height of a figure in inches."""
 
 _OF_WORD = ("words", "code", "a")
 _OF_WORDS = ("orbit", "reverse", "life")
 _OF_CLASSES = ("entropy", "lyapunov", "lengths")
-"""Figures of averages, and of the lengths that they are made of."""
+"""Figures of averages, and of lengths."""
 
 _OF_LEVELS = ("a", "levels", "energies", "parity")
 _TAKES = {
@@ -85,7 +85,7 @@ _TAKES = {
     "wave": ("words", "code", "a", "k", "parity"),
     "husimi": ("words", "code", "a", "k", "parity"),
 }
-"""What may be said of figures that are of no chosen subset."""
+"""Options of figures without a chosen subset."""
 
 
 def plot(
@@ -165,7 +165,7 @@ def plot(
             options.takes_only(context, "with words", "kind", "output", "size", "dpi", "title", *_OF_WORD)
         choice = averaged(choice) if kind in _OF_CLASSES else choice
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
-    style = load("orbitdb.plots.style", "plot", "plot")  # not before: matplotlib takes its time
+    style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     if kind in ("wave", "husimi"):
         with progress("waves"):
@@ -195,7 +195,7 @@ def plot(
 
 
 def _size(text: str | None) -> tuple[float, float] | None:
-    """Return the width and height that --size gives, or refuse what is no size."""
+    """Return width and height from --size, or raise."""
     if text is None:
         return None
     try:
@@ -211,7 +211,7 @@ def _size(text: str | None) -> tuple[float, float] | None:
 def _of_subset(
     kind: str, choice: Choice, values: Sequence[float], shown: tuple[int, str], db: Path
 ) -> "Figure":
-    """Draw a figure from the catalogue; of a sheet the limit and the order are given."""
+    """Draw a figure from the catalogue; `sheet` has limit and order."""
     from orbitdb.cli.figures import averages, over_a, subsets
 
     draw: dict[str, Callable[[Moment, Selection], Figure]] = {
@@ -256,7 +256,7 @@ def _of_levels(
 def _of_wave(
     kind: str, codes: list[str], k: float | None, parity: str | None, a: float | None, db: Path
 ) -> "Figure":
-    """Draw the wave of the level that is next to some k, and maybe an orbit over it."""
+    """Draw the wave of the level next to some k, with any orbit over it."""
     from orbitdb.cli.commands.make.levels import read_parities
     from orbitdb.cli.figures.levels import draw_husimi, draw_wave
     from orbitdb.store.reading.lookup import find_or_solve
@@ -277,7 +277,7 @@ def _of_wave(
 
 
 def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":
-    """Draw the orbits of some words, stored or solved on the spot; say which have none."""
+    """Draw the orbits of some words, stored or solved now; write a note for words without one."""
     from orbitdb.cli.figures.subsets import sheet_of
     from orbitdb.store.reading.lookup import find_or_solve
 
@@ -293,7 +293,7 @@ def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":
 
 
 def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
-    """Draw the orbit of the only word that is given, stored or solved on the spot."""
+    """Draw the orbit of a single word, stored or solved now."""
     from orbitdb.cli.figures import orbits
     from orbitdb.orbits.single_word import solve_word
     from orbitdb.store.reading.lookup import find_or_solve, with_existence

@@ -86,7 +86,7 @@ def bench(
 
 
 def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Path | None) -> None:
-    """Compare the methods on one period; draw the diagram, too, if it is wanted."""
+    """Compare the methods on one period; also draw the diagram if requested."""
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.export import FIGURES, complete, form_of
 
@@ -98,7 +98,7 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
         _write(output, WorkPrecision, _compared(periods[0], stadium))
         return
     ending = form_of(picture, known=FIGURES)
-    style = load("orbitdb.plots.style", "a figure", "plot")  # not before: matplotlib takes its time
+    style = load("orbitdb.plots.style", "a figure", "plot")  # late, because matplotlib is slow to import
     with complete(picture) as draft:
         rows = _write(output, WorkPrecision, _compared(periods[0], stadium))
         style.save(draw_work_precision(rows, said), draft, ending, said)
@@ -139,7 +139,7 @@ def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
 
 
 def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]":
-    """Compare what three methods decide, period by period; name the words in which they differ."""
+    """Compare the statuses of three methods by period; name the words that differ."""
     from orbitdb.benchmarks.agreement import agreement
 
     with progress("the paper's relaxation") as shown:
@@ -165,7 +165,7 @@ def _periods(text: str) -> list[int]:
 
 
 def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
-    """Write rows as they come, empty where a number is not one; return them."""
+    """Write rows as they come, with NaN as empty; return them."""
     written = []
 
     def values() -> Iterator[list[Any]]:
@@ -178,7 +178,7 @@ def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
 
 
 def _watched(rows: Iterable[Any]) -> Iterator[Any]:
-    """Pass rows on, and show which came last if somebody watches."""
+    """Pass rows on, and show the last one as progress."""
     with progress("measuring") as shown:
         for row in rows:
             with aside():

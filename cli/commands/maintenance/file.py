@@ -1,4 +1,4 @@
-"""``orbitdb info`` and ``migrate``: where and what the catalogue is, and its newest schema."""
+"""``orbitdb info`` and ``migrate``: describe the catalogue, and update its schema."""
 
 import json
 from operator import attrgetter
@@ -23,12 +23,12 @@ EXAMPLES = {
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
-"""Columns for people, that 80 characters hold: those of processors come in the other formats."""
+"""Number of columns in a table of 80 characters; other formats add processor times."""
 _OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
                      "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
 _FEW = 4
-"""Values of a whose entropies stand in lines of their own."""
+"""Most values of a with a line each for the entropy."""
 
 
 def info(
@@ -89,7 +89,7 @@ def migrate(db: options.Database) -> None:
 
 
 def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
-    """Return what is filled at one a, and what is swept besides, a row a period, its subset behind it."""
+    """Return one row per filled or swept period at one a, followed by its subset."""
     fills = moment.fills(a)
     rows = [(a, *_OF_FILL(fill), None) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
@@ -104,7 +104,7 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 
 
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
-    """Return where the catalogue is and what it takes, in words."""
+    """Return place and size of the catalogue in words."""
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.asking.periods import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -124,13 +124,13 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
 
 
 def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
-    """Return the proved bounds on the entropy, a line an a; of many, where periods are filled."""
+    """Return the proved bounds on the entropy, one line per a; of many, those with filled periods."""
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
 
     curve, filled = moment.entropy_curve(), [a for a in moment.a_values() if moment.fills(a)]
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
-    lines = [  # more brief than `basis`: one with all digits of a has 80 characters
+    lines = [  # shorter than `basis`, which has 80 characters with all digits of a
         f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"
         for each in told
     ]

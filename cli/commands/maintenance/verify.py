@@ -1,4 +1,4 @@
-"""``orbitdb verify``: is the catalogue what it says."""
+"""``orbitdb verify``: check the catalogue."""
 
 import time
 from collections import Counter
@@ -40,7 +40,7 @@ _COUNTED = {
     "levels": ("quantum level", "quantum levels"),
     "trajectories": ("average over trajectories", "averages over trajectories"),
 }
-"""What the checks are of that have a row for each thing that is checked."""
+"""Nouns for checks with one row per item."""
 
 
 def verify(
@@ -113,14 +113,14 @@ def verify(
     with source.moment() as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
-        chosen = [replace(subset, a=each) for each in stadiums]  # a stored one may be none
+        chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
         if a is not None and not is_known(moment, stadiums[0]):
             note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
             raise typer.Exit(1)
-        with suppress(AlteredError):  # it is among what is checked
+        with suppress(AlteredError):  # one of the checks reports it
             missing.extend(_gaps(moment, chosen, a is not None))
     work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, again, jobs)
-    with progress("the catalogue") as shown, closing(work):  # and its processes, if it ends before its time
+    with progress("the catalogue") as shown, closing(work):  # also ends its processes early
         found = report(told(work, shown))
     for gap in missing:
         note(gap)
@@ -141,7 +141,7 @@ def _verify_dataset(folder: Path, output: Output) -> None:
 
 
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
-    """Write what was found, say in one line what came of it, and leave with code 1 if it is not good."""
+    """Write the checks and a one-line verdict; exit with code 1 after a failure."""
     output.write(COLUMNS, map(astuple, found))
     rows = Counter({check.name: check.rows for check in found})
     if (unsettled := restarts * rows["statuses"] - rows["restarts"]) > 0:
@@ -151,10 +151,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         from orbitdb.verification.verify import PROMISES
 
         for name in broken:
-            note(f"{name}: it is not true of every row that {PROMISES[name]}")
+            note(f"{name}: some rows break this rule: {PROMISES[name]}")
         raise typer.Exit(1)
     if lives := rows["lives"] + rows["undecided"]:
-        note(f"{rows['lives']} of {lives} classes lack no birth or death between a = 0.02 and 1000")
+        note(f"{rows['lives']} of {lives} classes have all births and deaths between a = 0.02 and 1000")
     told = ", ".join(several(rows[name], *what) for name, what in _COUNTED.items() if rows[name])
     if not told:
         note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
@@ -172,9 +172,9 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
 
 
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
-    """Say which of the chosen periods are stored in part, and which that are named are not stored at all.
+    """Write notes on chosen periods that are partial, and on named ones that are not stored.
 
-    Of an a that was not asked for, where nothing is filled, nothing is missing.
+    At an a that was not named, and without fills, nothing is missing.
     """
     from orbitdb.answers.gaps import describe_partial, partial_fills, unfilled, without
 

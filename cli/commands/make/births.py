@@ -73,7 +73,7 @@ def births(
 
 
 def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
-    """Return the lives of classes that end, by period and death, and where the next one begins."""
+    """Return the lives that end, by period and death, with the beginning of the next life."""
     rows: list[tuple[object, ...]] = []
     for p in periods:
         lives = moment.births(p)

@@ -86,7 +86,7 @@ def bounds(
         with progress("windows") as shown:
             steps = enclosed(kept, values, limits, proofs, jobs, shown, asked)
             with closing(steps):
-                found.extend(steps)  # one by one: what was found before Ctrl-C is shown
+                found.extend(steps)  # one by one, so that Ctrl-C keeps the earlier ones
     finally:
         last = list({level.a: level for level in found}.values())
         output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
@@ -102,7 +102,7 @@ def bounds(
 
 
 def balls_of(proofs: "Sequence[Proof]") -> str:
-    """Say in one line what balls made of the windows that doubles have decided."""
+    """Summarise how many windows decided in doubles balls have proved."""
     proved, left_open = (sum(getattr(each, name) for each in proofs) for name in ("proved", "left_open"))
     return (
         f"balls prove {proved} of {proved + left_open} windows that doubles decide, "
@@ -111,7 +111,7 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
 
 
 def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue that is to keep bounds; None where there is none, and none is asked for."""
+    """Return the catalogue to store bounds in; None without one, unless requested."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader
@@ -119,7 +119,7 @@ def _kept(db: Path, store: bool | None) -> Path | None:
     if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
         return None
     bring(db)
-    Reader(db).close()  # what is wrong with it is to be known before
+    Reader(db).close()  # report its faults before the work
     return db
 
 

@@ -1,4 +1,4 @@
-"""``orbitdb fill`` and ``sweep``: enumerate, solve, and store the orbits, or counts and sums alone."""
+"""``orbitdb fill`` and ``sweep``: enumerate and solve words, and store orbits, or counts and sums."""
 
 import time
 from collections.abc import Sequence

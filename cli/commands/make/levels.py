@@ -71,7 +71,7 @@ def levels(
 def _from_elements(
     k: str, parity: str | None, a: float, jobs: int | None, output: Output, db: Path | None
 ) -> int:
-    """Find levels on grids, and keep them if there is a catalogue; return how many there are."""
+    """Find levels on grids, store them in any catalogue, and return their number."""
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
@@ -82,7 +82,7 @@ def _from_elements(
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
     for each in parities:
-        list(windows(stadium, each, low, high))  # so that a range that is refused leaves no file
+        list(windows(stadium, each, low, high))  # a refused range must leave no file
     if db is not None:
         bring(db)
     with progress("levels") as shown:
@@ -102,7 +102,7 @@ def _from_elements(
 
 
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
-    """Show the levels that the stored orbits give; return how many there are."""
+    """Show the levels from the stored orbits; return their number."""
     from orbitdb.answers.judging import beside, levels_from_orbits
     from orbitdb.store.reading.moment import reading
 
@@ -118,7 +118,7 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30, or refuse what is none."""
+    """Return the ends of a range such as 0:30, or raise."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first), real(last)
@@ -130,7 +130,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
 
 
 def read_parities(text: str | None) -> "list[Parity]":
-    """Return the parities that are named, all four by default, or refuse what is none."""
+    """Return the named parities, by default all four, or raise."""
     from orbitdb.quantum.amplitudes import Parity
 
     if text is None:

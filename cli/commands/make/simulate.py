@@ -1,4 +1,4 @@
-"""``orbitdb simulate``: the trajectory reference."""
+"""``orbitdb simulate``: averages over random trajectories."""
 
 from contextlib import closing
 from dataclasses import asdict
@@ -54,7 +54,7 @@ def simulate(
     stadium = Stadium(a)
     if store:
         bring(db)
-        Reader(db)  # what is wrong with the catalogue is to be known before
+        Reader(db)  # report faults of the catalogue before the work
         with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:
