@@ -1,7 +1,7 @@
-"""How a command ends before its time: Ctrl-C, or a signal to terminate.
+"""End a command early: Ctrl-C, or a signal to terminate.
 
-Both signals become exceptions in whatever the command does, for all commands alike, so that processes and
-files are cleared away as after any other failure. `orbitdb.cli.main` says the one line.
+For every command, both become exceptions at the current place, so that processes and files are cleaned up as
+after any other failure. `orbitdb.cli.main` writes the one-line message.
 """
 
 import os
@@ -14,7 +14,7 @@ from types import FrameType
 from typing import NoReturn
 
 _PATIENCE = 1.0
-"""Seconds in which a further Ctrl-C does not disturb what the first one has set going."""
+"""Seconds during which a second Ctrl-C does not disturb the work started by the first."""
 
 TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that ask a process to end."""
@@ -24,16 +24,16 @@ SIGNALLED = 128
 
 
 class Terminated(BaseException):
-    """A signal, of this number, has asked the process to end; everything is to be closed on the way."""
+    """A signal with this number asked the process to end; everything is closed on the way."""
 
     def __init__(self, number: int) -> None:
         self.number = number
 
 
 def leave(code: int) -> NoReturn:
-    """End the process, all that it has written being flushed, whatever other threads still do.
+    """Flush all output and end the process, whatever other threads still do.
 
-    Python would wait for them, or take itself apart, which libraries that they work in may not survive.
+    Python would wait for them, or shut down under them, which their libraries may not survive.
     """
     if threading.active_count() > 1:
         sys.stderr.flush()
@@ -42,19 +42,19 @@ def leave(code: int) -> NoReturn:
 
 
 _pressed: list[float] = []
-"""When Ctrl-C was heeded, in seconds."""
+"""Time of the last handled Ctrl-C, in seconds."""
 
 _told: list[int] = []
-"""The signal that has asked the process to end."""
+"""The signal that asked the process to end."""
 
 _heeded: list[int] = []
-"""The signals that may do so."""
+"""The signals that can ask it to end."""
 
 
 def end_as_users_expect() -> None:
-    """Take Ctrl-C once however often it is pressed, and heed SIGTERM.
+    """Handle repeated Ctrl-C once, and SIGTERM.
 
-    Signals that the process was started to ignore, as by ``nohup``, stay ignored.
+    Signals ignored from the start of the process, as with ``nohup``, stay ignored.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
@@ -64,10 +64,10 @@ def end_as_users_expect() -> None:
 
 
 def end_undisturbed() -> None:
-    """Raise nothing from here on: all is said and cleared away, and only the interpreter is still to close.
+    """Raise nothing from here on, because only the interpreter is left to close.
 
-    Ctrl-C is not heard any more. What tells to end ends the process at once, which may still wait for whoever
-    reads its output.
+    Ctrl-C is ignored. A signal to end ends the process at once, which may still wait for a reader of its
+    output.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _act_on_terminating(signal.SIG_DFL)
@@ -92,19 +92,19 @@ def _act_on_terminating(action: Callable[[int, FrameType | None], None] | signal
 
 
 def _unraisable(told: "sys.UnraisableHookArgs") -> None:
-    """Say nothing of an end that came where nothing can be raised, as while objects are collected.
+    """Keep quiet about an end where nothing can be raised, as during garbage collection.
 
-    It is remembered (`ending`).
+    `ending` remembers it.
     """
     if not issubclass(told.exc_type, KeyboardInterrupt | Terminated):
         sys.__unraisablehook__(told)
 
 
 def ending() -> KeyboardInterrupt | Terminated | None:
-    """Return what ends the command if Ctrl-C has been pressed, or a signal has asked it to terminate.
+    """Return the exception that ends the command after Ctrl-C or a signal to terminate, or None.
 
-    Either may be lost on its way: NumPy clears whatever is raised while it looks for attributes, and Python
-    what is raised while objects are collected.
+    Either exception can get lost: NumPy clears exceptions during attribute lookup, and Python during garbage
+    collection.
     """
     if _told:
         return Terminated(_told[0])
@@ -112,6 +112,6 @@ def ending() -> KeyboardInterrupt | Terminated | None:
 
 
 def go_on() -> None:
-    """Raise what ends the command (`ending`), if it has been ended from outside."""
+    """Raise the exception that ends the command (`ending`), if there is one."""
     if (end := ending()) is not None:
         raise end

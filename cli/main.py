@@ -1,6 +1,6 @@
-"""The command ``orbitdb``, and what happens when it fails.
+"""The command ``orbitdb``, and its failures.
 
-The commands themselves are imported once Ctrl-C is taken care of, which lasts some tenths of a second.
+The commands are imported after the handlers for Ctrl-C are set, which takes some tenths of a second.
 """
 
 import errno
@@ -24,24 +24,24 @@ DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
 _KEPT = "nothing that was stored is lost"
 _STREAMS = 3
 _LOADED = 100_000
-"""More objects than the largest command loads."""
+"""More objects than any command loads."""
 
 
 def run() -> None:
     """Run the command line; every failure becomes one line on stderr and an exit code.
 
-    What works at once works in processes. Threads of NumPy's linear algebra would only wait for products of
-    large matrices, of which there are none, a tenth of a second of a processor at every start.
+    Parallel work runs in processes. Threads of NumPy's linear algebra would cost a tenth of a second of
+    processor time at each start, and there are no products of large matrices.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(_LOADED)  # looking again and again takes a tenth of the time of a short command
+    gc.set_threshold(_LOADED)  # garbage collection takes a tenth of the time of a short command
     end_as_users_expect()
     stand_in_for_closed()
     if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
-        sys.stdout.reconfigure(errors="backslashreplace")  # what its encoding has not, as stderr does
+        sys.stdout.reconfigure(errors="backslashreplace")  # for characters outside its encoding, as on stderr
     code = execute(sys.argv[1:] or ["--help"])
     end_undisturbed()
-    gc.freeze()  # the process takes all that is there with it
+    gc.freeze()  # the end of the process frees everything
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -68,22 +68,22 @@ def execute(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         result = INTERRUPTED
     except Exception as error:
-        lost = ending()  # a library may have made something else of it
+        lost = ending()  # a library may have replaced it
         return _failed(error) if lost is None else _ended(lost, arguments)
-    if result == INTERRUPTED:  # SQLite, for one, does not tell what has interrupted it
+    if result == INTERRUPTED:  # SQLite, for example, does not say what interrupted it
         return _ended(ending() or KeyboardInterrupt(), arguments)
     return result if isinstance(result, int) else DONE
 
 
 def _ended(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> int:
-    """Say that the command was ended from outside, and what becomes of what it has stored."""
+    """Say that the command was ended from outside, and that stored data is safe."""
     if isinstance(end, Terminated):
         return _say(f"terminated{_consolation(arguments)}", SIGNALLED + end.number)
     return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
 
 
 def _consolation(arguments: Sequence[str]) -> str:
-    """Say of a command that stores what becomes of that when it ends before its time."""
+    """For a command that stores data, say what an early end means for it."""
     match arguments[0]:
         case "births" if not any(argument.startswith("--p") for argument in arguments):
             return ""
@@ -117,7 +117,7 @@ def _failed(error: Exception) -> int:
 
 
 def _advice(error: "ParsingError") -> str:
-    """Return what to do about arguments that cannot be read."""
+    """Return advice on unreadable arguments."""
     context = getattr(error, "ctx", None)
     if context is not None and context.parent is None and hasattr(error, "option_name"):
         return "options go after the command, as in 'orbitdb table --db PATH'"
@@ -130,7 +130,7 @@ def _advice(error: "ParsingError") -> str:
 
 
 def _unwritten(error: OSError) -> int:
-    """Say what could not be written; nothing where nobody reads any more, as behind ``| head``."""
+    """Say what could not be written; nothing if nobody reads any more, as with ``| head``."""
     if isinstance(error, BrokenPipeError):
         return UNREAD
     if error.filename is None and error.errno == errno.ENOENT:
@@ -142,17 +142,17 @@ def _unwritten(error: OSError) -> int:
 
 
 def _say(message: str, code: int) -> int:
-    over = "\r" if code == INTERRUPTED and sys.stderr.isatty() else ""  # the terminal has written ^C here
+    over = "\r" if code == INTERRUPTED and sys.stderr.isatty() else ""  # the terminal wrote ^C here
     with suppress(OSError):
         print(over + line(f"orbitdb: {completed(message)}"), file=sys.stderr)
     return code
 
 
 def stand_in_for_closed() -> None:
-    """Give the process its three standard streams; Python has None for one that is closed.
+    """Give the process its three standard streams; Python sets closed ones to None.
 
-    Their numbers are taken as well, so that no file gets one of them and is written to by mistake. Data are
-    refused where stdout is closed: a command that writes none never notices.
+    Their file numbers are also taken, so that no other file gets one and is written to by mistake. A closed
+    stdout refuses data; a command that writes none does not notice.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) < _STREAMS:
         pass

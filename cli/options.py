@@ -1,4 +1,4 @@
-"""Options that several commands share, one by one or in groups, and what a shell offers for them."""
+"""Options shared by several commands, alone or in groups, and their completion in the shell."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -16,7 +16,7 @@ from orbitdb.store.file.database import default_path
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Show Typer the fields of a dataclass as options, in the place of each parameter of that type."""
+    """Show the fields of a dataclass to Typer as options, in place of a parameter of that type."""
     groups: dict[str, Any] = {}
     shown = []
     for each in signature(command).parameters.values():
@@ -35,19 +35,19 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
             given[name] = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
         command(**given)
 
-    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # what Typer reads
+    run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # Typer reads it
     return run
 
 
 def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer the columns of the catalogue behind those that are written already."""
+    """Offer columns of the catalogue after those already typed."""
     from orbitdb.columns import IN_CATALOGUE
 
     return _in_list(incomplete, ((each.name, each.brief) for each in IN_CATALOGUE))
 
 
 def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer the statuses that rows have."""
+    """Offer the statuses of rows."""
     from orbitdb.orbits.orbit import STORED
 
     rows = ((status.value, status.sentence) for status in STORED)
@@ -55,7 +55,7 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 
 
 def offered_half_lengths(context: typer.Context) -> list[str]:
-    """Offer the values of a in the catalogue that is named, or meant; none if it cannot be read."""
+    """Offer the values of a in the named or default catalogue; none if it cannot be read."""
     from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
     from orbitdb.store.reading.moment import reading
@@ -68,12 +68,12 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
 
 
 def offered_several_half_lengths(context: typer.Context) -> list[str]:
-    """Offer them, and what stands for all of them."""
+    """Offer the values of a, and the name for all of them."""
     return [*offered_half_lengths(context), "all"]
 
 
 def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Offer names behind others, with commas between, each with what it means; Typer takes what goes on."""
+    """Offer names with their meanings for a list separated by commas."""
     before, comma, _ = incomplete.rpartition(",")
     for name, meaning in known:
         if name not in before.split(","):
@@ -81,12 +81,12 @@ def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tupl
 
 
 def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
-    """Return an option that takes a number; a shell may offer some."""
+    """Return an option with a number, and optional completion."""
     return typer.Option(*flags, metavar="NUMBER", parser=_reader(real), help=help, autocompletion=offers)
 
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
-    """Return an option that takes a whole number, be it written 1e6, within bounds."""
+    """Return an option with a whole number within bounds, also written as 1e6."""
     return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
 
 
@@ -114,7 +114,7 @@ Database = Annotated[
         metavar="PATH",
         default_factory=default_path,
         show_default=False,
-        readable=False,  # the store says what is wrong with a file
+        readable=False,  # the store reports faults of a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
@@ -160,24 +160,23 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
-"""With `Words`, what `orbitdb.cli.arguments.given_codes` reads."""
+"""Read together with `Words` by `orbitdb.cli.arguments.given_codes`."""
 
 Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
-    """Refuse all options that do nothing in what is asked for, as in ``with --code``.
+    """Refuse all options without effect in some case, such as ``with --code``.
 
-    The names are the parameters that have a meaning then; where a command reads and how it writes always
-    have.
+    The names are the parameters with an effect; the catalogue and the output options always have one.
     """
     useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
 
 
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
-    """Refuse some options that do nothing in what is asked for (`takes_only`)."""
+    """Refuse some options without effect in some case (`takes_only`)."""
     given = [
         parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.metavar).strip("[].")
         for parameter in context.command.params

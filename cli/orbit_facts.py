@@ -1,4 +1,4 @@
-"""What is known of one word, for people, and of its bounces."""
+"""Describe one word and its bounces for people."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -18,7 +18,7 @@ _NUMBERS = tuple(dict.fromkeys(("length", "lyapunov", *_COMPUTED, "margin", "res
 def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
-    """Return what is known of a word, and with which others it is born, name by name, in words."""
+    """Return facts about a word, and the words born with it, as names and texts."""
     from orbitdb.numerals import closed_form, exact
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
@@ -50,7 +50,7 @@ def facts(
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Say at which values of the half length a word is an orbit."""
+    """Describe the values of a at which a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
         (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")
@@ -93,7 +93,7 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
 
 
 def write_bounces(orbit: Orbit) -> None:
-    """Write the bounces one by one, if a screen can hold them."""
+    """Write the bounces, if they fit a screen."""
     if orbit.coordinates is None or orbit.p > LONG_CODE:
         return
     (bounces,) = bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])

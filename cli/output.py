@@ -1,4 +1,4 @@
-"""Where data goes: the options that say how it is written to stdout, and writing it so."""
+"""The options for output on stdout, and writing it."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ MarkWords = Annotated[
 
 @dataclass(frozen=True)
 class Output:
-    """The options that say how data is written; they are refused if they contradict one another."""
+    """The options for the format of data; refused if they contradict one another."""
 
     format_: Annotated[
         Format,
@@ -35,27 +35,27 @@ class Output:
 
     @property
     def form(self) -> Format:
-        """The format that is asked for."""
+        """The requested format."""
         return Format.JSON if self.json else self.format_
 
     @property
     def table(self) -> bool:
-        """Whether a table for the terminal is asked for."""
+        """Whether the format is a table for the terminal."""
         return self.form is Format.TABLE
 
     @property
     def for_people(self) -> bool:
-        """Whether few columns and rounded numbers are wanted."""
+        """Whether the format has few columns and rounded numbers."""
         return self.form in FOR_PEOPLE
 
     def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
-        """Write rows to stdout, and return how many there were."""
+        """Write rows to stdout, and return their number."""
         return write(columns, rows, self.form)
 
 
 @dataclass(frozen=True)
 class MarkedOutput(Output):
-    """The same with words that may be marked as such."""
+    """The same with the option to mark words."""
 
     mark_words: MarkWords = False
 
@@ -64,12 +64,12 @@ class MarkedOutput(Output):
         check_marks(self.mark_words, self.form)
 
     def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
-        """Write rows to stdout, with marks if they are wanted, and return how many there were."""
+        """Write rows to stdout, with marks if requested, and return their number."""
         return super().write(columns, with_marks(columns, rows) if self.mark_words else rows)
 
 
 def check_marks(mark_words: bool, form: str) -> None:
-    """Refuse marks before words in a format that keeps texts as they are."""
+    """Refuse marks in a format that keeps texts unchanged."""
     if mark_words and form not in (Format.CSV, Format.TSV):
         raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
 
@@ -78,7 +78,7 @@ _WORDS = ("code", "word", "representative", "sequence")
 
 
 def with_marks(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[tuple[Any, ...]]:
-    """Give words in a form that no program takes for numbers: w01023."""
+    """Write words in a form that no program reads as numbers: w01023."""
     from orbitdb.symbols.words import MARK
 
     words = [name in _WORDS for name in names]

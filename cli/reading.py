@@ -1,4 +1,4 @@
-"""What commands that read a catalogue share: which a is meant, what of it is filled, and rows in order."""
+"""Shared by commands that read a catalogue: the values of a, notes on gaps, and rows in order."""
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
 _NATURAL = ("p", "representative", "element")
-"""What rows are sorted by in the end."""
+"""The last sort keys of rows."""
 
 Row = tuple[Any, ...]
 
@@ -33,14 +33,14 @@ Row = tuple[Any, ...]
 def asked_columns(
     columns: str | None, usual: Sequence[str], a: Sequence[str] | None, known: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Return the columns that are asked for, or the usual ones, of those of the catalogue or of some others.
+    """Return the requested columns, or the usual ones, of the catalogue or of a list of known ones.
 
-    Where several a may be meant, a is among them: behind the word, or before them all.
+    With several a, the column a is included after the word, or else first.
     """
     from orbitdb.store.asking.parsing import parse_names
 
     if known is None:
-        from orbitdb.store.asking.conditions import COLUMNS  # with SQLAlchemy, which a word does not need
+        from orbitdb.store.asking.conditions import COLUMNS  # imports SQLAlchemy, which a word does not need
 
         known = COLUMNS
     names = tuple(usual if columns is None else parse_names(columns, known))
@@ -54,11 +54,11 @@ def asked_columns(
 def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
-    """Give a catalogue as it is at one moment, and the subset chosen by options at every a that is meant."""
+    """Give one moment of a catalogue, and the subset chosen by options at each a."""
     from orbitdb.store.reading.moment import reading as opened
 
     values = arguments.named(asked)
-    chosen = choice.at(values[0] if values else USUAL_A)  # reports a wrong option first
+    chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
     with opened(db) as moment:
         _note_rotations(chosen)
         if values is None:
@@ -67,7 +67,7 @@ def reading(
 
 
 def _note_rotations(chosen: "Selection") -> None:
-    """Say where a filter compares codes with a rotation that names no row, once it is seen to be sound."""
+    """Write a note if a valid filter compares codes with a rotation that names no row."""
     if chosen.where is None:
         return
     from orbitdb.store.asking.codes import hint
@@ -79,14 +79,14 @@ def _note_rotations(chosen: "Selection") -> None:
 
 
 def averaged(choice: Choice) -> Choice:
-    """Return what chooses the orbits to average over: not every status, but those that have a length."""
+    """Return the choice of orbits to average over, which excludes every status but those with a length."""
     if choice.status is not None and choice.status.strip() == "all":
         raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
 
 
 def known_catalogue(db: Path) -> Path | None:
-    """Return where the catalogue is, None where there is none; say so if it was named."""
+    """Return the path of the catalogue, or None without one, with a note if it was named."""
     if check_file(db) is not None:
         return db
     if db != default_path():
@@ -95,7 +95,7 @@ def known_catalogue(db: Path) -> Path | None:
 
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
-    """Return every a that is meant where single words are asked for, in a catalogue or without one."""
+    """Return the values of a for questions on single words, with or without a catalogue."""
     from orbitdb.store.reading.lookup import a_meant
 
     values = arguments.named(asked)
@@ -110,14 +110,14 @@ def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
 
 
 def _told(a: float, path: Path) -> float:
-    """Return the a that is meant where none is named; say so where it is not the usual one."""
+    """Return the default a, with a note if it is not the usual one."""
     if a != USUAL_A:
         note(f"a = {exact(a)}, the only one in {path}")
     return a
 
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
-    """Say which chosen periods are stored in part, are not filled, or lack births that matter."""
+    """Write notes on chosen periods that are partial, not filled, or lack births that matter."""
     from orbitdb.answers.gaps import gaps
 
     for chosen in stadiums:
@@ -126,7 +126,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
-    """Say that a subset is empty, if any of its periods is filled: of others that is not known."""
+    """Write a note that a subset is empty, if any of its periods is filled."""
     from orbitdb.answers.gaps import nothing
 
     for chosen in stadiums:
@@ -135,7 +135,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
-    """Say at each a up to which length a list of orbits is complete."""
+    """Write a note for each a with the length up to which a list of orbits is complete."""
     from orbitdb.answers.gaps import complete_length, describe_complete
 
     for chosen in stadiums:
@@ -146,7 +146,7 @@ def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
 _falling: Callable[[Any], Any] = cmp_to_key(
     lambda one, other: 0 if one == other else 1 if one < other else -1
 )
-"""Makes of values what sorts them in falling order."""
+"""Sort key for falling order."""
 
 
 def in_order(
@@ -157,9 +157,9 @@ def in_order(
     limit: int | None,
     offset: int = 0,
 ) -> Iterator[Row]:
-    """Return rows of a subset at one a, or of several in one order as if they were one; of equal ones by a.
+    """Return rows of a subset at one a, or of several merged in one order, equal ones by a.
 
-    An empty field comes last, whichever way its column is sorted.
+    An empty field comes last in either direction.
     """
     from orbitdb.store.asking.conditions import parse_order
 
@@ -186,12 +186,12 @@ def in_order(
 
 
 def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
-    """Say in words which rows are chosen at one a, or at several, and how many they are."""
+    """Describe the chosen rows at one or several a, with any number."""
     return stadiums[0].describe([chosen.a for chosen in stadiums], total)
 
 
 def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
-    """Return where rows come from; of many a, each with its own partial periods."""
+    """Return the provenance of rows; with several a, the partial periods of each."""
     from orbitdb.answers.gaps import partial_fills
 
     values = [chosen.a for chosen in stadiums]

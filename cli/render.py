@@ -1,4 +1,4 @@
-"""Writing data to stdout, in the format asked for, and notes to stderr."""
+"""Write data to stdout in the requested format, and notes to stderr."""
 
 import contextlib
 import math
@@ -17,7 +17,7 @@ from orbitdb.plaintext import line, printable
 
 
 class Format(StrEnum):
-    """How data is written to stdout."""
+    """Formats of data on stdout."""
 
     TABLE = "table"
     CSV = "csv"
@@ -35,16 +35,16 @@ _DECIMALS = {
     "turns": 2, "share": 2, "repetitions": 1, **dict.fromkeys(("length", "total", "lyapunov"), 7),
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
 }  # fmt: skip
-"""Digits behind the point in tables, elsewhere 6; the other formats give every number in full."""
+"""Digits after the point in tables, 6 for other columns; other formats give all digits."""
 
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""
 
 LONG_CODE = 40
-"""Codes of more symbols are shown in run notation."""
+"""Longer codes are shown in run notation."""
 
 _TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
-"""Endings of the names of numbers of which only the size matters."""
+"""Endings of names of numbers whose size alone matters."""
 
 _TIMES = (
     "seconds", "processor_seconds", "enumeration", "enumerating", "classification", "cutting", "newton",
@@ -53,13 +53,13 @@ _TIMES = (
 
 
 def note(message: str) -> None:
-    """Write a message, which is no data, as one line to stderr if that can be written to."""
+    """Write a message as one line to stderr, if possible."""
     with aside(), contextlib.suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
 
 
 def number(name: str, value: Any) -> str:
-    """Return a value as text for people; the same everywhere it is shown."""
+    """Return a value as text for people, the same everywhere."""
     if value is None:
         return ""
     if isinstance(value, float):
@@ -91,14 +91,14 @@ def code_text(code: str) -> str:
 
 
 def repeats(word: str, root: str) -> str:
-    """Say that a word repeats a shorter one, which is taken in its place."""
+    """Say that a word repeats a shorter one, which is used in its place."""
     count = len(word) // len(root)
     times = "twice" if count == 2 else f"{count} times"
     return f"{code_text(word)} repeats {code_text(root)} ({times}): this is {code_text(root)}"
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows to stdout, and return how many there were."""
+    """Write rows to stdout, and return their number."""
     if form in FOR_PEOPLE:
         texts, left = _cells(columns, rows)
         lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
@@ -108,7 +108,7 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
 
 
 def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows for other programs, with every number in full, and return how many there were."""
+    """Write rows for other programs, with all digits, and return their number."""
     if form is Format.JSONL:
         return write_jsonl(file, columns, rows)
     if form is not Format.JSON:
@@ -121,7 +121,7 @@ def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any
 
 
 def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
-    """Return the texts of all cells, and which columns hold texts, which are aligned to the left."""
+    """Return the texts of all cells, and which columns are texts, to be aligned to the left."""
     texts, left = [], [False] * len(columns)
     errors = [
         (columns.index(name), columns.index(f"{name}_error"))
@@ -146,18 +146,18 @@ def _is_number(value: Any) -> bool:
 
 _CODES = {"code", "word", "representative"}
 _SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
-"""Averages that may stand beside an error, however small."""
+"""Averages with an error, shown with all its digits."""
 
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:
-    """Write names and what is said of them, aligned."""
+    """Write aligned names and values."""
     width = max(len(name) for name, _ in facts)
     for name, text in facts:
         sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
 
 
 def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
-    """Yield aligned columns as wide as their content; those of texts, which `left` marks, to the left."""
+    """Yield aligned columns as wide as their content, those marked in `left` to the left."""
     lines = [names, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for values in lines:

@@ -1,4 +1,4 @@
-"""What commands that store share: the periods asked for, the newest schema, progress, and who solves."""
+"""Shared by commands that store data: periods, schema, estimates and solvers."""
 
 import logging
 import warnings
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def bring(path: Path) -> "Migration":
-    """Make a catalogue, or bring an older one to the newest schema and say where its copy is."""
+    """Create a catalogue, or migrate an older one and name its copy."""
     from orbitdb.store.file.migrate import migrate
 
     with progress("bringing the catalogue to the newest schema"):
@@ -34,7 +34,7 @@ def bring(path: Path) -> "Migration":
 
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
-    """Return the periods that --p and --from ask for, in rising order, or refuse what cannot be filled."""
+    """Return the periods of --p and --from in rising order; refuse those that cannot be filled."""
     from orbitdb.store.asking.parsing import periods_up_to
     from orbitdb.store.asking.periods import fillable
 
@@ -48,13 +48,13 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
 
 
 def written(periods: Sequence[int]) -> str:
-    """Write periods in rising order, as a range if none is left out."""
+    """Write periods in rising order, as a range if there is no gap."""
     gapless = len(periods) == periods[-1] - periods[0] + 1
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
-    """Say what a large fill or sweep is going to take, and what any would take that is not to be done."""
+    """Write the estimate of a large fill or sweep, or of any one with --dry-run."""
     from orbitdb.filling.estimate import LARGE, about, gigabytes
 
     if dry_run or coming.words >= LARGE:
@@ -71,9 +71,9 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be 
 
 @dataclass(frozen=True)
 class Solvers:
-    """The options that say where is solved: in processes here, or on a dask cluster.
+    """The options for where to solve: in processes here, or on a dask cluster.
 
-    They are refused if they contradict one another, or say too little.
+    Contradictory or incomplete options are refused.
     """
 
     jobs: Jobs = None
@@ -98,7 +98,7 @@ class Solvers:
             raise InputError("--jobs counts processes here, a dask cluster has its own: leave out --jobs")
 
     def number(self) -> int:
-        """Return how many processes a fill may count on; a cluster has always enough of them."""
+        """Return the number of processes for a fill; a cluster always has enough."""
         from orbitdb.filling.workers import cores
 
         return _MOST_JOBS if self.scheduler else self.jobs or cores()
@@ -117,7 +117,7 @@ class Solvers:
 
 
 def _told(workers: int, threads: int) -> str:
-    """Say how large a cluster is, and where that is less than it seems."""
+    """Describe the size of a cluster, and threads that it cannot use."""
     if not workers:
         return "no workers yet; waiting for the first"
     if threads > workers:
@@ -130,7 +130,7 @@ def _told(workers: int, threads: int) -> str:
 
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
-    """Keep dask's log off stderr: the command says in one line what goes wrong."""
+    """Keep dask's log off stderr; the command reports failures in one line."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         logging.disable()

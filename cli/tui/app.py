@@ -38,9 +38,9 @@ _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
 class BrowseApp(OrderlyApp):
-    """Browse a catalogue, which need not exist, beginning with a subset, and with a word if there is a code.
+    """Browse a catalogue, which need not exist, starting with a subset and optionally a word.
 
-    The state file keeps columns, filters and marked words; without one they last for this session.
+    The state file keeps columns, filters and marked words; without one, they last for the session.
     """
 
     TITLE = "orbitdb"
@@ -68,7 +68,7 @@ class BrowseApp(OrderlyApp):
         self.title = printable(f"orbitdb {path.name}")
         self._catalogue = _opened(path)
         self._selection, self._code = selection, code
-        self.exports: set[Path] = set()  # files that are being written
+        self.exports: set[Path] = set()  # files being written
         self._shown_at = 0.0
 
     def get_default_screen(self) -> Screen[None]:
@@ -91,12 +91,12 @@ class BrowseApp(OrderlyApp):
 
     @property
     def catalogue(self) -> Reader | None:
-        """What is stored; None as long as there is no file."""
+        """The stored catalogue; None as long as there is no file."""
         self._catalogue = self._catalogue or _opened(self.path)
         return self._catalogue
 
     def find(self, word: str, a: float) -> Orbit:
-        """Return what is stored of a word, or solve it."""
+        """Return a stored word, or solve it."""
         stored = None
         if self.catalogue is not None:
             with self.catalogue.moment() as moment:
@@ -121,7 +121,7 @@ class BrowseApp(OrderlyApp):
 
     @property
     def fills(self) -> bool:
-        """Whether a fill is at work."""
+        """Whether a fill is running."""
         return self.fill_state is not None and self.fill_state.runs
 
     def begin_fill(self, wish: Wish) -> None:
@@ -147,7 +147,7 @@ class BrowseApp(OrderlyApp):
         self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
-        """Show what has been stored, not more often than can be read."""
+        """Show the stored data, not more often than one can read."""
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
@@ -168,7 +168,7 @@ class BrowseApp(OrderlyApp):
         super().leave()
 
     def action_stop_fill(self) -> None:
-        """Stop the fill behind the batch at work."""
+        """Stop the fill after the current batch."""
         if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
@@ -176,11 +176,11 @@ class BrowseApp(OrderlyApp):
     # habits
 
     def notify(self, message: str, **options: Any) -> None:
-        """Say something, never as markup: errors and paths may look like it."""
+        """Show a message without markup, because errors and paths can look like it."""
         super().notify(printable(message), **options | {"markup": False})
 
     def action_keys(self) -> None:
-        """Show the keys that matter here."""
+        """Show the keys of the current screen."""
         from orbitdb.cli.tui.dialogs.keys import KeysDialog
 
         if not isinstance(self.screen, KeysDialog):
@@ -204,7 +204,7 @@ class BrowseApp(OrderlyApp):
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Give every action of the screen, and those of Textual's own that are none of these, each once."""
+        """Give every action of the screen, and the other actions of Textual, each once."""
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding

@@ -1,4 +1,4 @@
-"""Choosing a subset: each change gives a new `Selection`, which describes itself."""
+"""Choose a subset: each change gives a new `Selection`, which describes itself."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,14 +14,14 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
-"""The statuses that rows may have."""
+"""The statuses of rows."""
 
 STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
 REVERSALS = (None, "self", "pair")
 
 
 def half_length(text: str) -> float:
-    """Read a half length, or say how to write one."""
+    """Read a half length, or explain how to write one."""
     try:
         value = real(text.strip())
     except ValueError:
@@ -30,13 +30,13 @@ def half_length(text: str) -> float:
 
 
 def code_told(code: str) -> str:
-    """Say what a code is."""
+    """Describe a code."""
     word = primitive_root(parse(code))
     return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
 def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) -> Selection:
-    """Choose what stands some steps on in a ring of choices; what is not in it is like the first."""
+    """Choose the value some steps further in a ring; other values count as the first."""
     present = getattr(selection, name)
     place = ring.index(present) if present in ring else 0
     return replace(selection, **{name: ring[(place + step) % len(ring)]})
@@ -60,5 +60,5 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return a text that stands for itself where markup is read."""
+    """Return a text escaped for markup."""
     return printable(text).replace("\\", "\\\\").replace("[", "\\[")

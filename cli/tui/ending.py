@@ -1,4 +1,4 @@
-"""How the screen ends: within two seconds of a signal, whatever is at work; with one line if it fails."""
+"""End the screen within two seconds of a signal, whatever is running; with one line after a failure."""
 
 import asyncio
 import gc
@@ -21,14 +21,14 @@ from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
 _MOST_AT_ONCE = 64
-"""Threads: more than keys that are held can leave behind."""
+"""Number of threads, more than held keys can leave behind."""
 
 _PATIENCE = 1.8
-"""Seconds behind which the process ends whether or not the screen has been closed."""
+"""Seconds after which the process ends even if the screen is not closed."""
 
 
 class LooseThreads(ThreadPoolExecutor):
-    """Threads that the end of the screen does not wait for: most of them only read, for nobody then."""
+    """Threads that the end of the screen does not wait for; most of them only read."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Begin nothing more, and wait for nothing."""

@@ -31,7 +31,7 @@ from orbitdb.symbols.words import least_rotation, parse_primitive
 _LONGEST_NAME = 40
 
 KeptCriteria = Mapping[str, Any]
-"""A subset as JSON holds it: what `chosen_by` takes."""
+"""A subset as stored in JSON, as arguments of `chosen_by`."""
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Kept:
             self._complain(f"{self.path} cannot be read ({error.strerror})")
             return False
         except (ValueError, TypeError, AttributeError, RecursionError):
-            self._complain(f"{self.path} holds no choices of this program: move it away")
+            self._complain(f"{self.path} was not written by orbitdb: move it away")
             return False
         return True
 
@@ -96,17 +96,17 @@ def state_path() -> Path:
 
 
 def among_marked(words: Sequence[str], where: str | None) -> str:
-    """Return the expression that chooses marked words, among those of a filter if there is one."""
+    """Return the expression that chooses marked words, within any filter."""
     marks = f"code({', '.join(map(repr, words))})"
     if not where:
         return marks
-    # in one line, so that a comment would hide what follows
+    # in one line, so a comment would hide the rest
     bare = "".join(" " if token.kind == "blank" else token.text for token in tokens(where))
     return f"({bare.strip()}) and {marks}"
 
 
 def criteria_of(selection: Selection) -> KeptCriteria:
-    """Return a subset as `chosen_by` takes it, whatever its a is; what chooses nothing is left out."""
+    """Return a subset as arguments of `chosen_by`, without a and empty criteria."""
     spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
     several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
@@ -116,7 +116,7 @@ def criteria_of(selection: Selection) -> KeptCriteria:
 
 
 def selection_of(criteria: KeptCriteria, a: float) -> Selection:
-    """Return a kept subset at some a, or refuse what is none, as somebody has written it by hand."""
+    """Return a stored subset at some a; refuse an invalid one, for example written by hand."""
     try:
         parameters = dict(criteria.get("parameters") or {})
         return chosen_by(a=a, **{**criteria, "parameters": parameters})
@@ -127,13 +127,13 @@ def selection_of(criteria: KeptCriteria, a: float) -> Selection:
 
 
 class Keeping(Panels):
-    """The main screen, as far as it keeps something from one session to the next."""
+    """The part of the main screen that lasts from session to session."""
 
     _unmarked_where: str | None = None
     _marked_where: str | None = None
 
     def compose(self) -> ComposeResult:
-        """Lay out the panels, with the columns and marks that were kept."""
+        """Lay out the panels, with the stored columns and marks."""
         self.browser.kept.load()
         self.set_reactive(Panels.columns, chosen(self.browser.kept.state.columns))
         self.set_reactive(Panels.marked, frozenset(self.browser.kept.state.marked))
@@ -170,7 +170,7 @@ class Keeping(Panels):
         return self._marked_where is not None and self.selection.where == self._marked_where
 
     def action_marked(self) -> None:
-        """Show the marked orbits only, or what was shown before."""
+        """Show the marked orbits only, or the previous rows."""
         if self._shows_marked:
             self.selection = replace(self.selection, where=self._unmarked_where)
         else:
@@ -202,7 +202,7 @@ class Keeping(Panels):
     # filters by name
 
     def action_filters(self) -> None:
-        """Take a filter that was kept, or keep the present one."""
+        """Use a stored filter, or store the present one."""
 
         def take(name: str) -> None:
             if name == KEEP:

@@ -1,4 +1,4 @@
-"""The main screen: keys, and what they do."""
+"""The main screen: keys and their actions."""
 
 import os
 from collections.abc import Callable
@@ -93,7 +93,7 @@ class MainScreen(Keeping):
     # moving
 
     def action_jump(self, digit: str) -> None:
-        """Go to a period, or to a code, by digits that are typed one after the other."""
+        """Go to a period or a code by typing digits."""
         self.rows.jumping.type(digit)
 
     def action_jump_back(self) -> None:
@@ -133,7 +133,7 @@ class MainScreen(Keeping):
     # choosing
 
     def action_filter(self) -> None:
-        """Edit the filter; the rows follow as it is typed, and come back if it is left."""
+        """Edit the filter; the rows follow the typing, and return on escape."""
         before = self.selection.where or ""
         dialog = FilterDialog(self, before, self._filters)
 
@@ -163,12 +163,12 @@ class MainScreen(Keeping):
         self.selection = choices.turned(self.selection, "time_reversal", choices.REVERSALS)
 
     def action_period(self, step: int) -> None:
-        """Choose one period, the next or the one before; beyond the ends stand all of them."""
+        """Choose the next or previous period; beyond the ends, all periods."""
         ring = ((), *(((p, p),) for p in self.periods))
         self.selection = choices.turned(self.selection, "periods", ring, step)
 
     def action_choose_a(self, stay: bool = False) -> None:
-        """Choose another stadium, one of the catalogue or any, and stay with the word on show if asked to."""
+        """Choose another a, stored or not, and optionally stay with the current word."""
         values = [repr(a) for a in self.browser.a_values()]
 
         def check(text: str) -> str:
@@ -199,7 +199,7 @@ class MainScreen(Keeping):
         self.ordering = replace(self.ordering, descending=not self.ordering.descending)
 
     def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
-        """Sort by the column; again, the other way round."""
+        """Sort by the column; a second click reverses the order."""
         self._sort_by(message.column)
 
     # looking
@@ -207,7 +207,7 @@ class MainScreen(Keeping):
     def action_view(self) -> None:
         """Change between the stadium and phase space."""
         self.query_one(OrbitDrawing).toggle_phase()
-        if self.has_class("-empty"):  # the greeting is in its place
+        if self.has_class("-empty"):  # the greeting is shown instead
             self.shown_orbit()
 
     def action_particle(self) -> None:
@@ -215,12 +215,12 @@ class MainScreen(Keeping):
         self.query_one(OrbitDrawing).toggle_particle()
 
     def action_whole(self) -> None:
-        """Open all that is known of the orbit."""
+        """Open all facts about the orbit."""
         if (orbit := self.shown_orbit()) is not None:
             self.app.push_screen(WholeOrbitScreen(self, orbit))
 
     def action_compare(self) -> None:
-        """Compare the orbit in phase space, or no longer."""
+        """Add the orbit to the comparison in phase space, or remove it."""
         if (orbit := self.shown_orbit()) is None:
             return
         if orbit.coordinates is None:
@@ -255,7 +255,7 @@ class MainScreen(Keeping):
         self.app.push_screen(FillDialog(exact(self.selection.a), f"2-{top}"))
 
     def go_along(self, a: float) -> None:
-        """Look at the stadium that is being filled, if there is nothing at the one that is shown."""
+        """Switch to the a being filled, if there is nothing at the current one."""
         if not self.periods and not len(self.rows.table.source):
             self.selection = replace(self.selection, a=a)
 
@@ -272,14 +272,14 @@ class MainScreen(Keeping):
         self._open(CountsScreen, "length" if self.ordering == Ordering() else self.ordering.column)
 
     def _open(self, screen: Callable[..., Screen[None]], *more: str) -> None:
-        """Open a screen on what is stored, or say that there is nothing yet."""
+        """Open a screen on the stored data, or say that there is none yet."""
         if self.browser.catalogue is None:
             self.notify("nothing is stored yet: the key f fills the catalogue")
         else:
             self.app.push_screen(screen(self.browser.catalogue, self.selection, *more))
 
     def action_export(self, of_orbit: bool = False) -> None:
-        """Ask for a file and write what is shown to it."""
+        """Ask for a file and export the shown data to it."""
         from orbitdb.cli.tui.export import ask_for_file, export
 
         self.catch_up()

@@ -42,8 +42,8 @@ Press [b]?[/b] for the keys, [b]q[/b] to leave."""
 class Panels(OwnScreen[None]):
     """The state of the main screen: a subset in some order, and an orbit.
 
-    The cursor goes to the wanted word when the rows come. One that was left is that of the row under the
-    cursor, while another word without a row is on show. The one that is solving is looked up or solved.
+    The cursor goes to the `wanted` word when the rows arrive. `left` is the word of the row under the cursor
+    while another word without a row is shown. `solving` is the word being looked up or solved.
     """
 
     wanted: str | None = None
@@ -70,12 +70,12 @@ class Panels(OwnScreen[None]):
 
     @property
     def here(self) -> float:
-        """The a at which words are shown: that of the rows, or the one they are followed to."""
+        """The current a: that of the rows, or the one they are followed to."""
         return self.selection.a if self.following.away is None else self.following.away
 
     @property
     def periods(self) -> list[int]:
-        """Those that are filled, whole or in part."""
+        """The filled periods, whole or partial."""
         catalogue = self.browser.catalogue
         if catalogue is None:
             return []
@@ -105,7 +105,7 @@ class Panels(OwnScreen[None]):
     # the subset
 
     def refresh_catalogue(self) -> None:
-        """Look at the file again: at the beginning, and when something has been stored."""
+        """Read the file again, at the start and after changes."""
         filled = self.browser.a_values()
         self.set_class(not filled and self.orbit is None, "-empty")
         self.rows.total = None
@@ -116,7 +116,7 @@ class Panels(OwnScreen[None]):
     action_look_again = refresh_catalogue
 
     def watch_selection(self, old: Selection, selection: Selection) -> None:
-        """Show the new subset; of another stadium nothing stays on screen."""
+        """Show the new subset; at another a, nothing stays on screen."""
         if not self.is_mounted:
             return
         if selection.a != old.a:
@@ -128,7 +128,7 @@ class Panels(OwnScreen[None]):
         self.read()
 
     def say_choices(self) -> None:
-        """Show what is chosen, in the subtitle and as links, and before it how far a fill is."""
+        """Show the choices in the subtitle and as links, after the progress of a fill."""
         fill = self.browser.fill_state
         told = choices.chips(self.selection, self.browser.a_values())
         if fill is not None and fill.runs:
@@ -150,12 +150,12 @@ class Panels(OwnScreen[None]):
     watch_columns = watch_ordering
 
     def check_filter(self, where: str) -> str:
-        """Refuse a filter that cannot be used; say where it compares codes with what names no row."""
+        """Refuse an invalid filter; hint at comparisons of codes that name no row."""
         check(where, dict(self._filtered(where).parameters))
         return hint(where) or ""
 
     def try_filter(self, where: str, word: str | None) -> None:
-        """Show the rows of a filter that can be used, the cursor on a word if it is among them."""
+        """Show the rows of a valid filter, with the cursor on a word if it is among them."""
         if (where or None) != self.selection.where:
             self.wanted = word
             self.selection = self._filtered(where or None)
@@ -163,21 +163,21 @@ class Panels(OwnScreen[None]):
             self.read()
 
     def _filtered(self, where: str | None) -> Selection:
-        """Return what is chosen with another filter; of the values given with -P, those it names."""
+        """Return the selection with another filter, and the values of -P that it uses."""
         used = names_in(where or "")
         known = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
 
     def begin_rows(self, rows: Pages) -> None:
-        """Show the first rows while the others are read, unless a word is on show that has another one."""
+        """Show the first rows while the others are read, unless the current word has another row."""
         if self.orbit is None:
             self.rows.table.show(rows)
 
     def take_rows(self, rows: Pages) -> None:
         """Show the rows; the cursor stays on its word if it is among them, and at the top if it was there.
 
-        An orbit on show that had no row goes to the one it has by now, and stays if it has none.
+        A shown orbit without a row moves to its row once it has one.
         """
         self.catch_up()
         table = self.rows.table
@@ -197,7 +197,7 @@ class Panels(OwnScreen[None]):
         self.rows.jumping.go_on()
 
     def failed(self, reason: str) -> None:
-        """Say what a worker could not do, and go on with nothing of it."""
+        """Show the error of a worker, and drop its results."""
         super().failed(reason)
         self.following.stop()
         self.solving = None
@@ -217,7 +217,7 @@ class Panels(OwnScreen[None]):
         self.in_thread("find", lambda _: self.browser.find(root, a), self.take_found)
 
     def take_found(self, orbit: Orbit) -> None:
-        """Show the orbit, unless another stadium is shown by now, and say where it comes from."""
+        """Show the orbit and its source, unless another stadium is shown by now."""
         self.solving = None
         self.entitle_facts()
         if orbit.a == self.here and not self.go_to(orbit) and self.wanted is None:
@@ -236,18 +236,18 @@ class Panels(OwnScreen[None]):
         return place is not None
 
     def _say_no_row(self) -> None:
-        """Say why the orbit on show has no row."""
+        """Explain why the current orbit has no row."""
         if (orbit := self.orbit) is not None:
             outside = f"{code_text(orbit.code)} is not among the rows"
             self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
     def leave_the_row(self) -> None:
-        """Let the row under the cursor not take the place of what is shown, until the cursor moves."""
+        """Keep the shown orbit until the cursor moves."""
         row = self.rows.table.row
         self.left = None if row is None else row[0]
 
     def catch_up(self) -> None:
-        """Show the word under the cursor, which may have moved faster than messages go."""
+        """Show the word under the cursor, which may be ahead of its messages."""
         row = self.rows.table.row
         if row is not None and row[0] != self.left:
             self.left = None
@@ -259,14 +259,14 @@ class Panels(OwnScreen[None]):
         self.rows.say_orbit(self.orbit)
 
     def shown_orbit(self) -> Orbit | None:
-        """Return the orbit on show, or say that there is none."""
+        """Return the current orbit, or say that there is none."""
         self.catch_up()
         if self.orbit is None:
             self.notify("no orbit is shown: press c and type a code", timeout=2)
         return self.orbit
 
     def _show_word(self, word: str, anew: bool = False) -> None:
-        """Show a word, as a least rotation; what is shown of it in another rotation stays, unless anew."""
+        """Show a word, given as its least rotation; a shown rotation of it stays unless `anew`."""
         shown, away = self.orbit, self.following.away
         same = shown is not None and shown.a == self.here and len(shown.code) == len(word) and not anew
         if shown is not None and same and word in (shown.code, least_rotation(shown.code)):
@@ -283,7 +283,7 @@ class Panels(OwnScreen[None]):
             self.notify(str(error), severity="error")
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Write what is known of the orbit, and let the rows follow it."""
+        """Show the facts of the orbit, and let the rows follow it."""
         if not self.is_mounted:
             return
         self.entitle_facts()
@@ -297,7 +297,7 @@ class Panels(OwnScreen[None]):
         self.following.take_orbit(orbit)
 
     def entitle_facts(self) -> None:
-        """Say what the facts are, and at which a if that is not the rows' own, or that a word is solved."""
+        """Title the facts, with their a if it differs from that of the rows, or with a word being solved."""
         title = "facts"
         if self.orbit is not None and self.orbit.a != self.selection.a:
             title = f"facts at a = {self.orbit.a:.9g}"
@@ -306,7 +306,7 @@ class Panels(OwnScreen[None]):
         self.query_one(FactsPanel).border_title = title
 
     def action_back(self) -> None:
-        """Go back to where digits began, or else show the row under the cursor as it is stored."""
+        """Go back to where digits began, or show the row under the cursor as stored."""
         if self.rows.jumping.under_way:
             self.rows.jumping.give_up()
             return

@@ -1,4 +1,4 @@
-"""What all screens and dialogs are made of: keys in groups, work in threads, and closing once."""
+"""The base of all screens and dialogs: keys in groups, work in threads, and closing once."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import suppress
@@ -25,10 +25,10 @@ Result = TypeVar("Result")
 Answer = TypeVar("Answer")
 
 Keys = Mapping[str, Sequence[Binding]]
-"""The keys of a screen or widget under the headings of the help; it says the tooltip, or the description."""
+"""The keys of a screen or widget by heading; the help shows the tooltip or the description."""
 
 key = partial(Binding, show=False)
-"""A key that the footer leaves out."""
+"""A key that the footer does not show."""
 
 ESCAPE = key("escape", "dismiss(None)", "Close")
 
@@ -57,14 +57,14 @@ RETURN = (
 
 
 class ScrollBox(ScrollableContainer):
-    """A box in which one moves as in the table."""
+    """A box with the movement keys of the table."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
 
 
 class Field(Input):
-    """A line of text that takes letters in turn with all other keys (`BrowseApp.on_key`)."""
+    """A line of text that gets its letters in order with all other keys (`BrowseApp.on_key`)."""
 
     def on_key(self, event: Key) -> None:
         """Leave letters to the application, which handles all other keys."""
@@ -73,7 +73,7 @@ class Field(Input):
 
 
 class OwnScreen(Screen[Result]):
-    """A screen that does nothing before it is there, closes once, and says what went wrong."""
+    """A screen that ignores early keys, closes once, and reports errors."""
 
     def __init__(self, name: str | None = None, id: str | None = None, classes: str | None = None) -> None:
         super().__init__(name, id, classes)
@@ -91,11 +91,10 @@ class OwnScreen(Screen[Result]):
         take: Callable[[Any], object],
         fail: Callable[[str], object] | None = None,
     ) -> None:
-        """Find something out in a thread, and take it when it is there and nothing newer is wanted.
+        """Run `find` in a thread, and take its result unless a newer one is wanted.
 
-        Whatever else is being found in this group is not waited for any more. ``find`` is given a function
-        that tells whether nobody waits any more, and returns a result or yields several; ``fail``, by default
-        `failed`, is given the message of an error.
+        Other work in this group is cancelled. ``find`` gets a function that tells whether it is cancelled,
+        and returns a result or yields several. ``fail``, by default `failed`, gets the message of an error.
         """
 
         def run() -> None:
@@ -117,7 +116,7 @@ class OwnScreen(Screen[Result]):
         worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
     def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
-        """Open a dialog, and take its answer if there is one."""
+        """Open a dialog, and take any answer."""
 
         def hear(answer: Answer | None) -> None:
             if answer is not None:
@@ -126,29 +125,29 @@ class OwnScreen(Screen[Result]):
         self.app.push_screen(dialog, hear)
 
     def give_up(self, group: str) -> None:
-        """Wait no more for what is being found in a group."""
+        """Cancel the work in a group."""
         if (worker := self._latest.pop(group, None)) is not None:
             worker.cancel()
 
     def failed(self, reason: str) -> None:
-        """Say what a worker could not do."""
+        """Show the error of a worker."""
         self.notify(reason, severity="error")
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Let a key do nothing that comes before the widgets it is meant for."""
+        """Ignore a key that comes before its widgets."""
         return self.is_mounted and super().check_action(action, parameters)
 
     def dismiss(self, result: Result | None = None) -> AwaitComplete:
-        """Close, unless another key or click has closed it already, or another screen stands above it."""
+        """Close, unless it is closed already, or another screen is above it."""
         return super().dismiss(result) if self.is_current else AwaitComplete()
 
 
 class Dialog(ModalScreen[Result], OwnScreen[Result]):
-    """A dialog: what is below it is seen, and hears no keys."""
+    """A dialog: the screen below stays visible, but gets no keys."""
 
 
 class QuestionDialog(Dialog[bool]):
-    """Ask whether to do something that cannot be taken back."""
+    """Ask before something that cannot be undone."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("y", "dismiss(True)"), key("n,escape", "dismiss(False)")]
 
@@ -170,7 +169,7 @@ class QuestionDialog(Dialog[bool]):
 
 
 class ActionsDialog(CommandPalette, OwnScreen[None]):
-    """All actions by name: Textual's own list of commands, which would close twice."""
+    """All actions by name: Textual's list of commands, which would otherwise close twice."""
 
     def _action_command_list(self, action: str) -> None:
         """Move in the list, if it has been laid out: else Textual does not know its pages."""

@@ -1,8 +1,7 @@
-"""The screen in a browser: textual-serve runs the program anew for everybody who opens its page.
+"""The screen in a browser: textual-serve runs the program once for each open page.
 
-Whoever sees the screen can fill the catalogue and write files. So it is there for this machine alone, and
-every address begins with a token that nobody can guess; a page of somebody else, in the same browser,
-cannot reach it.
+A user of the screen can fill the catalogue and write files. The server is therefore only reachable from this
+machine, and every address begins with a secret token, so other pages in the same browser cannot reach it.
 """
 
 import asyncio
@@ -30,12 +29,12 @@ from orbitdb.errors import InputError
 HOST = "127.0.0.1"
 _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
-"""How long a session may take to end."""
+"""Seconds for a session to end."""
 _HEARTBEAT = 15.0
 _USUAL, _LARGEST = (80, 24), (1000, 500)
-"""Columns and rows of a terminal, if nothing is said of them, and at most."""
+"""Default and largest numbers of columns and rows of a terminal."""
 _LONGEST = 1 << 16
-"""Largest number of characters in one message of keys, as somebody pastes them."""
+"""Most characters in one message of keys, such as pasted text."""
 _REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
@@ -57,15 +56,15 @@ new MutationObserver((changes, observer) => {
 }).observe(document.body, {attributes: true, attributeFilter: ["class"]});
 </script>
 """
-"""Keys are heard as soon as the screen is there, without a click before."""
+"""Makes keys work as soon as the screen is there, without a click."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> None:
-    """Serve ``orbitdb browse``, with what is typed behind it, until Ctrl-C or, as an error, another signal.
+    """Serve ``orbitdb browse`` with its arguments until Ctrl-C or, as an error, another signal.
 
-    A port of 0 stands for any that is free. `tell` gets the address once the server answers.
+    Port 0 means any free port. `tell` gets the address once the server answers.
     """
     try:
         listening = socket.create_server((HOST, port))
@@ -87,7 +86,7 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
 
 
 class TokenServer(Server):
-    """A server whose every address begins with a token, and the signal that has told it to end."""
+    """A server whose addresses begin with a token, and the signal that ended it."""
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
@@ -104,16 +103,16 @@ class TokenServer(Server):
         return f"{self.public_url}/{self.token}/"
 
     async def guarded(self) -> web.Application:
-        """Return what textual-serve serves, below the token, and nothing beside it."""
+        """Return the application of textual-serve below the token, and nothing else."""
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.headers.get("Origin", self.public_url) != self.public_url:  # which has the token
+            if request.headers.get("Origin", self.public_url) != self.public_url:  # a page with the token
                 return web.Response(status=403, text="a session is for the page of this server\n")
-            meant = request.host == f"{HOST}:{self.port}"  # another name of the host is another origin
+            meant = request.host == f"{HOST}:{self.port}"  # another name of the host would be another origin
             if request.method == "GET" and not (meant and request.path != f"/{self.token}"):
                 raise web.HTTPFound(self.address)
             return await handler(request)
@@ -128,7 +127,7 @@ class TokenServer(Server):
         return app
 
     async def on_startup(self, app: web.Application) -> None:
-        """Listen to signals between what the sessions do; the command announces the address."""
+        """Handle signals; the command announces the address."""
 
         def end(number: int) -> None:
             self.told = number
@@ -139,7 +138,7 @@ class TokenServer(Server):
                 asyncio.get_running_loop().add_signal_handler(number, end, number)
 
     async def on_shutdown(self, app: web.Application) -> None:
-        """End all sessions, each of which ends its process, and say nothing of what that interrupts."""
+        """End all sessions and their processes, without reports of interrupted work."""
         for log in (_LOG, logging.getLogger("asyncio")):
             log.disabled = True
         for session in self._sessions:
@@ -154,7 +153,7 @@ class TokenServer(Server):
         return page
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run a session; what is no websocket aiohttp would report as an error of this program."""
+        """Run a session; refuse other requests, which aiohttp would report as errors of this program."""
         if not web.WebSocketResponse().can_prepare(request):
             raise web.HTTPBadRequest(text="a session is a websocket\n")
         task = asyncio.current_task()
@@ -187,10 +186,10 @@ class TokenServer(Server):
 
 
 class Session(AppService):
-    """The program that somebody who opened the page sees, and what the page sends to it."""
+    """The program behind one open page, and the messages of the page."""
 
     async def take(self, text: str, socket: web.WebSocketResponse) -> None:
-        """Hand on a message of the page; one that no page of ours sends is dropped."""
+        """Pass on a message of the page; drop invalid ones."""
         with suppress(ValueError):
             match json.loads(text):
                 case ["stdin", str(keys)] if len(keys) <= _LONGEST:
@@ -205,7 +204,7 @@ class Session(AppService):
                     await self.focus()
 
     async def stop(self) -> None:
-        """Tell the program to end, and end it if it does not within some seconds."""
+        """Ask the program to end, and kill it after some seconds."""
         try:
             async with asyncio.timeout(_SECONDS):
                 await super().stop()
@@ -219,14 +218,14 @@ class Session(AppService):
 
 
 def _is_size(width: object, height: object) -> bool:
-    """Tell whether a terminal can have this size."""
+    """Tell whether a terminal can have such a size."""
     return all(
         type(each) is int and 1 <= each <= most for each, most in zip((width, height), _LARGEST, strict=True)
     )
 
 
 def _size(width: str | None, height: str | None) -> tuple[int, int]:
-    """Return the size that an address asks for, or the usual one."""
+    """Return the size given in an address, or the default."""
     with suppress(ValueError):
         asked = int(width or ""), int(height or "")
         if _is_size(*asked):

@@ -1,4 +1,4 @@
-"""The dialog that asks what to fill, says what that is going to take, and shows how far it is."""
+"""The dialog that asks what to fill, gives an estimate, and shows the progress."""
 
 import time
 from collections.abc import Generator
@@ -28,7 +28,7 @@ _FIELDS = (
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
 _TELLING, _LONG = 0.01, 10.0
-"""A fill shows its rate after this share of the words or so many seconds: the first periods are slow."""
+"""A fill shows its rate after this share of the words or these seconds; small periods are slow."""
 
 
 class Wish(NamedTuple):
@@ -41,10 +41,10 @@ class Wish(NamedTuple):
 
 @dataclass(frozen=True)
 class FillState:
-    """How many words of a wish are filled, of how many, and the period p at work.
+    """Progress of a wish: words done, their total, and the current period p.
 
-    The state is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, with a message; it began at a
-    moment of the monotonic clock.
+    The state is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, with a message. `began` is a
+    time of the monotonic clock.
     """
 
     wish: Wish
@@ -57,11 +57,11 @@ class FillState:
 
     @property
     def runs(self) -> bool:
-        """Whether it is at work."""
+        """Whether it is running."""
         return self.state in ("running", "stopping")
 
     def sentence(self) -> str:
-        """Say how far it is."""
+        """Describe the progress."""
         from orbitdb.filling.estimate import duration
 
         if self.state == "failed":
@@ -77,7 +77,7 @@ class FillState:
 
 
 def parse_wish(a: str, periods: str, codes: str) -> Wish:
-    """Read what to fill, or say which part cannot be read."""
+    """Read what to fill, or name the unreadable part."""
     value = half_length(a)
     if codes.strip():
         return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
@@ -85,7 +85,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
-    """Say what a wish is going to take, and how many words that are; refuse what the disk has no room for."""
+    """Return the estimate and the number of words of a wish; refuse it without room on the disk."""
     from orbitdb.filling.estimate import about, check_room, gigabytes, need
 
     at = f"at a = {exact(wish.a)}"
@@ -101,7 +101,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
 
 
 def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]:
-    """Fill, and tell how far it is behind every batch that is safely stored."""
+    """Fill, and yield the progress after every stored batch."""
     from orbitdb.filling.fill import fill_periods, fill_word
 
     migrate(path)
@@ -119,18 +119,18 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
 
 
 class FillDialog(Dialog[None]):
-    """Ask what to fill, beginning with an a and periods; while something is filled, show how far it is."""
+    """Ask what to fill, starting with an a and periods; show the progress of a running fill."""
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
-    AUTO_FOCUS = "#periods"  # a focus that is set later comes behind the first keys
+    AUTO_FOCUS = "#periods"  # a later focus would come after the first keys
 
     def __init__(self, a: str, periods: str) -> None:
         super().__init__()
         self._values = {"a": a, "periods": periods, "codes": ""}
 
     def compose(self) -> ComposeResult:
-        """Show the fields, what they take, and the progress."""
+        """Show the fields, the estimate, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
             box.border_title = "fill the catalogue"
             for name, title, example in _FIELDS:
@@ -145,7 +145,7 @@ class FillDialog(Dialog[None]):
                 yield Button("Stop", id="stop", variant="error")
 
     def on_mount(self) -> None:
-        """Follow the fill that may be running."""
+        """Follow any running fill."""
         if self.browser.fills:
             self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
@@ -164,7 +164,7 @@ class FillDialog(Dialog[None]):
             self.query_one("#told", Label).update(state.sentence())
 
     def on_input_changed(self) -> None:
-        """Say what the fields are going to take."""
+        """Show the estimate for the fields."""
         self.query_one("#periods", Input).disabled = bool(self.query_one("#codes", Input).value.strip())
         self._weigh_fields()
 
@@ -173,17 +173,17 @@ class FillDialog(Dialog[None]):
         self._weigh_fields(begin=True)
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Begin or stop."""
+        """Start or stop."""
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
             self.browser.action_stop_fill()
 
     def _weigh_fields(self, begin: bool = False) -> None:
-        """Ask what the fields are going to take; begin, if that is wanted, as soon as it is known."""
+        """Compute the estimate for the fields; then start if requested."""
         if self.browser.fills:
             return
-        self.query_one("#bar").display = False  # what was filled last is no longer told
+        self.query_one("#bar").display = False  # the last fill no longer matters
         self.query_one("#told", Label).update("")
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
@@ -199,7 +199,7 @@ class FillDialog(Dialog[None]):
         )
 
     def _take_cost(self, wish: Wish, cost: tuple[str, int], begin: bool) -> None:
-        """Say what the wish takes; begin, or ask first where that is much."""
+        """Show the estimate; start, or ask first if it is large."""
         from orbitdb.filling.estimate import LARGE
 
         told, words = cost

@@ -1,4 +1,4 @@
-"""The help: the keys of a screen in groups, and what the columns of its table are."""
+"""The help: the keys of a screen in groups, and the columns of its table."""
 
 from collections.abc import Iterable, Sequence
 from typing import ClassVar
@@ -18,18 +18,18 @@ from orbitdb.cli.tui.screens import ESCAPE, Dialog, Keys, ScrollBox, key
 from orbitdb.columns import IN_CATALOGUE, Column
 
 Group = tuple[str, Sequence[tuple[str, str]]]
-"""A heading, and what stands below it: names and what they mean."""
+"""A heading, with names and their meanings."""
 
 _WORDS = ("enter", "escape", "backspace")
 
 
 def groups_of(parts: Iterable[Keys]) -> list[Group]:
-    """Return the keys of widgets and screens under their headings, each with what it does."""
+    """Return the keys of widgets and screens under their headings, each with its action."""
     groups: dict[str, dict[str, list[str]]] = {}
     heard: set[str] = set()
     for title, each in ((title, each) for keys in parts for title, group in keys.items() for each in group):
         new = [pressed for pressed in each.key.split(",") if pressed not in heard]
-        heard.update(new)  # who comes first hears a key, and nobody else
+        heard.update(new)  # only the first receiver hears a key
         if new and (told := each.tooltip or each.description):
             plain = [name if name in _WORDS else format_key(name) for name in new]
             names = [each.key_display] if each.key_display else plain
@@ -40,19 +40,19 @@ def groups_of(parts: Iterable[Keys]) -> list[Group]:
 
 
 def columns_told() -> Group:
-    """Return what the columns are that a filter may name."""
+    """Return the columns that a filter can use, with their meanings."""
     return "columns, as a filter names them", [(each.name, _told(each)) for each in IN_CATALOGUE]
 
 
 def _told(column: Column) -> str:
-    """Say in one line what a column holds."""
+    """Describe a column in one line."""
     unit = f" ({column.unit})" if column.unit not in ("", "1") else ""
     bound = f", ± {column.bound}" if column.bound.endswith("_error") else ""
     return f"{column.brief}{unit}{bound}"
 
 
 class KeysDialog(Dialog[None]):
-    """The keys that widgets and screens hear, and below them what the columns are, if there is a table."""
+    """The keys of widgets and screens, and the columns if there is a table."""
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("question_mark,q", "dismiss(None)")]
 

@@ -1,4 +1,4 @@
-"""Dialogs with a line of text: it is checked as it is typed, and the rows behind a filter follow it."""
+"""Dialogs with a line of text, checked as it is typed; the rows of a filter follow."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -24,14 +24,14 @@ _PAUSE = 0.25
 
 
 class LineDialog(Dialog[str | None]):
-    """Ask for a line, check it as it is typed, and list others that may be taken.
+    """Ask for a line, check it as it is typed, and list other lines to choose from.
 
-    The check says what a line means, or raises an error that says what is wrong with it.
+    The check returns the meaning of a line, or raises an error that explains its fault.
     """
 
     AUTO_FOCUS = "Input"
     EMPTY: str | None = None
-    """What an empty line stands for."""
+    """The meaning of an empty line."""
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -49,7 +49,7 @@ class LineDialog(Dialog[str | None]):
         self._place = len(self._lines) - 1
 
     def compose(self) -> ComposeResult:
-        """Show the lines to choose from, the one that is typed, and what is wrong with it."""
+        """Show the lines to choose from, the typed line, and its fault."""
         others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
@@ -60,27 +60,27 @@ class LineDialog(Dialog[str | None]):
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Follow what is typed."""
+        """Follow the typing."""
         self.follow(event.value)
 
     def follow(self, text: str) -> None:
-        """Say at once what is wrong with a line, or what it means."""
+        """Show the fault or the meaning of a line at once."""
         self.tell(*self.checked(text))
 
     def checked(self, text: str) -> tuple[str, bool]:
-        """Return what there is to say about a line, and whether it is wrong."""
+        """Return the meaning or fault of a line, and whether it is wrong."""
         try:
             return (self._check_line(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:
             return str(error), True
 
     def tell(self, text: str, wrong: bool = False) -> None:
-        """Show what there is to say."""
+        """Show a text about the line."""
         self.query_one(Input).set_class(wrong, "-wrong")
         self.query_one(Label).set_class(not wrong, "-note").update(text)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Take the line if nothing is wrong with it."""
+        """Accept the line if it is valid."""
         told, wrong = self.checked(event.value)
         if wrong:
             self.tell(told, wrong)
@@ -88,11 +88,11 @@ class LineDialog(Dialog[str | None]):
             self.dismiss(event.value.strip() or self.EMPTY)
 
     def action_older(self, steps: int) -> None:
-        """Go up and down in the lines, the one that is typed being the last."""
+        """Go up and down in the lines; the typed one is the last."""
         self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take up the line under the mouse."""
+        """Use the line under the mouse."""
         self._take_up(event.option_index)
 
     def _take_up(self, place: int) -> None:
@@ -105,9 +105,9 @@ class LineDialog(Dialog[str | None]):
 
 
 class FilterDialog(LineDialog):
-    """Ask for a filter, and try it as it is typed: the main screen shows its rows, and reports on them.
+    """Ask for a filter, and try it as it is typed: the main screen shows its rows and reports.
 
-    The cursor goes to the word it was on where that is among the rows; at the top it stays there.
+    The cursor stays on its word if that is among the rows, and at the top if it was there.
     """
 
     EMPTY = ""
@@ -121,14 +121,14 @@ class FilterDialog(LineDialog):
         self._timer: Timer | None = None
 
     def on_mount(self) -> None:
-        """Follow the rows that are shown."""
+        """Follow the shown rows."""
         self.watch(self._main.rows, "report", self._say)
 
     def _say(self) -> None:
         self.tell("; ".join(filter(None, (self._main.rows.report, self._note))))
 
     def follow(self, text: str) -> None:
-        """Try the line when no key has come for a moment; till then the rows are the last good ones."""
+        """Try the line after a moment without keys; until then, the last valid rows stay."""
         if self._timer is not None:
             self._timer.stop()
             self._timer = None

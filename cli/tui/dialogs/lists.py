@@ -1,4 +1,4 @@
-"""Dialogs with a list: one name is chosen, as a column or a kept filter, or several are marked and moved."""
+"""Dialogs with a list, to choose one name or to mark and move several."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import ClassVar
@@ -15,19 +15,19 @@ from orbitdb.cli.tui.table.columns import EVERY, USUAL
 from orbitdb.plaintext import printable
 
 KEEP = ""
-"""The answer that the present filter is to be kept; no filter has this name."""
+"""The answer to keep the present filter; no filter has this name."""
 
 Names = tuple[str, ...]
 
 
 class NameList(OptionList):
-    """A list in which one moves as in the table."""
+    """A list with the movement keys of the table."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
 
 
 class ListDialog(Dialog[Result]):
-    """A list of names, each with the text that is shown of it; the cursor begins at one of them."""
+    """A list of names with their texts; the cursor starts at one of them."""
 
     BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
@@ -35,7 +35,7 @@ class ListDialog(Dialog[Result]):
         super().__init__()
         self._title, self._hint, self._texts, self._current = title, hint, texts, current
         self._names = list(texts)
-        self._typed, self._landed = "", -1  # letters, and where they have led
+        self._typed, self._landed = "", -1  # letters, and the place they led to
 
     def compose(self) -> ComposeResult:
         """Show the names."""
@@ -44,11 +44,11 @@ class ListDialog(Dialog[Result]):
             yield NameList(*map(self._told, self._names))
 
     def on_mount(self) -> None:
-        """Begin at what holds now."""
+        """Start at the current choice."""
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
 
     def on_key(self, event: Key) -> None:
-        """Go to what begins with the letters that were typed; other keys have their meaning."""
+        """Go to the first name that begins with the typed letters; other keys work as usual."""
         letter = event.character if event.is_printable else None
         typed = self._typed if self._list.highlighted == self._landed else ""
         for text in (typed + letter, letter) if letter else ():
@@ -80,7 +80,7 @@ class ChoiceDialog(ListDialog[str | None]):
 
 
 class FiltersDialog(ChoiceDialog):
-    """Choose a filter by its name, beside what each one chooses, or keep the present one; or forget one."""
+    """Choose, keep or forget a filter by name; each is shown with its meaning."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("delete,backspace", "forget")]
 
@@ -101,7 +101,7 @@ class FiltersDialog(ChoiceDialog):
 
 
 class MarksDialog(ListDialog[Names | None]):
-    """Mark some of several names; some are marked at the beginning."""
+    """Mark some of several names, some marked at the start."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         key("space", "mark", priority=True),
@@ -127,12 +127,12 @@ class MarksDialog(ListDialog[Names | None]):
     on_option_list_option_selected = action_mark  # with the mouse, too
 
     def action_take(self) -> None:
-        """Take the names that are marked, in their order."""
+        """Return the marked names in order."""
         self.dismiss(tuple(name for name in self._names if name in self._marked))
 
 
 class ColumnDialog(MarksDialog):
-    """Mark the columns to be shown, and move them; the code is always the first."""
+    """Mark and move the columns to show; the code is always first."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         key("J", "shift(1)"),
@@ -152,7 +152,7 @@ class ColumnDialog(MarksDialog):
         self._names = first + [name for name in EVERY if name not in (*first, "code")]
 
     def action_shift(self, step: int) -> None:
-        """Move the column, which is shown then."""
+        """Move the column, and show it."""
         place, other = self._place, self._place + step
         if 0 <= other < len(self._names):
             self._names[place], self._names[other] = self._names[other], self._names[place]
@@ -161,7 +161,7 @@ class ColumnDialog(MarksDialog):
             self._list.highlighted = other
 
     def action_usual(self) -> None:
-        """Show what is shown where nothing was chosen."""
+        """Return to the default columns."""
         self._arrange(USUAL)
         self._show(*range(len(self._names)))
         self._list.highlighted = 0

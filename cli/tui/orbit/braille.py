@@ -1,6 +1,6 @@
-"""Drawing with braille dots: from points in the plane to character cells, with no terminal in sight.
+"""Draw with braille dots: from points in the plane to character cells, independent of the terminal.
 
-A cell holds 2 x 4 dots. Dots are square where a cell is twice as high as wide, as in nearly all fonts.
+A cell holds 2 x 4 dots, which are square if a cell is twice as high as wide, as in nearly all fonts.
 """
 
 from collections.abc import Iterable
@@ -23,7 +23,7 @@ _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the plane, around its centre, and the cells it is shown in; the scale is dots a unit."""
+    """A window on the plane around a centre, and its cells; the scale is in dots per unit."""
 
     columns: int
     rows: int
@@ -85,7 +85,7 @@ class Picture(NamedTuple):
     styles: NDArray[np.object_]
 
     def runs(self, row: int) -> list[tuple[str, str]]:
-        """Return a row as (text, style), neighbours of one style together."""
+        """Return a row as (text, style) pairs, with neighbours of one style joined."""
         cells = zip(self.text[row], self.styles[row], strict=True)
         return [("".join(text for text, _ in run), style) for style, run in groupby(cells, itemgetter(1))]
 
@@ -93,7 +93,7 @@ class Picture(NamedTuple):
 def draw(frame: Frame, layers: Iterable[Layer], marks: Iterable[Mark] = ()) -> Picture:
     """Draw layers of dots, and characters over them; a cell has the style of its last layer.
 
-    Dots and marks outside of the frame are left out.
+    Dots and marks outside the frame are left out.
     """
     codes = np.zeros((frame.rows, frame.columns), dtype=np.int64)
     styles = np.full((frame.rows, frame.columns), "", dtype=object)

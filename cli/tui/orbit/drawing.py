@@ -26,7 +26,7 @@ from orbitdb.orbits.orbit import Orbit
 _FRAMES_PER_SECOND = 20
 _LEAST = 4, 3
 _SPEED = 2.5
-"""Way of the particle in a second, in units of the radius."""
+"""Speed of the particle, in units of the radius per second."""
 
 
 class PictureWidget(Widget):
@@ -54,7 +54,7 @@ class PictureWidget(Widget):
 
 
 class OrbitDrawing(PictureWidget):
-    """An orbit in its stadium or in phase space, there with others to compare; with a particle on it."""
+    """An orbit in its stadium, with a particle, or in phase space with others for comparison."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
@@ -68,7 +68,7 @@ class OrbitDrawing(PictureWidget):
         self._timer: Timer | None = None
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Take the way of the new orbit; a particle that runs begins anew."""
+        """Use the path of the new orbit; a running particle starts again."""
         self._path = path_of(orbit)
         if self.particle is not None:
             self.particle = 0.0
@@ -88,12 +88,12 @@ class OrbitDrawing(PictureWidget):
             self._timer, self.particle = None, None
 
     def step(self) -> None:
-        """Move the particle by what it runs in one frame."""
+        """Move the particle by one frame."""
         if self.particle is not None and self.orbit is not None and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def in_phase_space(self) -> list[Orbit]:
-        """Return the orbits that are drawn in phase space: the one on show, and those it is compared with."""
+        """Return the orbits to draw in phase space: the current one, and those for comparison."""
         here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
         return here + [other for other in self.compared if other.code not in {o.code for o in here}]
 
@@ -109,7 +109,7 @@ class OrbitDrawing(PictureWidget):
         return picture
 
     def _entitle(self, title: str) -> None:
-        if title != self.border_title:  # setting it draws all anew
+        if title != self.border_title:  # setting it redraws everything
             self.border_title = title
 
 

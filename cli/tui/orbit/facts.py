@@ -1,4 +1,4 @@
-"""What is known of an orbit, in words."""
+"""Facts about an orbit in words."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -31,11 +31,11 @@ _HEADS = ("coordinate", "x", "y", "arclength", "sine")
 Certificate = tuple[float, int] | None
 """Radius and bits of a proof."""
 Partners = Sequence[tuple[float, list[str]]]
-"""Births, each with the least words of the classes that are one path with an orbit there."""
+"""Births, each with the representatives of the classes on the same path there."""
 
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
-    """Return what is known of a word, name by name, with a bar over ln a that shows where it exists."""
+    """Return facts about a word as names and texts, with a bar over ln a that shows where it exists."""
     known = [(name, told) for name, told in facts(orbit, partners, "±") if name != "a"]
     if run_notation(orbit.code) != known[0][1]:
         known.insert(1, ("runs", run_notation(orbit.code)))
@@ -50,7 +50,7 @@ def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners =
 
 
 def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
-    """Return a bar over ln a, from 0.05 to 20, that shows where an orbit exists, and a."""
+    """Return a bar over ln a, from 0.05 to 20, that shows the current a and where an orbit exists."""
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
     alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
@@ -59,7 +59,7 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
 
 
 def table_of(facts: Iterable[tuple[str, str]]) -> Table:
-    """Return facts, (name, sentence) by (name, sentence), as a table that is folded to its room."""
+    """Return facts, pairs of name and sentence, as a table folded to the available width."""
     table = Table.grid(padding=(0, 2, 0, 0))
     for name, sentence in facts:
         table.add_row(Text(name, "bold"), Text(sentence, overflow="fold"))
@@ -67,7 +67,7 @@ def table_of(facts: Iterable[tuple[str, str]]) -> Table:
 
 
 class Bounces(NamedTuple):
-    """A line a bounce, as wide as there is room: where it is, and how the path leaves it."""
+    """One line per bounce, as wide as possible: its place, and the direction of the outgoing path."""
 
     orbit: Orbit
 
@@ -83,13 +83,13 @@ class Bounces(NamedTuple):
 
 
 def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
-    """Return the facts, and below them the bounces if they are few."""
+    """Return the facts, followed by the bounces if they are few."""
     few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
 
 
 class FactsPanel(ScrollView, can_focus=True):
-    """What is known of the orbit that is shown, drawn once: a key costs most of what it draws."""
+    """Facts about the current orbit, drawn once, because drawing dominates the cost of a key."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
@@ -100,13 +100,13 @@ class FactsPanel(ScrollView, can_focus=True):
         self._lines: list[Strip] = []
 
     def show(self, *parts: RenderableType) -> None:
-        """Show some parts, one below the other, from the first line on."""
+        """Show some parts below one another, from the first line on."""
         self._known = parts
         self._fold()
         self.scroll_to(y=0, animate=False, immediate=True)
 
     def on_resize(self, event: events.Resize) -> None:
-        """Fold the lines to the room there is."""
+        """Fold the lines to the available width."""
         self._fold()
 
     def _fold(self) -> None:

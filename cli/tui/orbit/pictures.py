@@ -1,4 +1,4 @@
-"""What is drawn: an orbit in its stadium, bounces in phase space, curves over the period."""
+"""Pictures: an orbit in its stadium, bounces in phase space, curves over the period."""
 
 import math
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, Pi
 from orbitdb.orbits.orbit import Orbit
 
 MOST_DRAWN = 5000
-"""Bounces that are drawn; more of them would only blacken the picture."""
+"""Most bounces to draw; more would only blacken the picture."""
 
 COLOURS = ("one", "two", "three", "four", "five", "six")
-"""Styles of the orbits that are compared, in their order."""
+"""Styles of compared orbits, in order."""
 
 _ARROWS = "→↗↑↖←↙↓↘"
 _DOTS_OF_HEIGHT = 12
@@ -33,7 +33,7 @@ def path_of(orbit: Orbit | None) -> Floats:
 
 
 def along(path: Floats, share: float) -> Floats:
-    """Return the point at a share 0..1 of the way along a path, shape (2,)."""
+    """Return the point at a fraction 0..1 along a path, shape (2,)."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     place = (share % 1.0) * way[-1]
     return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
@@ -44,8 +44,8 @@ def draw_orbit(
 ) -> tuple[Picture, bool]:
     """Draw a path, shape (N, 2), in its stadium, and tell whether the picture is to scale.
 
-    Where the stadium would be but a line, its height is stretched. The path is empty for the stadium alone;
-    a particle is at a share of it.
+    If the stadium would be only a line, its height is stretched. An empty path draws the stadium alone; a
+    particle is at a fraction of the path.
     """
     stadium = Stadium(a)
     frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows)
@@ -56,7 +56,7 @@ def draw_orbit(
     marks = []
     if len(path):
         layers.append(Layer("path", polyline(frame, path)))
-        step = path[1] - path[0]  # which way the word is read
+        step = path[1] - path[0]  # the direction of the word
         arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
         marks = _marks(frame, "bounce", path, "•") + _marks(frame, "arrow", [path[0] + 0.4 * step], arrow)
         marks += _marks(frame, "start", path[:1], "◆")
@@ -81,9 +81,9 @@ def phase_points(orbit: Orbit) -> Floats:
 def draw_phase(
     a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
 ) -> Picture:
-    """Draw the `phase_points` of some orbits, each in a style of its own, the first on top.
+    """Draw the `phase_points` of some orbits, each in its own style, the first on top.
 
-    Below are the names of the walls, and then those of the orbits, if they are given.
+    The names of the walls are below, followed by any names of orbits.
     """
     stadium = Stadium(a)
     length = stadium.perimeter
@@ -124,7 +124,7 @@ def _with_row(picture: Picture, *pieces: tuple[str, str]) -> Picture:
 
 
 class Curve(NamedTuple):
-    """Values over the period; `marker` draws single points, '' a line; without a name it has no legend."""
+    """Values over the period; `marker` draws points, '' a line; without a name there is no legend."""
 
     style: str
     name: str

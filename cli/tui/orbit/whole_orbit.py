@@ -22,7 +22,7 @@ _NAMES = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE
 
 
 def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[RenderableType]:
-    """Return all that is known of an orbit, part by part."""
+    """Return all facts about an orbit in parts."""
     facts = facts_of(orbit, certificate, partners)
     if facts[0][1] != orbit.code:
         facts.insert(1, ("symbols", orbit.code))
@@ -37,7 +37,7 @@ def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[Re
 
 
 def _class(orbit: Orbit) -> list[tuple[str, str]]:
-    """Return the words of the class, each with what carries the orbit into it."""
+    """Return the words of the class, each with the symmetry that leads to it."""
     found: dict[str, list[str]] = {}
     for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
         how = ", ".join(name for bit, name in _NAMES.items() if element & bit) or "itself"
@@ -46,12 +46,12 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 
 
 def _main(keys: str, action: str, told: str, name: str = "") -> Binding:
-    """Return a key that does what it does on the main screen; the footer shows those with a name."""
+    """Return a key with its action on the main screen; the footer shows keys with a name."""
     return Binding(keys, f"main({action!r})", name, show=bool(name), tooltip=told)
 
 
 class WholeOrbitScreen(OwnScreen[None]):
-    """Everything about the orbit that the main screen shows, whichever that becomes."""
+    """Everything about the current orbit of the main screen."""
 
     KEYS: ClassVar[Keys] = {
         "the whole orbit": [
@@ -93,7 +93,7 @@ class WholeOrbitScreen(OwnScreen[None]):
         self.watch(self._main, "orbit", self._take)
 
     def _take(self, orbit: Orbit | None) -> None:
-        """Show what is known of an orbit, then the rest; the last one stays until there is another."""
+        """Show the facts at once, then the rest; the last orbit stays until the next is there."""
         if orbit is None:
             return
         self._orbit, drawing = orbit, self.query_one(OrbitDrawing)
@@ -111,7 +111,7 @@ class WholeOrbitScreen(OwnScreen[None]):
         panel.show(*whole(orbit, certificate, partners))
 
     def _complete(self, orbit: Orbit) -> tuple[Orbit, Partners]:
-        """Return the orbit with its lives, and with whom it is born."""
+        """Return the orbit with its lives and the words born with it."""
         orbit = with_existence(orbit)
         return orbit, born_with(self.browser.path if self.browser.catalogue is not None else None, orbit)
 

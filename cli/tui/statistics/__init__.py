@@ -1,1 +1,1 @@
-"""The statistics of the chosen subset: averages and counts, each on a screen of its own."""
+"""Statistics of the chosen subset: a screen of averages and one of counts."""

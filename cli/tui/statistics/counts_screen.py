@@ -1,4 +1,4 @@
-"""Counts of the chosen subset: by status, period and symmetry, and how the values of any column spread."""
+"""Counts of the chosen subset by status, period and symmetry, and a histogram of any column."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -32,14 +32,14 @@ _LEAST_BAR = 4
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
-"""Labels, and how many there are of each."""
+"""Labels with their counts."""
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
-"""The columns of which counts say something: not those that name a word or a class."""
+"""The columns worth counting, without those that name a word or a class."""
 
 
 class Bars(NamedTuple):
-    """Counts as lines with bars, as wide as there is room, and how many rows have no value."""
+    """Counts as lines with bars, as wide as possible, and the number of rows without a value."""
 
     counts: Counts
     without: int = 0
@@ -56,15 +56,15 @@ def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
 
 def counts_in(histogram: Histogram) -> Counts:
     """Return the counts of the bins, each labelled with its edges."""
-    digits = 3 if histogram.logarithmic else 15  # those of round numbers are few
+    digits = 3 if histogram.logarithmic else 15  # round numbers have few
     labels = (f"{low:.{digits}g}–{high:.{digits}g}" for low, high in pairwise(histogram.edges.tolist()))
     return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
 def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
-    """Return a line a count: its label, the number, and a bar as long as there is room for.
+    """Return one line per count: its label, the number, and a bar as long as possible.
 
-    Behind them stands how many are without a value, and so in none of the counts.
+    The last line gives the number of rows without a value.
     """
     every = [*counts, *([("without", without)] if without else [])]
     if not every:
@@ -80,13 +80,13 @@ def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
 
 
 def _bar(count: int, most: int, room: int) -> str:
-    """Return a bar of eighths of cells; what there is can be seen, be it little."""
+    """Return a bar in eighths of cells; even a small count is visible."""
     eighths = max(round(8 * room * count / most), 1) if count and room else 0
     return "█" * (eighths // 8) + (_EIGHTHS[eighths % 8] if eighths % 8 else "")
 
 
 class CountsScreen(OwnScreen[None]):
-    """How many words of a subset there are of each kind, and a histogram of one column or another."""
+    """The numbers of words of a subset of each kind, and a histogram of a column."""
 
     KEYS: ClassVar[Keys] = {
         "counts": [
@@ -119,14 +119,14 @@ class CountsScreen(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Begin to count."""
+        """Start to count."""
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
         self.in_thread("counts", self._count, partial(self._take, "#tallies"))
 
     def on_resize(self) -> None:
-        """Take as many bins as there are lines."""
+        """Use as many bins as there are lines."""
         self.call_after_refresh(self._fit)
 
     def _fit(self) -> None:
@@ -145,7 +145,7 @@ class CountsScreen(OwnScreen[None]):
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), take)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
-        """Return the counts by each of some columns, and which periods are stored in part."""
+        """Return the counts by some columns, and the partial periods."""
         with self._catalogue.moment() as moment:
             found = tally(moment, self._selection, _BY, cancelled)
             partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
@@ -157,7 +157,7 @@ class CountsScreen(OwnScreen[None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Bars, str]:
         with self._catalogue.moment() as moment:
-            if _COLUMNS[column].kind != "number":  # but whole, or a text
+            if _COLUMNS[column].kind != "number":  # integers or texts
                 values = marginal(tally(moment, self._selection, (column,), cancelled), 0)
                 return Bars(counts_by(column, values), values.get(None, 0)), ""
             found = histogram(moment, self._selection, column, bins, cancelled)

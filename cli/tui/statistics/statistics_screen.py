@@ -50,7 +50,7 @@ def columns() -> tuple[str, ...]:
 
 
 def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
-    """Return counts, entropies and Lyapunov averages of a subset's orbits by whole period, if it has any."""
+    """Return counts, entropies and Lyapunov averages of the orbits of a subset by whole period."""
     notes: list[str] = []
     with catalogue.moment() as moment:
         subset = read(moment, selection, notes, swept=True)
@@ -137,7 +137,7 @@ class StatisticsScreen(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Begin to compute."""
+        """Start the computation."""
         self.sub_title = self._selection.describe()
         for name, title in _TITLES.items():
             self.query_one(f"#plot-{name}").border_title = title
@@ -150,7 +150,7 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("numbers", lambda _: self.averages(weight), self._take)
 
     def averages(self, weight: Weight) -> Iterator[Result]:
-        """Average over the first periods, which takes no time, and then over all, if there are more."""
+        """Average over the first periods, which is fast, and then over all, if there are more."""
         chosen = self._selection
         spans = chosen.periods or ((2, FIRST),)
         first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
@@ -170,18 +170,18 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
 
     def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
-        """Yield the stored reference if there is one; else, or to have another, follow trajectories."""
+        """Yield the stored reference; without one, or for another, follow trajectories."""
         with self._catalogue.moment() as moment:
             stored = None if anew else moment.reference(self._selection.a)
         if stored is not None:
             yield stored, 1.0, True
             return
-        seed = bounces // FIRST_BOUNCES  # others each time
+        seed = bounces // FIRST_BOUNCES  # different ones each time
         for done, reference in references(Stadium(self._selection.a), bounces, seed):
             yield reference, done, False
 
     def take_reference(self, new: Reference, done: float, stored: bool) -> None:
-        """Show the better value; until one is whole, of which a share is done, the one so far."""
+        """Show the better value, or the current one while none is complete."""
         old = self.reference
         source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
         if done < 1 and self._kept:
@@ -197,7 +197,7 @@ class StatisticsScreen(OwnScreen[None]):
         self._show()
 
     def failed(self, reason: str) -> None:
-        """Say what went wrong where the numbers would be, too."""
+        """Show the error in place of the numbers, too."""
         super().failed(reason)
         self.found = None
         self.query_one("#numbers", Static).update(reason)
@@ -226,12 +226,12 @@ class StatisticsScreen(OwnScreen[None]):
         ask_for_file(self, "statistics.png", write, "the three curves, below one another")
 
     def action_weight(self) -> None:
-        """Take the other weight."""
+        """Use the other weight."""
         self._weight = next(weight for weight in Weight if weight is not self._weight)
         self._compute()
 
     def action_trajectories(self) -> None:
-        """Follow other trajectories, four times as many as the last time; the better value is kept."""
+        """Follow four times as many other trajectories; the better value stays."""
         self._bounces *= 4
         self._refer(anew=True)
 

@@ -1,4 +1,4 @@
-"""The columns that the table can show, and which of them a row has to bring along."""
+"""The columns of the table, and the fields to read for them."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -19,19 +19,19 @@ USUAL = (
     "code", "p", "length", "status", "lambda_d", "lambda_c", "lyapunov", "time_reversal", "symmetry",
     "class_size", "margin", "error",
 )  # fmt: skip
-"""The names of what the table shows where nothing else was chosen."""
+"""Names of the default columns."""
 
 _MORE = (
     "born", "dies", "walls", "maslov", "length_error", "lyapunov_error", "residual", "iterations", "solver",
     "representative", "rules", "cycle", "element",
 )  # fmt: skip
-"""What comes next in lists; a column that is in neither comes last."""
+"""Further columns in lists; others come last."""
 
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lambda_d": 9, "lambda_c": 9, "lyapunov": 11, "symmetry": 9,
     "margin": 9, "error": 8, "born": 11, "dies": 11, "residual": 8, "solver": 10, "rules": 7, "cycle": 12,
 }  # fmt: skip
-"""Of values that are wider than the name."""
+"""Widths of columns whose values are wider than the name."""
 
 
 def _every() -> dict[str, Column]:
@@ -45,18 +45,18 @@ def _every() -> dict[str, Column]:
 
 
 EVERY = _every()
-"""All columns of the view ``catalogue`` that can be shown, by their names."""
+"""All columns of the view ``catalogue`` that can be shown, by name."""
 
 COLUMNS = tuple(EVERY[name] for name in USUAL)
-"""What the table shows where nothing else was chosen."""
+"""The default columns."""
 
 
 def chosen(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of some names, the code first; those that are not known are left out."""
+    """Return the columns with some names, the code first, without unknown ones."""
     known = [EVERY[name] for name in dict.fromkeys(names) if name in EVERY and name != "code"]
     return (EVERY["code"], *known)
 
 
 def fields_of(columns: Sequence[Column], sorted_by: str) -> tuple[str, ...]:
-    """Return what is to be read of a row, the code first: what is shown, its status, and its sort key."""
+    """Return the fields to read: the code, the shown columns, the status and the sort key."""
     return tuple(dict.fromkeys(("code", *(column.name for column in columns), "status", sorted_by)))

@@ -1,4 +1,4 @@
-"""Following in *a*: the orbit on screen by keys, and the rows with it, as far as births are stored."""
+"""Follow the current orbit in *a* by keys, and the rows with it as far as births are stored."""
 
 import math
 from collections.abc import Sequence
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
-"""How long following may take before the heading says so."""
+"""Seconds of following after which the heading says so."""
 
 STEP = 0.02
-"""Of ln a, at a key."""
+"""Step in ln a per key."""
 _BESIDE = 1e-9
 _SAME = 1e-12
-"""Steps up and down again end so near to where they began."""
+"""Steps up and down again end this close to their start."""
 
 Lives = Sequence[tuple[float, float | None]]
 
 
 def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
-    """Return the a that follows in steps of `STEP`; a birth or death in between is a stop on both sides.
+    """Return the next a in steps of `STEP`, with stops on both sides of a birth or death, and at ``home``.
 
-    So an orbit is seen with its last margin before it is gone. Nor is ``home`` passed over.
+    This shows an orbit with its last margin before it disappears.
     """
     way = 1 if up else -1
     new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)
@@ -44,7 +44,7 @@ def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float
 
 
 def told(lives: Lives, before: float, after: float) -> str | None:
-    """Say what happened to an orbit between two values of a; None if nothing did."""
+    """Describe what happened to an orbit between two values of a; None if nothing did."""
     low, high = sorted((before, after))
     for born, dies in lives:
         for end, begins in ((born, True), (dies, False)):
@@ -55,7 +55,7 @@ def told(lives: Lives, before: float, after: float) -> str | None:
 
 
 class Following:
-    """The main screen, looked at for another *a* than that of its rows if it is away there."""
+    """Following on the main screen, at an *a* that can differ from that of its rows."""
 
     def __init__(self, screen: "Panels") -> None:
         self._screen = screen
@@ -69,7 +69,7 @@ class Following:
         self.go_on()
 
     def take_orbit(self, orbit: Orbit | None) -> None:
-        """Let the rows follow another orbit; steps that were meant for the last one are forgotten."""
+        """Follow another orbit; drop the steps queued for the previous one."""
         self._steps = []
         if orbit is None or orbit.a == self._screen.selection.a:
             self.come_back()
@@ -78,7 +78,7 @@ class Following:
             self.go_on()
 
     def come_back(self) -> None:
-        """Show the rows as they are stored."""
+        """Show the rows as stored."""
         self.away = None
         panel = self._screen.rows
         panel.say_standing(None)
@@ -86,11 +86,11 @@ class Following:
             panel.show(panel.table.source.pages, panel.table.cursor)
 
     def stop(self) -> None:
-        """Follow no farther: something went wrong."""
+        """Stop following after an error."""
         self._under_way, self._steps = False, []
 
     def go_on(self) -> None:
-        """Follow the orbit by all steps that were asked for meanwhile, unless a worker does so already."""
+        """Follow the orbit by all queued steps, unless a worker already does."""
         orbit, screen, source = self._screen.orbit, self._screen, self._screen.rows.table.source
         rows = source.pages if source.catalogue is not None else None
         lag = rows is not None and self.away not in (None, source.a)
@@ -105,7 +105,7 @@ class Following:
             self._screen.rows.say("following …" if "births" in vars(rows or self) else "reading births …")
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
-        """Follow an orbit some steps, and find what the rows are there."""
+        """Follow an orbit by some steps, and find the rows there."""
         if steps:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:
@@ -114,10 +114,10 @@ class Following:
         return orbit, None if rows is None else rows.followed(orbit.a)
 
     def _arrive(self, begun: Orbit, found: tuple[Orbit, Pages | None]) -> None:
-        """Show the orbit and the rows where they are by now, unless others are on screen by now."""
+        """Show the orbit and the rows at the new a, unless others are on screen."""
         (orbit, rows), screen, steps = found, self._screen, self._steps
         if begun is screen.orbit is not orbit:
-            screen.orbit, self._steps = orbit, steps  # its rows come with it
+            screen.orbit, self._steps = orbit, steps  # its rows follow
             if happened := told(orbit.exists or (), begun.a, orbit.a):
                 screen.notify(happened)
         self._under_way = False
@@ -127,7 +127,7 @@ class Following:
         self.go_on()
 
     def _show_rows(self, rows: Pages) -> None:
-        """Show the rows as they are elsewhere, or why they stay."""
+        """Show the rows at another a, or why they stay."""
         panel, (standings, without) = self._screen.rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():

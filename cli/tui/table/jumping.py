@@ -1,4 +1,4 @@
-"""Jumping by typing: digits lead to the first row of a period, or to a code that begins so."""
+"""Jump by typing: digits lead to the first row of a period, or to a code that begins with them."""
 
 import time
 from collections.abc import Callable
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from orbitdb.cli.tui.table.panel import RowsPanel
 
 PAUSE = 2.0
-"""Seconds behind which a digit begins anew."""
+"""Seconds after which a digit starts again."""
 
 Found = tuple[int | None, str]
-"""The number of a row, or None, and what is in it."""
+"""The number of a row, or None, and its contents."""
 
 
 def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Found:
-    """Return the first row that what was typed leads to, and say what that is.
+    """Return the first row for the typed digits, and describe it.
 
-    A number of one or two digits is a period, if the rows have it. Everything else is a code: a word in any
-    rotation, or else how the code of a row begins. ``cancelled`` is asked now and then whether nobody waits
-    any more (`CancelledError`).
+    A number of one or two digits is a period if the rows have it. Everything else is a code: a word in any
+    rotation, or the beginning of the code of a row. If ``cancelled`` returns True, `CancelledError` is
+    raised.
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
@@ -45,28 +45,28 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
 
 
 class Jumping:
-    """The digits that have been typed one after the other, and the row that they lead to."""
+    """The digits typed so far, and the row that they lead to."""
 
     def __init__(self, panel: "RowsPanel") -> None:
         self._panel = panel
         self._typed = ""
         self._typed_at = 0.0
         self._begun_at = self._landed = 0
-        self._led_to: str | None = ""  # None while it is sought
+        self._led_to: str | None = ""  # None during the search
 
     @property
     def under_way(self) -> bool:
-        """Whether the cursor is where digits have led to."""
+        """Whether the cursor is where the digits led."""
         return bool(self._typed) and self._landed == self._panel.table.cursor
 
     @property
     def note(self) -> str:
-        """Where the digits have led to, until the cursor moves on."""
+        """The target of the digits, until the cursor moves on."""
         told = f"{self._typed} …" if self._led_to is None else self._led_to
         return told if self.under_way else ""
 
     def type(self, digit: str) -> None:
-        """Go to the first row of a period, or whose code begins with what was typed."""
+        """Go to the first row of a period, or whose code begins with the typed digits."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
             self._typed, self._begun_at = "", self._panel.table.cursor
@@ -83,7 +83,7 @@ class Jumping:
         self._jump("")
 
     def go_on(self) -> None:
-        """Go where digits lead that came before the rows."""
+        """Follow digits typed before the rows arrived."""
         if self._led_to is None and self.under_way:
             self._jump(self._typed)
 

@@ -1,4 +1,4 @@
-"""The table: a scroll view of as many rows as there are, of which it reads those on screen."""
+"""The table: a scroll view of all rows that reads only those on screen."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
 _MARK = "*"
-"""Behind a code that is marked."""
+"""Sign after a marked code."""
 
 
 class PagedTable(ScrollView, can_focus=True):
-    """Rows of `Pages`, with a cursor; the heading sorts when it is clicked."""
+    """Rows of `Pages` with a cursor; a click on the heading sorts."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--dim"}
     KEYS: ClassVar[Keys] = {
@@ -49,18 +49,18 @@ class PagedTable(ScrollView, can_focus=True):
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
     class Moved(Message):
-        """The cursor is at another place, or there are other rows."""
+        """The cursor moved, or the rows changed."""
 
     @dataclass
     class HeadingClicked(Message):
-        """Somebody wants the rows sorted by a column."""
+        """A click asks to sort by a column."""
 
         column: str
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self.source = NONE
-        self._codes = NONE, range(0), COLUMNS[0].width  # how wide they are, of which rows
+        self._codes = NONE, range(0), COLUMNS[0].width  # their width, and the rows it is for
 
     def show(self, source: Pages, cursor: int = 0) -> None:
         """Show other rows, with the cursor on one of them."""
@@ -80,7 +80,7 @@ class PagedTable(ScrollView, can_focus=True):
         return max(0, min(cursor, len(self.source) - 1))
 
     def watch_cursor(self, old: int, cursor: int) -> None:
-        """Follow the cursor, drawing the rows anew that it leaves and comes to."""
+        """Follow the cursor, and redraw the rows it leaves and reaches."""
         self._cursor_moved()
         for place in (old, cursor):
             self.refresh_line(place + 1)  # below the heading
@@ -106,7 +106,7 @@ class PagedTable(ScrollView, can_focus=True):
         self.cursor += steps
 
     def action_page(self, pages: int) -> None:
-        """Move the cursor by what is on screen."""
+        """Move the cursor by a screen."""
         self.cursor += pages * max(self.size.height - 2, 1)
 
     def action_first(self) -> None:
@@ -118,7 +118,7 @@ class PagedTable(ScrollView, can_focus=True):
         self.cursor = len(self.source) - 1
 
     def action_shift(self, steps: int) -> None:
-        """Show the columns further right or left; the code stays."""
+        """Scroll the columns right or left; the code stays."""
         last = len(self._known()) - max(len(self._visible()[1]), 1)
         self.first_column = max(1, min(self.first_column + steps, last))
 
@@ -137,12 +137,12 @@ class PagedTable(ScrollView, can_focus=True):
             x += width + 1
 
     def _shown(self) -> list[tuple[Column, int]]:
-        """Return the columns that fit, with their widths; the one that rows are sorted by is among them."""
+        """Return the columns that fit, with their widths, the sort column among them."""
         pinned, window = self._visible()
         return [(COLUMNS[0], self._code_width()), *((each, each.width) for each in pinned + window)]
 
     def _visible(self) -> tuple[list[Column], list[Column]]:
-        """Return the column that rows are sorted by, if it would not be seen, and those behind it."""
+        """Return the sort column, if it would not be visible, and those after it."""
         known, room = self._known(), self.scrollable_content_region.width - self._code_width()
         behind = known[min(self.first_column, max(len(known) - 1, 1)) :]
         window = _fitting(behind, room)
@@ -154,14 +154,14 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _code_width(self) -> int:
         places = self._places()
-        if self._codes[:2] != (self.source, places):  # every line asks
+        if self._codes[:2] != (self.source, places):  # called for every line
             widths = [COLUMNS[0].width, *(len(self.source.row(place)[0]) for place in places)]
             self._codes = self.source, places, max(widths)
-        half = self.scrollable_content_region.width // 2  # the facts have the whole code
+        half = self.scrollable_content_region.width // 2  # the facts show the whole code
         return min(self._codes[2], max(half, COLUMNS[0].width), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
-        """Return the columns of which the rows know something."""
+        """Return the columns with values in these rows."""
         return [column for column in self.columns if column.name in self.source.columns]
 
     def _places(self) -> range:
@@ -206,6 +206,6 @@ class PagedTable(ScrollView, can_focus=True):
 
 
 def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
-    """Return the first columns that fit into some room, with a blank before each."""
+    """Return the first columns that fit, with a blank before each."""
     ends = accumulate(column.width + 1 for column in columns)
     return [column for column, end in zip(columns, ends, strict=True) if end <= room]

@@ -1,4 +1,4 @@
-"""Rows for the table: what is shown is read when it is shown, a block at a time."""
+"""Rows for the table, read in blocks when they are shown."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ _OF_ONE_A = tuple(column.name for column in OF_ORBITS if column.name != "status"
 
 @dataclass(frozen=True)
 class Ordering:
-    """The column that rows are sorted by, and whether they fall."""
+    """The sort column, and whether it falls."""
 
     column: str = "p"
     descending: bool = False
@@ -37,10 +37,10 @@ class Ordering:
 
 @dataclass(eq=False)
 class Pages:
-    """The rows of a subset in some order, the code first in each; the blocks that were read last are kept.
+    """The rows of a subset in some order, each with the code first; the last blocks are cached.
 
-    At another *a*, rows are the ``stored`` ones with a `Standing` a class of the subset there, shape (C,),
-    and what is not known there is blank. Without a catalogue there are no rows (`NONE`).
+    At another *a*, they are the ``stored`` rows with the `Standing` of each class there, shape (C,), and
+    unknown values are blank. Without a catalogue there are no rows (`NONE`).
     """
 
     catalogue: Reader | None
@@ -51,19 +51,19 @@ class Pages:
     standing: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
-        self._blocks: dict[int, list[Row]] = {}  # no cache of a method: it would keep all this in memory
+        self._blocks: dict[int, list[Row]] = {}  # a cached method would keep the object in memory
 
     def __len__(self) -> int:
         return len(self.chosen)
 
     @property
     def pages(self) -> "Pages":
-        """The rows as they are stored."""
+        """The rows as stored."""
         return self.stored or self
 
     @property
     def columns(self) -> list[str]:
-        """The fields of which something is known."""
+        """The fields with known values."""
         return [name for name in self.fields if self.standing is None or name not in _OF_ONE_A]
 
     def row(self, place: int) -> Row:
@@ -87,7 +87,7 @@ class Pages:
             ]
 
     def position(self, word: str) -> int | None:
-        """Return where a word, as a least rotation, stands."""
+        """Return the row of a word, given as its least rotation."""
         if self.catalogue is None:
             return None
         with self.catalogue.moment() as moment:
@@ -97,29 +97,29 @@ class Pages:
 
     @cached_property
     def births(self) -> tuple[Standings, list[int]]:
-        """The births of the classes, and the periods of which none are stored."""
+        """The births of the classes, and the periods without stored births."""
         assert self.catalogue is not None
         with self.catalogue.moment() as moment:
             standings = load_standings(moment.connection, self.chosen.ids)
             return standings, periods_without(moment.connection, self.chosen.ids, standings)
 
     def followed(self, a: float) -> "Pages":
-        """Return the rows as they are at another *a*."""
+        """Return the rows at another *a*."""
         return replace(self, stored=self, a=a, standing=self.births[0].at(a))
 
     def _there(self, row: Row, place: int) -> Row:
-        """Return a row as it is at the other a."""
+        """Return a row at the other a."""
         assert self.standing is not None
         standing = Standing(self.standing[self.chosen.classes(place, place + 1)[0]])
         now = dict.fromkeys(_OF_ONE_A) | {"status": standing.words}
         return tuple(now.get(name, value) for name, value in zip(self.fields, row, strict=True))
 
     def counts(self) -> dict[str, int]:
-        """Return how many rows there are of each standing that occurs."""
+        """Return the number of rows of each standing."""
         assert self.standing is not None
         found = sums(self.standing, self.chosen.counts)
         return {each.words: count for each, count in zip(Standing, found, strict=True) if count}
 
 
 NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
-"""What there is before rows are read, and where none can be read."""
+"""No rows, before any are read, or if none can be read."""

@@ -1,4 +1,4 @@
-"""The panel of the rows: the table, what it lacks, and where its cursor is; it reads what it shows."""
+"""The panel of the rows: the table, notes on gaps, and the position of the cursor."""
 
 from collections.abc import Callable, Iterator
 from typing import cast
@@ -25,17 +25,17 @@ Asked = tuple[Selection, Ordering]
 """A subset, and the order of its rows."""
 
 _Found = tuple[Pages, tuple[str, str], int | None]
-"""Rows, what they lack, and how many there are without a filter; None with the first rows of all."""
+"""Rows, notes on gaps, and the number of rows without a filter, None for the first rows."""
 
 _FIRST = 100
 _SHOWN = 12
-"""Symbols of a word that has no row."""
+"""Most symbols to show of a word without a row."""
 
 
 class RowsPanel(Vertical):
-    """The rows of a subset in some order: what is asked for is on show, or read at present.
+    """The rows of a subset in some order, shown or being read.
 
-    The total is how many rows there are without a filter, once they have been counted.
+    The total is the number of rows without a filter, once they are counted.
     """
 
     report: reactive[str] = reactive("", repaint=False)
@@ -49,7 +49,7 @@ class RowsPanel(Vertical):
         self._aside = ""
 
     def compose(self) -> ComposeResult:
-        """Lay out the table, and lines for what there is to say of it."""
+        """Lay out the table and the lines below it."""
         yield self.table
         yield Static(id="unfilled", markup=False)
         yield Static(id="standing", markup=False)
@@ -70,9 +70,9 @@ class RowsPanel(Vertical):
         begin: Callable[[Pages], None],
         take: Callable[[Pages], None],
     ) -> None:
-        """Read rows in a worker, and give them to whoever wants them if no others are wanted by then.
+        """Read rows in a worker, and pass them on unless others are wanted by then.
 
-        Where there were none, the first ones of all are given to `begin` until all are there.
+        If there were none before, the first rows go to `begin` until all are there.
         """
         (selection, ordering), total = asked, self.total
         self.asked = asked
@@ -105,10 +105,10 @@ class RowsPanel(Vertical):
         self.screen.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
-        """Show no rows, as those that are shown are of another subset, and say what went wrong."""
+        """Show the error, and no rows, because the old ones belong to another subset."""
         self.show(NONE)
         self.report = reason
-        if self.screen.is_current:  # a filter line says it itself
+        if self.screen.is_current:  # a filter line shows it itself
             self.notify(reason, severity="error")
 
     @property
@@ -117,7 +117,7 @@ class RowsPanel(Vertical):
         return self.report in _AT_WORK
 
     def stop_reading(self) -> None:
-        """Read no further: somebody is about to choose something else."""
+        """Stop reading, because the choice is about to change."""
         if self.reads:
             self.screen.give_up("rows")
             self.report, self.asked = "", None
@@ -126,34 +126,34 @@ class RowsPanel(Vertical):
     # saying
 
     def show(self, rows: Pages, cursor: int = 0) -> None:
-        """Show rows, and no longer that they are read."""
+        """Show rows, without the note that they are being read."""
         self.table.show(rows, cursor)
         self.say()
 
     def say(self, what: str = "") -> None:
-        """Say what is done; else what the rows are, and how many are orbits where they are followed to."""
+        """Show the current work; otherwise describe the rows, with the number of orbits at another a."""
         source = self.table.source
         if not what and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "words"
 
     def say_gaps(self, partial: str, gaps: str) -> None:
-        """Say which of the periods asked for are stored in part, and what of the others is not known."""
+        """Show which chosen periods are partial, and what is missing of the others."""
         self.border_subtitle = partial
         self._note("#unfilled", gaps)
 
     def say_standing(self, text: str | None) -> None:
-        """Say what those rows are that are no orbits where they are followed to."""
+        """Describe the rows that are not orbits at the followed a."""
         self._note("#standing", text)
 
     def _note(self, name: str, text: str | None) -> None:
         note = self.query_one(name, Static)
-        if note.display or text:  # else the screen would be laid out anew at every key
+        if note.display or text:  # otherwise every key would lay out the screen again
             note.display = bool(text)
             note.update(text or "")
 
     def say_orbit(self, orbit: Orbit | None) -> None:
-        """If the orbit on show has no row, say so in place of the cursor's position."""
+        """If the current orbit has no row, say so in place of the cursor's position."""
         told = ""
         if orbit is not None and (self.table.row or ("",))[0] != least_rotation(orbit.code):
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
@@ -163,7 +163,7 @@ class RowsPanel(Vertical):
             self.say_position()
 
     def say_position(self) -> None:
-        """Say where the cursor is and where digits have led it to, or that the word on show has no row."""
+        """Show the position of the cursor and the target of digits, or that the word has no row."""
         rows = len(self.table.source)
         known = "…" if self.total is None else f"{rows:,}"
         place = f"row {self.table.cursor + 1:,} of {known}" if rows else "no rows"
@@ -174,7 +174,7 @@ class RowsPanel(Vertical):
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
-    """Say which periods are partial, and which are not filled, or lack births that the subset depends on."""
+    """Describe partial periods, and periods that are not filled or lack necessary births."""
     missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
     parts = [f"{missing}, and so does the key f" if missing else "", lacking or ""]
     partial = [str(fill.p) for fill in partial_fills(moment, selection)]
