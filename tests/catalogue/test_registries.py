@@ -43,7 +43,7 @@ def small(tmp_path_factory):
 
 def ran(entry, program, *arguments):
     """Run Python with a further entry in a registry."""
-    command = [sys.executable, "-c", entry + program, *map(str, arguments)]
+    command = [sys.executable, "-P", "-c", entry + program, *map(str, arguments)]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
     )

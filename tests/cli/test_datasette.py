@@ -31,7 +31,7 @@ def described(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def metadata(described):
-    command = [sys.executable, "-m", "orbitdb", "info", "--datasette", "--db", str(described)]
+    command = [sys.executable, "-P", "-m", "orbitdb", "info", "--datasette", "--db", str(described)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     (target := described.with_name("metadata.json")).write_text(done.stdout, encoding="utf-8")
     return target
@@ -39,7 +39,7 @@ def metadata(described):
 
 def got(described, metadata, address):
     """Ask Datasette for one page."""
-    command = [sys.executable, "-m", "datasette", str(described), "-m", str(metadata), "--get", address]
+    command = [sys.executable, "-P", "-m", "datasette", str(described), "-m", str(metadata), "--get", address]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
