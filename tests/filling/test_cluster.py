@@ -43,7 +43,7 @@ def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
     file = tmp_path / "scheduler.json"
     for content in ("", "{}", "[]", "\0"):
         file.write_text(content)
-        with pytest.raises(InputError, match="not a file that a dask scheduler has written"):
+        with pytest.raises(InputError, match="was not written by a dask scheduler"):
             Cluster(str(file)).__enter__()
     alone = filled_by(HERE, tmp_path / "alone.db", periods=(6,))
     options = {"processes": False, "protocol": "tcp", "dashboard_address": None}

@@ -144,7 +144,7 @@ def partial(filled, begin_fill):
 
 def notes(outcome):
     assert outcome.code == 0, outcome.err
-    return [line for line in outcome.err.splitlines() if "partial" in line]
+    return [line for line in outcome.err.splitlines() if " partial" in line]
 
 
 @pytest.mark.parametrize("command", slow_but(["query"], ["query", "export"]))

@@ -22,8 +22,8 @@ USUAL = (
 """Names of the default columns."""
 
 _MORE = (
-    "born", "dies", "walls", "maslov", "length_error", "lyapunov_error", "residual", "iterations", "solver",
-    "representative", "rules", "cycle", "element",
+    "born", "dies", "walls", "maslov", "length_error", "lyapunov_error", "lambda_c_error", "residual",
+    "iterations", "solver", "representative", "rules", "cycle", "element",
 )  # fmt: skip
 """Further columns in lists; others come last."""
 
