@@ -79,7 +79,7 @@ class Bounces(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Legs(Chain):
-    """N admissible words of order p, shape (p, N), as chains of m runs and m legs."""
+    """N admissible words of period p, shape (p, N), as chains of m runs and m legs."""
 
     words: NDArray[np.uint8]
 

@@ -31,10 +31,12 @@ def exponent(slopes: Derivatives) -> Floats:
     slopes : Derivatives
         The derivatives of L at N orbits.
 
-    Notes ----- Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix,
-    and P the product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two
-    is stored separately, so words of any length stay in range. The factors are in the order of time, which
-    gives M of the reversed orbit, with the same trace. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
+    Notes
+    -----
+    Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix, and P the
+    product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two is stored
+    separately, so words of any length stay in range. The factors are in the order of time, which gives M of
+    the reversed orbit, with the same trace. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
     """
     unit = np.ones(slopes.beyond.shape[1])
     doublings = np.zeros(len(unit), dtype=np.int64)
@@ -69,8 +71,10 @@ def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Flo
     coordinates : ndarray, shape (N, p)
         Coordinates of the orbits.
 
-    Notes ----- Biham and Kvale, eqs. (3) and (4), corrected as described above. They act on (d theta, d y)
-    and are computed from the bounces alone, which makes them an independent check of `exponent`.
+    Notes
+    -----
+    Biham and Kvale, eqs. (3) and (4), corrected as in this module's docstring. They act on (d theta, d y) and
+    are computed from the bounces alone, which makes them an independent check of `exponent`.
     """
     links = Links.of(stadium, words, coordinates)
     path = links.before
@@ -115,9 +119,9 @@ class Links(ByValue):
     """The links of closed paths as seen from each bounce; all of shape (N, p)."""
 
     before: Floats  # length of the path that arrives at the bounce
-    after: Floats  # and of the one that leaves it
+    after: Floats  # length of the path that leaves it
     cos_in: Floats  # cosine of the angle between the tangent and the arriving direction
-    cos_out: Floats  # and of that with the leaving one
+    cos_out: Floats  # the same for the leaving direction
 
     @classmethod
     def of(cls, stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> "Links":

@@ -42,8 +42,8 @@ def direction_errors(
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
     Directions pressed against a limit, by default those of `direction_limits`, contribute only rounding,
-    because there g_i delta_i <= 0. On the way, the mean of D is at least D - |lean| |delta| / 2 - D delta^2 /
-    2.
+    because there g_i delta_i <= 0. On the way, the mean of D is at least
+    D - |lean| |delta| / 2 - D delta^2 / 2.
     """
     pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
@@ -64,10 +64,10 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
     """Bound the error of the coordinates, shape (N,).
 
     A leg is drawn between the ends of two runs. If an end is off by e along the circle, its distance from the
-    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, is at most e (sin(psi/2k)
-    + 2 e). For points between the ends it is at most the larger of the two, and for a bounce on a wall this
-    over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with more than one
-    wall 19 eps (a + 1).
+    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, is at most
+    e (sin(psi/2k) + 2 e). For points between the ends it is at most the larger of the two, and for a bounce
+    on a wall this over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with
+    more than one wall 19 eps (a + 1).
     """
     first, last = slack_error[:2]
     across = np.sin(half_turns(legs, alpha))
@@ -98,9 +98,9 @@ def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: F
 
     tr M - 2 is a sum of products that contain every drift and kick at most once. The error of its logarithm
     is thus at most the sum r of theirs, and that of lambda at most r times tanh of half the larger of the two
-    lambdas. With D'' = -D a drift changes by at most a fraction q = |D'| e / D + e^2 / 2, with sin(h +- e) >=
-    sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite where q >= 1.
-    Rounding takes 6 eps a run and leg, and lambda itself 3 eps.
+    lambdas. With D'' = -D a drift changes by at most a fraction q = |D'| e / D + e^2 / 2, with
+    sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite if
+    q >= 1. Rounding adds 6 eps per run and leg, and 3 eps for lambda itself.
     """
     drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON

@@ -1,8 +1,8 @@
 """Lower bounds on the length and lambda of orbits with more bounces than were enumerated.
 
-A catalogue of all orbits up to p bounces contains all orbits that are shorter, or less unstable. Both bounds
-rest on runs of k bounces and legs of n straight ones (docs/proof.md): a word of m legs, m even, has k_1 + n_1
-+ ... + k_m + n_m bounces.
+A catalogue of all orbits up to p bounces contains all orbits below these bounds. Both rest on runs of k
+bounces and legs of n straight ones (docs/proof.md): a word of m legs, m even, has
+k_1 + n_1 + ... + k_m + n_m bounces.
 """
 
 import math
@@ -57,7 +57,7 @@ def least_exponent(p: int, a: float) -> float:
     2k / sin(pi / 2(k - 1)). D is concave on the box, so it is no less than at one of its ends. Both bounds
     grow with k, and with n from n = 1 on.
     """
-    best = [math.inf] * (p + 2)  # by bounces: the least that one leg adds, then one or more legs
+    best = [math.inf] * (p + 2)  # by bounces or more: the least that one leg adds, then one or more
     for k in range(1, p + 2):
         kick = 2 * k / math.sin(math.pi / max(2 * (k - 1), 2))
         for n in range(p + 2 - k):
@@ -70,7 +70,7 @@ def least_exponent(p: int, a: float) -> float:
 
 
 def _two_parts(best: list[float], bounces: int) -> float:
-    """Return the least sum of two parts of a word with so many bounces."""
+    """Return the least sum of two parts of a word that share the given bounces."""
     return min(best[q] + best[bounces - q] for q in range(1, bounces))
 
 

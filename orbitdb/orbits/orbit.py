@@ -112,7 +112,7 @@ class Orbits(ByValue):
 
     @classmethod
     def empty(cls, words: NDArray[np.uint8]) -> "Orbits":
-        """Return unsolved words, with all numbers NaN."""
+        """Return unsolved words: unresolved, with all numbers NaN."""
         n, p = words.shape
         return cls(
             words=words,

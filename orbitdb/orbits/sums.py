@@ -56,7 +56,7 @@ class Exponents(ByValue):
 
 
 def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:
-    """Find the orbits among packed admissible words of order p <= 20, and their exponents.
+    """Find the orbits among packed admissible words of period p <= 20, and their exponents.
 
     Parameters
     ----------

@@ -85,9 +85,11 @@ def prefixes(
     states : ndarray of int8, shape (n,)
         Their states.
 
-    Notes ----- Codes of primitive words are Lyndon words. Their prefixes are extended by one symbol at a
-    time, thousands at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest Lyndon
-    prefix has m symbols continues with a symbol not below the one m places back.
+    Notes
+    -----
+    Codes of primitive words are Lyndon words. Their prefixes are extended by one symbol at a time, thousands
+    at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest Lyndon prefix has m
+    symbols continues with a symbol not below the one m places back.
     """
     stack = [(1, np.arange(6), np.ones(6, np.int64), np.arange(6, dtype=np.int8))]
     while stack:
@@ -112,7 +114,7 @@ _LAST_SYMBOLS = 5
 """Symbols left open by a prefix when a period is cut into spans; some hundred words per prefix."""
 
 _CLASSES = {0o0103: 100, 0o0110: 40, 0o0112: 75, 0o0120: 45, 0o0200: 13, 0o10000: 2}
-"""Approximate number of words after a prefix, by an upper bound on its first four symbols."""
+"""Approximate number of representatives per prefix, by an upper bound on its first four symbols."""
 
 
 class LeastWords(NamedTuple):

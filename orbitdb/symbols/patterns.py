@@ -35,7 +35,7 @@ class Factor:
         return self.factor in 2 * word
 
     def fitting(self, codes: Integers, p: int) -> Found:
-        """Return which packed words of order p <= `MAX_KEYED`, in any rotation, have the factor."""
+        """Return which packed words of period p <= `MAX_KEYED`, in any rotation, have the factor."""
         symbols = self.factor[:p]
         if len(self.factor) > p and not self.fits(least_rotation(symbols)):
             return np.zeros(len(codes), dtype=np.bool_)
@@ -105,7 +105,7 @@ def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, fac
     Parameters
     ----------
     codes : ndarray of int64, shape (N,)
-        One packed word of order p <= 20 of each class.
+        One packed word of each class, of period p <= 20.
     stabiliser : ndarray of uint8, shape (N,)
         Their stabilisers.
     p : int
@@ -116,8 +116,10 @@ def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, fac
     -------
     ndarray of int64, shape (N,)
 
-    Notes ----- By definition, a word contains the factors of its least rotation written twice. These are all
-    factors of up to p + 1 symbols of any rotation, and none of more than 2 p.
+    Notes
+    -----
+    By definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
+    symbols of any rotation, and none of more than 2 p.
     """
     images = np.zeros(len(codes), dtype=np.int64)
     for image in packed_images(codes, p):

@@ -166,7 +166,7 @@ _NO_RIGHT, _NO_LEFT = (0, 1, 2, 4), (0, 2, 3, 5)
 
 
 def count_primitive(p: int) -> int:
-    """Count all primitive cyclic words of order p, 6 symbols (Moreau)."""
+    """Count all primitive cyclic words of period p over 6 symbols (Moreau)."""
     return _count_cycles(p, lambda n: 6**n)
 
 

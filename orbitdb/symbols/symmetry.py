@@ -159,17 +159,14 @@ class Classes(NamedTuple):
 
 
 def classify(codes: NDArray[np.int64], p: int) -> Classes:
-    """Find the symmetry class of each packed word of order p <= 20, primitive and its own least rotation."""
+    """Find the symmetry class of each packed primitive code of period p <= 20."""
     images = all_images(codes, p)
     stabiliser = np.packbits(images == codes, axis=0, bitorder="little")[0]
     return Classes(images.min(axis=0), images.argmin(axis=0).astype(np.uint8), stabiliser)
 
 
 def all_images(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return the images of packed least rotations of order p <= 20 under the eight elements, shape (8, N).
-
-    They are least rotations, too.
-    """
+    """Return the images of packed codes, p <= 20, under the eight elements, as codes, shape (8, N)."""
     return np.stack([codes, *(least_rotations(image, p) for image in packed_images(codes, p)[1:])])
 
 
@@ -211,7 +208,7 @@ def next_symbols(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 
 
 def reversed_words(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return packed words of order p read backwards, symbol by symbol."""
+    """Return packed words of period p with their symbols reversed."""
     back = codes & 7
     for place in range(1, p):
         back <<= BITS
@@ -223,7 +220,7 @@ def reversed_words(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 class SymmetryClass:
     """The symmetry class of one cyclic word."""
 
-    representative: str  # the least word of all images and rotations
+    representative: str  # the least of all images and rotations
     element: int  # the first element that carries the representative to the word
     stabiliser: int  # bit mask of the elements that map the cyclic word to itself
 

@@ -1,8 +1,8 @@
 """Words: the symbol sequences of the stadium billiard, as strings, arrays and packed integers.
 
 A word is a cyclic sequence of the symbols 0..5 (0 bottom wall, 2 top wall, 1 and 4 left semicircle,
-3 and 5 right semicircle). One word is a ``str`` of digits; many words of one order are an ``(N, p)``
-array of ``uint8`` or, for p <= `MAX_PACKED`, N integers that sort as the words do.
+3 and 5 right semicircle). One word is a ``str`` of digits; many words of one period are an ``(N, p)``
+array of ``uint8`` or, for p <= `MAX_PACKED`, N integers in the same order.
 """
 
 import re
@@ -18,12 +18,12 @@ SYMBOLS = "012345"
 MAX_ORDER = 1_000_000
 MAX_PACKED = 21
 MAX_KEYED = 20
-"""Words up to this order have a key."""
+"""The longest period with keys."""
 
 BITS = 3
 
 MARK = "w"
-"""What may stand before a word, so that no program takes it for a number."""
+"""Optional prefix of a word, so that no program reads it as a number."""
 
 _RUN = re.compile(r"(.{1,8}?)\1{2,}")
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
@@ -39,21 +39,21 @@ def parse(text: str) -> str:
     Parameters
     ----------
     text : str
-        Symbols 0..5; ``^k`` repeats the symbol or the bracket before it k times; blanks are free, and
-        so is a `MARK` before them.
+        Symbols 0..5; ``^k`` repeats the symbol or bracket before it k times. Blanks and a leading `MARK` are
+        ignored.
 
     Returns
     -------
     str
-        The word, one digit a bounce, as written (no rotation is applied).
+        The word as written, one digit per bounce, not rotated.
 
     Raises
     ------
     WordError
-        If the text is empty, has another character, an unmatched bracket or a misplaced power, or
-        would be longer than `MAX_ORDER`.
+        If the text is empty, has any other character, an unmatched bracket or a misplaced power, or expands
+        to more than `MAX_ORDER` symbols.
     TypeError
-        If it is no text.
+        If it is not a string.
     """
     if not isinstance(text, str):
         raise TypeError(f"a code is a text such as '1232131', not {text!r:.40}")
@@ -94,7 +94,7 @@ def parse(text: str) -> str:
 
 
 def _repeat_last(terms: list[str], power: str, size: int, where: str) -> int:
-    """Repeat the last term in place and return by how many symbols the word has grown."""
+    """Repeat the last term in place; return the number of symbols added."""
     if not terms:
         raise WordError(f"'^' at {where} has nothing before it to repeat")
     count = int(power) if len(power) <= len(str(MAX_ORDER)) else MAX_ORDER + 1
@@ -119,7 +119,7 @@ def _complaint(text: str, place: int) -> str:
 def run_notation(word: str) -> str:
     """Write a word with powers of symbols and of groups up to eight, such as ``1^20 (02)^5 3``.
 
-    Only what comes three times or more is written as a power; `parse` reads it back.
+    Only three or more repetitions become a power. `parse` reads the notation back.
     """
     terms: list[str] = []
     plain = ""
@@ -139,7 +139,7 @@ def run_notation(word: str) -> str:
 
 
 def least_rotation(word: str) -> str:
-    """Return the least of all rotations of a word, the name of the cyclic word."""
+    """Return the least of all rotations of a word, its code."""
     start = _least_start(word)
     return word[start:] + word[:start]
 
@@ -147,15 +147,15 @@ def least_rotation(word: str) -> str:
 def _least_start(word: str) -> int:
     """Return where the least rotation of a word begins.
 
-    It begins with a run of the least symbol. So the word is cut at the starts of such runs, the pieces
-    are named by their order, and the word of their names, of half as many symbols at most, is asked the
-    same: of two pieces of which one begins the other, the shorter is the lesser, for the least symbol
-    comes behind it. A million symbols take half a second at most.
+    It begins with a run of the least symbol. The word is therefore cut where such runs start, the pieces are
+    replaced by their ranks, and the word of ranks, at most half as long, is treated the same way. A piece
+    that is a prefix of another ranks below it, because the least symbol follows. A million symbols take at
+    most half a second.
     """
     least = re.escape(min(word))
     first = re.compile(f"(?<!{least}){least}").search(word[-1] + word, 1)
     if first is None:
-        return 0  # there is but one symbol
+        return 0  # only one distinct symbol
     start = first.start() - 1
     pieces = re.findall(f"{least}+[^{least}]+", word[start:] + word[:start])
     if len(pieces) == 1:
@@ -166,7 +166,7 @@ def _least_start(word: str) -> int:
 
 
 def primitive_root(word: str) -> str:
-    """Return the shortest word of which the given word is a repetition."""
+    """Return the shortest word whose repetition is the given word."""
     return word[: (word + word).find(word, 1)]
 
 
@@ -176,7 +176,7 @@ def is_primitive(word: str) -> bool:
 
 
 def are_primitive(words: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Tell which words of one order, shape (N, p), are not repetitions of shorter ones, shape (N,)."""
+    """Tell which words of one period, shape (N, p), are not repetitions of shorter ones, shape (N,)."""
     p = words.shape[1]
     found = np.ones(len(words), dtype=np.bool_)
     for shift in (n for n in range(1, p) if p % n == 0):
@@ -185,12 +185,12 @@ def are_primitive(words: NDArray[np.uint8]) -> NDArray[np.bool_]:
 
 
 def parse_primitive(text: str) -> str:
-    """Read a word as `parse` does, one that is not a repetition of a shorter one.
+    """Read a word as `parse` does; refuse repetitions of a shorter one.
 
     Raises
     ------
     WordError
-        If it is one, or no word; the message names the shorter one.
+        If it is not a word, or is a repetition; the message then names the shorter word.
     """
     word = parse(text)
     root = primitive_root(word)
@@ -202,7 +202,7 @@ def parse_primitive(text: str) -> str:
 
 
 def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:
-    """Return words of one order as an ``(N, p)`` array of symbols."""
+    """Return words of one period as an ``(N, p)`` array of symbols."""
     flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))
     return flat.reshape(len(words), len(words[0]) if words else 0)
 
@@ -217,7 +217,7 @@ def to_strings(words: NDArray[np.uint8]) -> list[str]:
 
 
 def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """Return words of order p <= `MAX_PACKED` as integers, three bits a symbol, first symbol highest."""
+    """Return words of period p <= `MAX_PACKED` as integers, three bits per symbol, the first one highest."""
     codes = np.zeros(len(words), dtype=np.int64)
     for symbols in words.T:
         codes <<= BITS
@@ -226,14 +226,14 @@ def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
 
 
 def unpack(codes: NDArray[np.int64], p: int) -> NDArray[np.uint8]:
-    """Return packed words of order p as an ``(N, p)`` array of symbols."""
+    """Return packed words of period p as an ``(N, p)`` array of symbols."""
     shifts = BITS * np.arange(p - 1, -1, -1, dtype=np.int64)
     return ((codes[:, None] >> shifts) & 7).astype(np.uint8)
 
 
 def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return the least rotation of each packed word of order p."""
-    spare = 64 - BITS * p  # the bits below the words: what falls there decides nothing
+    """Return the least rotation of each packed word of period p."""
+    spare = 64 - BITS * p  # the bits below the words, which do not affect the order
     whole = codes.astype(np.uint64) << np.uint64(spare)
     least, head, tail = whole.copy(), np.empty_like(whole), np.empty_like(whole)
     for shift in range(BITS, BITS * p, BITS):
@@ -245,10 +245,9 @@ def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
 
 
 def key(word: str) -> int:
-    """Return a word of order p <= `MAX_KEYED` as one integer, whatever its order.
+    """Return a word of any period up to `MAX_KEYED` as one integer.
 
-    Its octal digits are a 1 and the symbols: keys sort by order first, then as the words do, and
-    a key says its word.
+    Its octal digits are a 1 and the symbols. Keys sort by period first, then as the words do.
     """
     return int("1" + word, 8)
 
@@ -259,18 +258,18 @@ def word_of(key: int) -> str:
 
 
 def keys(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return the keys of packed words of order p <= `MAX_KEYED`."""
+    """Return the keys of packed words of period p <= `MAX_KEYED`."""
     return codes | np.int64(1 << BITS * p)
 
 
 def packed(keys: NDArray[np.int64], p: int) -> NDArray[np.int64]:
-    """Return the packed words of order p that have some keys."""
+    """Return the packed words of period p with the given keys."""
     return keys ^ np.int64(1 << BITS * p)
 
 
 def keys_of_period(p: int) -> tuple[int, int]:
-    """Return the keys of the first and the last text of p symbols: those of all words of order p lie between.
+    """Return the least and largest key of p symbols, a range that includes all words of period p.
 
-    Ids of classes without a key (`orbitdb.store.file.schema.LONG`) are above.
+    Ids of classes without a key (`orbitdb.store.file.schema.LONG`) are above it.
     """
     return key("0" * p), key(SYMBOLS[-1] * p)

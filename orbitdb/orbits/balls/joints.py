@@ -38,7 +38,7 @@ _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 class Field:
     """The field of rational numbers extended by a real number gamma."""
 
-    f: fmpq_poly  # a polynomial of which gamma is a root; it need not be irreducible
+    f: fmpq_poly  # a polynomial with the root gamma; it need not be irreducible
     gamma: arb  # a ball across which f changes its sign
 
     def ball(self, x: fmpq_poly) -> arb:
@@ -193,9 +193,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
 
 
 def _bits(x: arb) -> int:
-    """Return the number of accurate binary places of a ball, a little less than all at most.
+    """Return the accurate binary places of a ball, a little less than all at most.
 
-    None of them is exact, because lengths and directions are not.
+    0 for an exact ball; lengths and directions never are exact.
     """
     mantissa, exponent = x.rad().man_exp()
     return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16)

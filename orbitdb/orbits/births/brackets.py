@@ -43,7 +43,7 @@ class Bracketed(Batch):
     word: Integers  # the word that changes
     a: Floats  # where
     error: Floats  # proved bound on the error of a
-    born: NDArray[np.bool_]  # whether it begins or ceases to be an orbit as a grows
+    born: NDArray[np.bool_]  # True if it begins to be an orbit as a grows, False if it ceases
     slack: Integers  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
     slope: Floats  # of the slack in ln a (radians)
 

@@ -31,7 +31,7 @@ JOINTS = ("bottom left", "bottom right", "top left", "top right")
 LOW = 1e-3
 """Lowest a of the grid; below it, doubles show spurious zeros, because some slacks go like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
-"""Highest a over p^2; the largest birth of period p is near 0.13 p^2."""
+"""The grid ends at the larger of 60 and 0.2 p^2; the largest birth of period p is near 0.13 p^2."""
 _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)
@@ -53,7 +53,7 @@ class Changes(ByValue):
     a, error : ndarray, shape (K,)
         The place, and the proved bound on its error.
     born : ndarray of bool, shape (K,)
-        Whether it begins or ceases to be an orbit as a grows.
+        True if it begins to be an orbit as a grows, False if it ceases.
     bounce : ndarray of int, shape (K,)
         The bounce of the word, counted from 1, that passes through a joint; one of them if several do.
     joint : ndarray of int, shape (K,)

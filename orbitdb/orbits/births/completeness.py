@@ -18,7 +18,7 @@ from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.newton import newton
 
 LOW, HIGH = 0.02, 1000.0
-"""Range of a that is proved."""
+"""Range of a in which a proof is tried."""
 
 
 Segment = tuple[int, float, float]

@@ -5,7 +5,7 @@ system. A word is an orbit if and only if the six *smooth slacks* of each run an
 of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in alpha and independent of a,
 so their slopes in x are the same map applied to d alpha/dx.
 
-Everything here is numerical; `orbitdb.orbits.births.brackets` proves the results.
+Everything here is numerical; `orbitdb.orbits.births.brackets` proves each change that it finds.
 """
 
 from collections.abc import Iterator, Sequence
