@@ -1,8 +1,8 @@
-"""What shows on stderr how far a command is, if somebody watches there.
+"""The progress line on stderr, for a terminal.
 
-One line, drawn by a thread of its own, so that it lives through long steps. The cursor stays visible and
-at the line's beginning: however a command ends or is stopped, nothing of the terminal has to be restored,
-and what the system echoes into the line, or a narrower window makes of it, is erased together with it.
+A thread of its own draws the line, so it stays alive during long steps. The cursor stays visible at the
+beginning of the line. However a command ends or is killed, the terminal needs no restoring, and echoed keys
+or folded lines are erased with the line.
 """
 
 import math
@@ -21,46 +21,46 @@ from orbitdb.cli.interrupts import go_on
 from orbitdb.plaintext import printable
 
 PATIENCE = 0.5
-"""Seconds until the line appears: shorter work needs none."""
+"""Seconds until the line appears; shorter work needs none."""
 
 BETWEEN_FRAMES = 0.2
 _ERASE = "\r\x1b[J"
 
 _MEMORY = 20.0
-"""Seconds over which the rate is taken, if there are a few steps in them."""
+"""Seconds over which the rate is measured, if they contain a few steps."""
 
 _STEPS = 3
 _TELLING, _LONG = 0.01, 10.0
-"""Which part of the work, or how many seconds of it, tell how long all of it takes: a fill begins with small
-periods, which would let it take hours."""
+"""Fraction of the work, or seconds, before the remaining time is estimated: a fill begins with small periods,
+whose rate would suggest hours."""
 _EXPECTED = 0.1
-"""Which part of the work tells more than an estimate that was made before."""
+"""Fraction of the work after which its own rate replaces an earlier estimate."""
 _NARROWEST, _WIDEST = 8, 40
-"""Columns of the bar, which has a third of the line."""
+"""Limits on the columns of the bar, a third of the line."""
 
 _SIGNS, _IN_ASCII = "━╾─", "##-"
-"""What the bar is made of: what is done, half a column of it, what is to come."""
+"""Characters of the bar: done, half a column, still to do."""
 
 
 class Progress:
-    """Takes note of how far the work is, and shows it to nobody."""
+    """Takes progress reports without showing them."""
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0) -> None:
-        """Take note of how far the work is, as in `Pace`, unless it is to end here (`go_on`)."""
+        """Take a report as in `Pace`, unless the work is to end here (`go_on`)."""
         go_on()
 
     def __call__(self, done: float, total: float, text: str) -> None:
-        """Take note of how far the work is, as the library tells it (`orbitdb.progress.Tell`)."""
+        """Take a report of the library (`orbitdb.progress.Tell`)."""
         self.tell(text, done, total)
 
 
 @contextmanager
 def progress(text: str, to_stdout: bool = False, expected: float | None = None) -> Iterator[Progress]:
-    """Show how far the work is while the context lasts, if it takes long and somebody watches.
+    """Show the progress of long work on a terminal while the context lasts.
 
-    The text stands there until a step says more. The bar keeps to the seconds that the work is expected to
-    take until enough of it is done to tell. Where rows that go to stdout meanwhile are seen, or go to a
-    pager, no line may stand among them.
+    The text is shown until a step reports more. The bar follows the expected seconds until enough work is
+    done to measure its rate. There is no line if rows go to stdout meanwhile and are visible, or go to a
+    pager.
     """
     global _on_screen
     watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # by what can erase a line
@@ -76,19 +76,19 @@ def progress(text: str, to_stdout: bool = False, expected: float | None = None) 
 
 
 def aside() -> AbstractContextManager[None]:
-    """Keep the line off the screen while something else is written there."""
+    """Hide the line while something else is written."""
     return nullcontext() if _on_screen is None else _on_screen.away()
 
 
 class Pace:
-    """How much of a piece of work is done, of a total that is 0 if nobody knows, and how fast it has been."""
+    """The amount of work done, its total (0 if unknown), and its rate."""
 
     def __init__(self, text: str, expected: float | None = None) -> None:
         self.text, self.done, self.total, self.expected = text, 0.0, 0.0, expected
         self._marks: deque[tuple[float, float]] = deque()
 
     def tell(self, now: float, text: str, done: float = 0.0, total: float = 0.0) -> None:
-        """Take note of how far the work is at a moment; a new total is new work."""
+        """Take a report at a moment; a new total means new work."""
         if total != self.total or done < self.done:
             self._marks.clear()
         self._marks.append((now, done))
@@ -98,17 +98,17 @@ class Pace:
 
     @property
     def share(self) -> float:
-        """The part that is done, of a known total."""
+        """The fraction done, of a known total."""
         return min(max(self.done / self.total, 0.0), 1.0)
 
     def rate(self) -> float:
-        """Return what is done in a second; 0 if nobody knows yet."""
+        """Return the work per second; 0 if not known yet."""
         marks = tuple(self._marks)
         passed = marks[-1][0] - marks[0][0] if marks else 0.0
         return (marks[-1][1] - marks[0][1]) / passed if passed > 0 else 0.0
 
     def left(self, now: float) -> float | None:
-        """Return the seconds that are left; None if nobody knows yet."""
+        """Return the remaining seconds; None if not known yet."""
         if self.expected is not None and self.total and self.share < _EXPECTED:
             return max(1.0, self.expected * (1 - self.share))
         rate, marks = self.rate(), tuple(self._marks)
@@ -121,10 +121,10 @@ class Pace:
 
 
 def frame(pace: Pace, now: float, elapsed: float, room: int, signs: str = _SIGNS) -> str:
-    """Return the line that says how far the work is, in so many columns.
+    """Return the progress line for a number of columns.
 
-    ``now`` is the moment, ``elapsed`` the time since the work was begun, in seconds. Where the line is too
-    long, what matters least goes.
+    ``now`` is the moment, ``elapsed`` the time since the start of the work, in seconds. If the line is too
+    long, the least important parts go.
     """
     text = printable(pace.text)
     facts, shown = [clock(elapsed)], [text]
@@ -140,20 +140,20 @@ def frame(pace: Pace, now: float, elapsed: float, room: int, signs: str = _SIGNS
 
 
 def _facts(pace: Pace, now: float) -> list[str]:
-    """Return what there is to say of work whose total is known, what matters most first."""
+    """Return facts about work with a known total, the most important first."""
     left, rate = pace.left(now), pace.rate()
     facts = [f"{math.floor(100 * pace.share):3d}%"]
     if left is not None:
         facts.append(f"{clock(left)} left".rjust(len("12:34 left")))
-    if pace.total <= 1:  # a share, not a number of things
+    if pace.total <= 1:  # a fraction, not a count
         return facts
-    if rate > 0:  # two digits of it are all that can be known
+    if rate > 0:  # only two digits are meaningful
         facts.append(f"{rate:.2g}/s" if rate < 10 else f"{float(f'{rate:.2g}'):,.0f}/s")
     return [*facts, f"{pace.done:,.0f} of {pace.total:,.0f}"]
 
 
 def clock(seconds: float) -> str:
-    """Write a time as minutes and seconds, with hours if there are any."""
+    """Write a time as minutes and seconds, and any hours."""
     minutes, rest = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
@@ -172,7 +172,7 @@ class _Line(Progress):
         self._over = threading.Event()
 
     def tell(self, text: str, done: float = 0.0, total: float = 0.0) -> None:
-        """Take note of how far the work is; the next frame shows it."""
+        """Take a report; the next frame shows it."""
         super().tell(text, done, total)
         self._pace.tell(time.monotonic(), text, done, total)
 
@@ -191,7 +191,7 @@ class _Line(Progress):
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Take the line off the screen, and keep it off while the context lasts."""
+        """Erase the line, and keep it off the screen while the context lasts."""
         with self._mine:
             if self._drawn:
                 self._drawn = False
@@ -199,7 +199,7 @@ class _Line(Progress):
             yield
 
     def _paint(self) -> None:
-        if hasattr(signal, "pthread_sigmask"):  # signals are for the main thread, which they are to wake
+        if hasattr(signal, "pthread_sigmask"):  # signals must wake the main thread
             signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
         wait = PATIENCE
         while not self._over.wait(wait):
@@ -221,20 +221,20 @@ _on_screen: _Line | None = None
 
 
 def _seen(stream: TextIO) -> bool:
-    """Tell whether what a stream is given may be seen at once: on a terminal, or behind a pipe."""
+    """Tell whether output to a stream may be visible at once: on a terminal, or through a pipe."""
     if stream.isatty():
         return True
     try:
         return stat.S_ISFIFO(os.fstat(stream.fileno()).st_mode)
-    except (OSError, ValueError):  # no file at all
+    except (OSError, ValueError):  # not a file
         return False
 
 
 def _in_foreground(terminal: TextIO) -> bool:
-    """Tell whether the terminal is this process's to write on: not with ``&``, or behind Ctrl-Z and bg."""
+    """Tell whether this process is in the foreground: not with ``&``, or after Ctrl-Z and bg."""
     try:
         return os.tcgetpgrp(terminal.fileno()) == os.getpgrp()
-    except (AttributeError, OSError):  # Windows, or a terminal that controls nobody
+    except (AttributeError, OSError):  # Windows, or a terminal without a controlled process
         return True
 
 

@@ -884,9 +884,9 @@ class Catalogue:
         selection : Selection, optional
             What to check, or give criteria, as in `select`; by default everything, at every a.
         sample : int, optional
-            Check only so many classes, drawn at random.
+            Check only this many classes, drawn at random.
         restarts : int, optional
-            Solve every word again from so many random starts.
+            Solve every word again from this many random starts.
         seed, rng : optional
             Of sample and restarts, as for `simulate`.
         births : bool, optional
@@ -1038,5 +1038,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
 
 
 def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return a seed, or one that a generator draws if there is one."""
+    """Return the seed, or one drawn from the generator if it is given."""
     return seed if rng is None else int(rng.integers(2**63))

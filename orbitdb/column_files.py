@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 _ROWS = 20_000
 _LARGEST_TEXT = 2**31
 _LEVEL = 3
-"""Of compression: zlib's default takes three times the time for files that are a tenth smaller."""
+"""Compression level; zlib's default takes three times as long for files a tenth smaller."""
 
 
 Row = Sequence[Any]
 Column = NDArray[np.float64] | Sequence[Any]
-"""Numbers, NaN for none; or any plain values or arrays, None for none."""
+"""Numbers with NaN, or plain values or arrays with None, for a missing value."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +44,19 @@ class ColumnBlock:
         return len(self.columns[0])
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows as plain values, None for none."""
+        """Yield the rows as plain values, with None for missing ones."""
         return zip(*map(plain, self.columns), strict=True)
 
 
 def plain(column: Column) -> Sequence[Any]:
-    """Return a column as plain values, None for none."""
+    """Return a column as plain values, with None for missing ones."""
     if isinstance(column, np.ndarray):
         return [None if value != value else value for value in column.tolist()]
     return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
 def _in_columns(rows: Iterable[Row]) -> Iterator[list[Sequence[Any]]]:
-    """Yield the columns of rows, so many at a time."""
+    """Yield the columns of rows, some rows at a time."""
     rows = iter(rows)
     while block := list(islice(rows, _ROWS)):
         yield list(zip(*block, strict=True))
@@ -69,7 +69,7 @@ def write_parquet(
     metadata: Mapping[str, Any],
     compression: str = "snappy",
 ) -> None:
-    """Write typed columns, and each part of the metadata as JSON in that of the schema."""
+    """Write typed columns, with each part of the metadata as JSON in the schema."""
     parquet = load("pyarrow.parquet", "a parquet file", "parquet")
     schema = arrow_schema(columns, metadata)
     with parquet.ParquetWriter(file, schema, compression=compression) as writer:
@@ -93,11 +93,11 @@ def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Sch
 
 
 def arrow_batch(block: Sequence[Column], schema: "pa.Schema") -> "pa.RecordBatch":
-    """Return columns of rows as a batch of Arrow."""
+    """Return columns as an Arrow record batch."""
     import pyarrow as pa
 
     arrays = [
-        pa.array(values, type=field.type, from_pandas=isinstance(values, np.ndarray))  # NaN is none
+        pa.array(values, type=field.type, from_pandas=isinstance(values, np.ndarray))  # NaN becomes null
         for values, field in zip(block, schema, strict=True)
     ]
     return pa.record_batch(arrays, schema=schema)
@@ -106,17 +106,17 @@ def arrow_batch(block: Sequence[Column], schema: "pa.Schema") -> "pa.RecordBatch
 def write_npz(
     file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Mapping[str, Any]
 ) -> None:
-    """Write one array a column and ``metadata``, a text with JSON.
+    """Write one array per column, and ``metadata``, a text with JSON.
 
-    Numbers that a row does not have are NaN, integers -1, texts empty. A column of lists is one flat
-    array, and ``<name>_start`` says where each row begins in it and where the last one ends.
+    Missing numbers are NaN, integers -1, texts empty. A column of lists is one flat array, and
+    ``<name>_start`` gives the beginning of each row in it and the end of the last.
 
     Parameters
     ----------
     file : binary file
     columns : sequence of str
     rows : iterable of sequences
-        Plain Python values, lists or arrays; None where there is none.
+        Plain Python values, lists or arrays; None for a missing one.
     metadata : mapping
 
     Raises
@@ -148,7 +148,7 @@ _LISTS = {"numbers": np.float64, "integers": np.int64}
 
 
 def _as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return a column of one value a row as an array."""
+    """Return a column with one value per row as an array."""
     if kind_of(name) == "number":
         return np.array(values, np.float64)
     if kind_of(name) == "integer":

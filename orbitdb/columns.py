@@ -179,7 +179,7 @@ OF_ANSWERS = [
 
 OF_TRAJECTORIES = [
     Column("first", "integer",
-           "number of the first bounce that is near the orbit; 1 is the first one behind a start, or the "
+           "number of the first bounce that is near the orbit; 1 is the first one after a start, or the "
            "first point, 0 and less are before a start"),
     Column("last", "integer", "number of the last bounce that is"),
     Column("bounces", "integer", "bounces in a row from the first to the last"),

@@ -88,7 +88,7 @@ def concise(value: float | None, error: float | None) -> str | None:
 _RELATIVE = 1e-12
 """Relative accuracy of births that closed forms require."""
 _MOST = 60
-"""Largest leading and middle coefficient; a chance hit among so many is rarer than one in 10^5."""
+"""Largest leading and middle coefficient, for which chance hits are rarer than one in 10^5."""
 _SQUARE = 200
 """Largest denominator of a rational square."""
 

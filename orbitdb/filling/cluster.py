@@ -61,7 +61,7 @@ class Cluster(Workers):
         Raises
         ------
         InputError
-            If there is none, or dask is not installed.
+            If no scheduler answers, or dask is not installed.
         """
         self._client = _connect(self.scheduler)
         self.jobs = max(self.size()[0], 1)

@@ -23,7 +23,7 @@ _BIRTHS_A_SECOND = 40_000
 
 
 def watched(steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0) -> None:
-    """Run a fill and report the progress over all its periods, `known` words of which were there before."""
+    """Run a fill and report progress over all its periods; `known` words were stored before."""
     total = sum(totals.values())
     with closing(steps):
         tell(known, total, what)

@@ -254,7 +254,7 @@ def class_size(stabiliser: int) -> int:
 
 
 SIZES = np.array([class_size(mask) if mask else 0 for mask in range(1 << len(ELEMENTS))])
-"""`class_size` of each stabiliser; 0 for the mask 0, which is none."""
+"""`class_size` of each stabiliser; 0 for the mask 0, which is not one."""
 
 
 def label(stabiliser: int) -> str:

@@ -1,4 +1,4 @@
-"""Who wrote a row, and how: runs, methods and certificates must agree."""
+"""Check who wrote a row, and how: runs, methods and certificates must agree."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -37,7 +37,7 @@ _COMMANDS = {
 
 
 def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
-    """Return what each run was asked for; runs of which nothing can be read are left out."""
+    """Return the parameters of each readable run."""
     found = {}
     for number, text in connection.execute(sa.select(run.c.id, run.c.parameters)):
         try:

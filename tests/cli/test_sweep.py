@@ -172,7 +172,7 @@ def test_swept_subsets_are_listed_and_verified(cli, tmp_path, monkeypatch):
         plain.execute("UPDATE sweep SET selection = 'born=1.0:' WHERE selection <> ''")
         plain.commit()
     assert cli("info").err.startswith(
-        "orbitdb: the catalogue was altered: a swept subset that is none: 'born"
+        "orbitdb: the catalogue was altered: not a swept subset: 'born"
     )
 
 

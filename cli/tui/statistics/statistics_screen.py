@@ -32,7 +32,7 @@ from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000
 FIRST = 11
-"""The highest period of which the averages are there at once."""
+"""The highest period whose averages are shown at once."""
 _TITLES = {
     "entropy": "topological entropy",
     "lambda_d": "lambda_d, per bounce",

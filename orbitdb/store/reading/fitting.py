@@ -97,5 +97,5 @@ def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArr
 def stabiliser_of(symmetry: str) -> int:
     """Return the stabiliser for a symmetry label."""
     if symmetry not in STABILISER_OF:
-        raise unsound("a symmetry that is none:", symmetry)
+        raise unsound("not a symmetry:", symmetry)
     return STABILISER_OF[symmetry]

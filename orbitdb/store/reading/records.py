@@ -74,7 +74,7 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
     if row is None:
         return None
     if not row["seed"].isdecimal():
-        raise unsound("a seed that is none:", row["seed"])
+        raise unsound("not a seed:", row["seed"])
     return Reference(**{**row, "seed": int(row["seed"])})
 
 

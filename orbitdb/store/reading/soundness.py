@@ -99,7 +99,7 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
     if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
         return
     wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
-    raise unsound("a word that is none:", wrong)
+    raise unsound("not a word:", wrong)
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:

@@ -76,7 +76,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
         try:
             found.append(selection_of(text, a))
         except InputError as error:
-            raise unsound("a swept subset that is none:", text) from error
+            raise unsound("not a swept subset:", text) from error
     return found
 
 
