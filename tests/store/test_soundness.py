@@ -70,7 +70,7 @@ def test_invalid_words_and_coordinates_are_named():
     far = np.array([0.5, -1e7]).tobytes()
     for refused, named in (
         (lambda: need_words(["013", "0x3", "9"], [3, 3, 1]), "altered: not a word: '0x3'"),
-        (lambda: need_words(["013", "3" * 50], [3, 49]), f"none: '{'3' * 37}...'"),
+        (lambda: need_words(["013", "3" * 50], [3, 49]), f"not a word: '{'3' * 37}...'"),
         (lambda: coordinates_of([BLOB, BLOB + BLOB], 2), "coordinates of 2 bounces in bytes: '32'"),
         (lambda: coordinates_of([BLOB, far], 2), "that no stadium has, of orbits of period '2'"),
     ):
