@@ -171,9 +171,7 @@ def test_swept_subsets_are_listed_and_verified(cli, tmp_path, monkeypatch):
         assert (found.code, failing) == (1, {"sweeps": wrong})
         plain.execute("UPDATE sweep SET selection = 'born=1.0:' WHERE selection <> ''")
         plain.commit()
-    assert cli("info").err.startswith(
-        "orbitdb: the catalogue was altered: not a swept subset: 'born"
-    )
+    assert cli("info").err.startswith("orbitdb: the catalogue was altered: not a swept subset: 'born")
 
 
 @pytest.mark.slow
