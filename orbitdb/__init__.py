@@ -50,9 +50,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.asking.selection import Selection as Selection
     from orbitdb.store.reading.fills import Fill as Fill
     from orbitdb.store.reading.lives import Life as Life
-    from orbitdb.store.reading.sweeps import Sweep as Sweep
+    from orbitdb.store.reading.fills import Sweep as Sweep
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
-    from orbitdb.verification.whole import Verification as Verification
+    from orbitdb.verification.verify import Verification as Verification
     # isort: on
 
 __version__ = "0.2.0"

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from orbitdb.answers.gaps import describe_fills
+from orbitdb.answers.unfilled import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -36,11 +36,10 @@ if TYPE_CHECKING:
     from orbitdb.quantum.assessment import Assessment
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.spectrum import Spectrum
-    from orbitdb.store.reading.fills import Fill
+    from orbitdb.store.reading.fills import Fill, Sweep
     from orbitdb.store.reading.lives import BirthFill, Life
-    from orbitdb.store.reading.sweeps import Sweep
     from orbitdb.trajectories.ensemble import Reference
-    from orbitdb.verification.whole import Verification
+    from orbitdb.verification.verify import Verification
 
 _SHOWN = 4
 """Number of further values of a in a short description."""
@@ -901,8 +900,7 @@ class Catalogue:
         >>> catalogue.verify(p="2-5").sound
         True
         """
-        from orbitdb.verification.verify import report
-        from orbitdb.verification.whole import Verification, told, verification_steps
+        from orbitdb.verification.verify import Verification, report, told, verification_steps
 
         everywhere = selection is None and criteria.get("a") is None
         chosen = self._chosen(selection, criteria)

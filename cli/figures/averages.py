@@ -11,8 +11,7 @@ from orbitdb.answers.results import Result
 from orbitdb.cli.render import note
 from orbitdb.plots import curves
 from orbitdb.plots.style import figure
-from orbitdb.store.asking.periods import joined_spans
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, joined_spans
 from orbitdb.store.reading.moment import Moment
 
 NOTHING = ": nothing to draw"

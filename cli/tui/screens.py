@@ -16,7 +16,7 @@ from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.store.asking.sql import CancelledError
 
 if TYPE_CHECKING:
     from orbitdb.cli.tui.app import BrowseApp

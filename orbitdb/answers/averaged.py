@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers.counts import count
-from orbitdb.answers.gaps import gaps, nothing
 from orbitdb.answers.methods import AVERAGES, Given
 from orbitdb.answers.results import PROVED, TABLE, TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.answers.unfilled import gaps, nothing
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
@@ -31,8 +31,7 @@ from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.sums import Tally
-from orbitdb.store.asking.periods import written_periods
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, written_periods
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
 

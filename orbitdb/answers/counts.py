@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
-from orbitdb.store.asking.confinement import never
-from orbitdb.store.asking.periods import written_periods
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, written_periods
+from orbitdb.store.asking.sql import never
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment

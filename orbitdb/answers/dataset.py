@@ -32,7 +32,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file import tables
 from orbitdb.store.reading.lives import Life
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.row_blocks import COORDINATES
+from orbitdb.store.reading.rows import COORDINATES
 
 PACKAGE = "datapackage.json"
 ORBITS = (*(name for name in WRITTEN if name not in ("a", "rules")), COORDINATES)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers import subset_tables
-from orbitdb.answers.gaps import lacking_births, unfilled
+from orbitdb.answers.unfilled import lacking_births, unfilled
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
@@ -22,7 +22,7 @@ from orbitdb.extras import load
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.row_blocks import COORDINATES
+from orbitdb.store.reading.rows import COORDINATES
 from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 

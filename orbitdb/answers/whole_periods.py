@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers.counts import Counted
-from orbitdb.answers.gaps import without_births
+from orbitdb.answers.unfilled import without_births
 from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
@@ -21,9 +21,9 @@ from orbitdb.equality import ByValue
 from orbitdb.orbits.orbit import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
+from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
-from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
@@ -114,7 +114,7 @@ class WholePeriods:
     swept : mapping of int to PeriodSums
         The sums over chosen periods without stored rows.
     moments : sequence
-        Their moments for sum rules (`orbitdb.store.reading.sweeps.moments_of`).
+        Their moments for sum rules (`orbitdb.store.reading.fills.moments_of`).
     orbits : mapping of int to int
         Their number of chosen orbits.
     unborn : tuple of int

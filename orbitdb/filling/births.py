@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.filling.fill import cut
-from orbitdb.filling.resuming import Step, Work, resume
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.births.changes import Changes, find_changes
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
 from orbitdb.store.writing.classes import add_changes, add_classes, number_events
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.members import joined_words

@@ -9,9 +9,8 @@ from orbitdb.errors import StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.moment import Moment, reading
-from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.pruning import count_admissible
 
 Found = TypeVar("Found", Fill, Sweep)

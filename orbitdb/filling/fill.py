@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Step, Work, resume
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
@@ -27,7 +27,6 @@ from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.members import joined_words

@@ -17,15 +17,14 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Step, Work, resume
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
 from orbitdb.filling.workers import HERE, Task, Workers
 from orbitdb.orbits.sums import Exponents, Tally, exponents
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
 from orbitdb.store.file.tables import run, sweep, sweep_block
+from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import reading
-from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible

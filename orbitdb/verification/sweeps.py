@@ -20,9 +20,9 @@ from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import stadium, sweep, sweep_block
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.fills import Sweep
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES

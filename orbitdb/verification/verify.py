@@ -6,34 +6,44 @@ All words must be there (`orbitdb.verification.completeness`). A stored orbit mu
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import AlteredError
+from orbitdb.extras import load
+from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import EXISTING, Orbits
+from orbitdb.plaintext import several
+from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.reading.moment import Moment, reading
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
 from orbitdb.verification.check import Block, Check, Part, Step, blocks, checked_apart, judged, measured
 from orbitdb.verification.completeness import class_parts, file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.provenance import check_provenance, runs_of_here
-from orbitdb.verification.recomputation import check_against, check_bits, restart
+from orbitdb.verification.recomputation import certify, check_against, check_bits, restart
 from orbitdb.verification.records import record_parts
 from orbitdb.verification.sweeps import check_sweeps
 
 if TYPE_CHECKING:
+    import pandas
+
     from orbitdb.filling.workers import Workers
+
 
 PROMISES = {
     "file": "SQLite finds the file sound",
@@ -192,3 +202,82 @@ def _block(
     radius = np.array([radii[i] for i in proofs])
     allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
     yield measured("radii", labels, radius, allowed)
+
+
+_STARTS_A_SECOND = 800_000
+"""Random starts from which words are solved; a check of all else takes as long as four."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What a verification has found.
+
+    Attributes
+    ----------
+    checks : tuple of Check
+        One for each promise that was looked at.
+
+    Examples
+    --------
+    >>> catalogue.verify(p="2-5")
+    <sound: 22 checks>
+    """
+
+    checks: tuple[Check, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether no check has failed."""
+        return not self.failed
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that have failed."""
+        return tuple(check for check in self.checks if check.failures)
+
+    def __repr__(self) -> str:
+        if self.sound:
+            return f"<sound: {several(len(self.checks), 'check')}>"
+        told = "; ".join(f"{check.name}: {check.first}" for check in self.failed)
+        return f"<{len(self.failed)} of {several(len(self.checks), 'check')} failed: {told}>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame, one row a check."""
+        frame = load("pandas", "to_pandas()", "pandas").DataFrame(map(asdict, self.checks))
+        return frame.rename(columns={"name": "check"})
+
+
+def verification_steps(
+    path: Path,
+    selections: Sequence[Selection],
+    sample: int | None = None,
+    restarts: int = 0,
+    seed: int = 0,
+    births: bool = False,
+    rigorous: bool = False,
+    again: bool = False,
+    jobs: int | None = None,
+) -> Generator[Step]:
+    """Compute a catalogue again and compare, in processes if it is worth it; then prove its rows if asked to.
+
+    The parameters are those of `orbitdb.verification.verify.verify` and
+    `orbitdb.verification.recomputation.certify`.
+    """
+    with reading(path) as moment:
+        known = 0
+        with suppress(AlteredError):  # it is among what is checked
+            fills = ((each, fill) for each in selections for fill in moment.fills(each.a))
+            known = sum(fill.words for each, fill in fills if each.includes(fill.p))
+        checked = known if sample is None else min(sample, known)
+        with at_work((4 + restarts) * checked / _STARTS_A_SECOND, jobs) as workers:
+            here = workers if workers.jobs > 1 else None
+            yield from verify(moment, selections, sample, restarts, seed, births, here)
+    for selection in selections if rigorous else ():
+        yield from certify(path, selection, sample, seed, again)
+
+
+def told(steps: Iterable[Step], tell: Tell) -> Iterator[Step]:
+    """Pass steps on, and tell how far they are."""
+    for step in steps:
+        tell(step.done, step.total if step.total > 1 else 0, step.stage)
+        yield step

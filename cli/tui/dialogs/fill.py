@@ -16,8 +16,8 @@ from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.store.asking.parsing import periods_up_to
-from orbitdb.store.asking.periods import fillable
+from orbitdb.store.asking.criteria import periods_up_to
+from orbitdb.store.asking.selection import fillable
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root

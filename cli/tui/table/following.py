@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
-from orbitdb.answers.gaps import describe_lacking
+from orbitdb.answers.unfilled import describe_lacking
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.numerals import exact

@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.tui.table.pages import Pages
-from orbitdb.store.asking.confinement import never
-from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
+from orbitdb.store.asking.sql import never
+from orbitdb.store.reading.matching import first_beginning, first_of_period, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 if TYPE_CHECKING:

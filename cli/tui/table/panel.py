@@ -8,7 +8,7 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.answers.gaps import lacking_births, partial_fills, unfilled
+from orbitdb.answers.unfilled import lacking_births, partial_fills, unfilled
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.jumping import Jumping
 from orbitdb.cli.tui.table.paged_table import PagedTable

@@ -15,9 +15,9 @@ import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.store.asking import where as free
-from orbitdb.store.asking.confinement import LONGEST_PATTERN, Patience, confined, heeding
-from orbitdb.store.asking.parsing import unknown_column
+from orbitdb.store.asking.criteria import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding
 from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import Token, meaningful, tokens

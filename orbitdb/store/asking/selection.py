@@ -1,6 +1,6 @@
 """Selection: a chosen subset of a catalogue, which describes itself in words."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -10,6 +10,7 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import STORED, Status
 from orbitdb.plaintext import printable, several, shortened
+from orbitdb.symbols.enumeration import MAX_PERIOD
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""
@@ -128,3 +129,46 @@ def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
         return f"{name} <= {high:g}"
     return f"{name} >= {low:g}" if high is None else f"{low:g} <= {name} <= {high:g}"
+
+
+LEAST_PERIOD = 2
+"""The least number of bounces of an orbit."""
+
+
+def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+    """Return the periods in some ranges in rising order; refuse those that cannot be filled."""
+    found: set[int] = set()
+    for low, high in spans:
+        if (least := min(low, high)) < LEAST_PERIOD:
+            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
+        if (most := max(low, high)) > MAX_PERIOD:
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
+        found.update(range(low, high + 1))
+    return tuple(sorted(found))
+
+
+def written_periods(periods: Sequence[int]) -> str:
+    """Write periods as ranges, such as "periods 2-8, 11"."""
+    return written_spans(joined_spans([(p, p) for p in periods]))
+
+
+def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return ranges of periods in order, with touching and overlapping ones joined."""
+    joined: list[tuple[int, int]] = []
+    for low, high in sorted(spans):
+        if joined and low <= joined[-1][1] + 1:
+            joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def are_many(spans: Sequence[tuple[int, int]]) -> bool:
+    """Tell whether ranges contain more than one period."""
+    return len(spans) > 1 or spans[0][0] < spans[0][1]
+
+
+def written_spans(spans: Sequence[tuple[int, int]]) -> str:
+    """Write ranges of periods, such as "period 4" or "periods 2-8, 11"."""
+    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
+    return f"period{'s' * are_many(spans)} {', '.join(ranges)}"

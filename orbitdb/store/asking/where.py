@@ -1,10 +1,10 @@
-"""SQL expressions over the catalogue: what ``--where`` may do, and for how long.
+"""SQL expressions over the catalogue: what ``--where`` may read and call.
 
 An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries that
 each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is refused
 before SQLite runs any of it. The rest is bounded. No listed function makes a text longer, no subquery
 contains another or a join, so neither the compiled program nor a result can outgrow the catalogue, and a
-query stops after `SECONDS`.
+query stops after `orbitdb.store.asking.sql.SECONDS`.
 """
 
 import sqlite3
@@ -17,13 +17,10 @@ import sqlalchemy as sa
 
 from orbitdb.plaintext import line, shortened
 from orbitdb.store.asking.codes import spelled_out
-from orbitdb.store.asking.parsing import guess
+from orbitdb.store.asking.criteria import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
-
-SECONDS = 60.0
-"""Time limit of a query with a free expression."""
 
 FUNCTIONS = {
     "avg", "count", "max", "min", "sum", "total",
@@ -232,8 +229,6 @@ def refusal(
     elif "no such column" in message:
         meant = guess(message.split()[-1], catalogue.c.keys())
         message = f"{message}; {meant}'orbitdb columns' lists all columns"
-    elif "interrupted" in message:
-        message = f"it took more than {SECONDS:g} s"
     elif "binding" in message:
         message = f"{message.rstrip('.')}: give each name a value with -P name=value"
     elif "user-defined function" in message:

@@ -11,8 +11,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import own_views, refuse_tampered
-from orbitdb.store.file.journal import refuse_foreign
+from orbitdb.store.file.guard import own_views, refuse_foreign, refuse_tampered
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0

@@ -9,6 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
+from orbitdb.orbits.orbit import Status
 from orbitdb.store.file.database import to_read, to_write, waiting
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 
@@ -48,6 +49,22 @@ ENDS = ("born", "dies")
 
 life = view("life", LIFE)
 """The view of the lives of classes."""
+
+
+def pruned_rows(a: float) -> sa.Subquery:
+    """Return the geometrically pruned words with the columns of both views, at one a."""
+    own = {
+        "a": sa.cast(a, sa.REAL),
+        "p": pruned.c.p,
+        "code": pruned.c.word,
+        "word": pruned.c.word,
+        "words": pruned.c.word,
+        "status": sa.literal(Status.GEOMETRIC.value),
+        "rules": pruned.c.rules,
+    }
+    names = {**dict(catalogue.c), **dict(classes.c)}
+    listed = [own.get(name, sa.null()).label(name) for name in names]
+    return sa.select(pruned.c.id, *listed).subquery(catalogue.name)
 
 
 def reading_engine(path: Path) -> sa.Engine:

@@ -12,7 +12,7 @@ from orbitdb.orbits.orbit import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
-from orbitdb.store.reading.chosen import listed, orders_of
+from orbitdb.store.reading.rows import listed, orders_of
 from orbitdb.store.reading.soundness import StoredColumns, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 

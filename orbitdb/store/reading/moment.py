@@ -14,18 +14,17 @@ from orbitdb.column_files import ColumnBlock
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.confinement import CancelledError, never
-from orbitdb.store.asking.parsing import unknown_column
+from orbitdb.store.asking.criteria import unknown_column
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, need_newest, plain_errors
 from orbitdb.store.file.tables import driver, reading_engine
-from orbitdb.store.reading import fills, lives, lookup, question, records, row_blocks, sweeps
-from orbitdb.store.reading.chosen import Chosen
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading import fills, lives, lookup, question, records, rows
+from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.store.reading.rows import Chosen
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
@@ -88,11 +87,11 @@ class Moment:
 
     def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
         """Return the counts and sums of sweeps at one a, of all orbits or of a subset, by period."""
-        return sweeps.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
+        return fills.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
 
     def swept_subsets(self, a: float) -> list[Selection]:
         """Return the subsets, other than all orbits, that are swept at one a."""
-        return sweeps.swept_subsets(self.connection, a)
+        return fills.swept_subsets(self.connection, a)
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return the stored orbit of a primitive word, in the rotation given, or None."""
@@ -113,8 +112,8 @@ class Moment:
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
     ) -> Iterator[ColumnBlock]:
-        """Yield rows of a subset by columns (`orbitdb.store.reading.row_blocks.blocks_of`)."""
-        return row_blocks.blocks_of(self.connection, chosen, names, first, last)
+        """Yield rows of a subset by columns (`orbitdb.store.reading.rows.blocks_of`)."""
+        return rows.blocks_of(self.connection, chosen, names, first, last)
 
     def rows(
         self,
@@ -127,7 +126,7 @@ class Moment:
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one per word."""
         for name in columns:
-            if name not in row_blocks.COLUMNS:
+            if name not in rows.COLUMNS:
                 raise unknown_column(name, COLUMNS)
         most = None if limit is None else min(limit + offset, _ALL)
         chosen = self.choose(selection, order, most=most, cancelled=cancelled)

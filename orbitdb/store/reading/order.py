@@ -1,4 +1,4 @@
-"""The order of rows: classes in SQL, single words by text or symmetry element."""
+"""The order of single words: by text, symmetry element, or columns of their classes."""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -9,8 +9,8 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.reading.chosen import ALL, Chosen, orders_of
-from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
+from orbitdb.store.reading.matching import long_words, stabilisers_of_classes
+from orbitdb.store.reading.rows import ALL, Chosen, orders_of
 from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
@@ -23,27 +23,6 @@ STEP = 1 << 17
 """Classes or rows at a time."""
 
 Texts = NDArray[np.int64]
-
-
-def order_of_classes(
-    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
-) -> list[sa.ColumnElement[Any]]:
-    """Return the SQL order of classes; empty for the natural order, which the views have already.
-
-    The rows have the keys (columns of classes), ``p``, ``least`` (the representative), and ``coded``, four
-    times the id plus less than 4. Each key maps to whether it falls. `mixed` says that there may be pruned
-    words or words without a key, whose ids do not rise with the period.
-    """
-    natural: list[sa.ColumnElement[Any]] = [rows.coded]
-    if mixed:
-        number = sa.func.abs(rows.coded)
-        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
-        keys = keys or {"p": False}
-    elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # because ids rise with the period
-    # empty fields last; NULL is SQLite's least value, so falling orders need nothing more
-    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
-    return [*sorting, *natural] if keys else []
 
 
 def in_order_of_words(

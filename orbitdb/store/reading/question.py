@@ -8,7 +8,7 @@ Geometrically pruned words have no class. They count only if the selection names
 """
 
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 from typing import Any, cast
@@ -17,16 +17,15 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.columns import kind_of
 from orbitdb.orbits.orbit import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
-from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sql import never
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
-from orbitdb.store.reading.chosen import Chosen, Masks
-from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order import in_order_of_words, order_of_classes
+from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
+from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
+from orbitdb.store.reading.order import in_order_of_words
+from orbitdb.store.reading.rows import Chosen, Masks, as_array
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
@@ -116,7 +115,28 @@ def _query(
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
     outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
     mixed = Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection)
-    return sa.select(*outputs).order_by(*order_of_classes(rows, keys, mixed))
+    return sa.select(*outputs).order_by(*_order_of_classes(rows, keys, mixed))
+
+
+def _order_of_classes(
+    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
+) -> list[sa.ColumnElement[Any]]:
+    """Return the SQL order of classes; empty for the natural order, which the views have already.
+
+    The rows have the keys (columns of classes), ``p``, ``least`` (the representative), and ``coded``, four
+    times the id plus less than 4. Each key maps to whether it falls. `mixed` says that there may be pruned
+    words or words without a key, whose ids do not rise with the period.
+    """
+    natural: list[sa.ColumnElement[Any]] = [rows.coded]
+    if mixed:
+        number = sa.func.abs(rows.coded)
+        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
+        keys = keys or {"p": False}
+    elif [*keys.items()][-1:] == [("p", False)]:
+        keys = dict([*keys.items()][:-1])  # because ids rise with the period
+    # empty fields last; NULL is SQLite's least value, so falling orders need nothing more
+    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
+    return [*sorting, *natural] if keys else []
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
@@ -144,22 +164,6 @@ def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement
     return known[name] if name in known else sa.null()
 
 
-def pruned_rows(a: float) -> sa.Subquery:
-    """Return the geometrically pruned words with the columns of both views, at one a."""
-    own = {
-        "a": sa.cast(a, sa.REAL),
-        "p": pruned.c.p,
-        "code": pruned.c.word,
-        "word": pruned.c.word,
-        "words": pruned.c.word,
-        "status": sa.literal(Status.GEOMETRIC.value),
-        "rules": pruned.c.rules,
-    }
-    names = {**dict(catalogue.c), **dict(classes.c)}
-    listed = [own.get(name, sa.null()).label(name) for name in names]
-    return sa.select(pruned.c.id, *listed).subquery(catalogue.name)
-
-
 def _has_long(connection: sa.Connection) -> bool:
     return connection.scalar(sa.select(sa.exists().where(cycle.c.id >= LONG))) or False
 
@@ -176,8 +180,3 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
     if not parts:
         return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
-
-
-def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return values of a column: numbers with NaN for NULL, all others as objects."""
-    return np.array(values, np.float64 if kind_of(name) == "number" else object)

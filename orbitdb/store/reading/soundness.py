@@ -11,6 +11,7 @@ from orbitdb.arrays import Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable, shortened
+from orbitdb.symbols.members import STABILISER_OF
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings
 
@@ -111,3 +112,10 @@ def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
     if not (np.abs(places) < _FAR).all():
         raise unsound("coordinates that no stadium has, of orbits of period", p)
     return places
+
+
+def stabiliser_of(symmetry: str) -> int:
+    """Return the stabiliser for a symmetry label."""
+    if symmetry not in STABILISER_OF:
+        raise unsound("not a symmetry:", symmetry)
+    return STABILISER_OF[symmetry]

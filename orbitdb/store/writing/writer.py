@@ -16,8 +16,7 @@ from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import StoreError
 from orbitdb.store.file.database import plain_errors
-from orbitdb.store.file.guard import renew_views
-from orbitdb.store.file.journal import COUNT_COMMIT, Place, beside, place
+from orbitdb.store.file.guard import COUNT_COMMIT, Place, beside, place, renew_views
 from orbitdb.store.file.tables import (
     driver,
     entropy_bound,
