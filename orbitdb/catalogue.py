@@ -577,14 +577,14 @@ class Catalogue:
         >>> [fill.n_c for fill in own.fill("2-5")]
         [1, 8, 32, 48]
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.fill import fill
 
         at, wanted, single = self._at(a), _periods(periods), list(words)
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if wanted:
             with telling(progress, "fill") as tell:
-                make.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+                fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
         return [fill for fill in self.fills(at) if fill.p in wanted]
@@ -609,11 +609,11 @@ class Catalogue:
 
         The parameters are those of `fill`.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.births import find_births
 
         wanted = _periods(periods)
         with telling(progress, "births") as tell:
-            make.births(self.path, wanted, jobs, tell)
+            find_births(self.path, wanted, jobs, tell)
         return [each for each in self.birth_fills() if each.p in wanted]
 
     @with_criteria
@@ -643,11 +643,11 @@ class Catalogue:
         SelectionError
             If the subset cannot be swept.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.sweeps import sweep
 
         chosen, wanted = self._chosen(selection, criteria), _periods(periods)
         with telling(progress, "sweep") as tell:
-            make.sweep(self.path, chosen, wanted, jobs, workers, tell)
+            sweep(self.path, chosen, wanted, jobs, workers, tell)
         return [each for each in self.sweeps(chosen.a, chosen) if each.p in wanted]
 
     def simulate(

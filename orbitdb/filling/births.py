@@ -13,21 +13,36 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.filling.fill import cut
-from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work
 from orbitdb.orbits.births.changes import Changes, find_changes
+from orbitdb.progress import Tell, nobody
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.classes import add_changes, add_classes, number_events
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.members import joined_words
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17
 """Approximate number of words in a block, some seconds of work."""
+
+_WORDS_A_SECOND = 40_000
+"""Approximate number of words whose births are found in a second."""
+
+
+def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
+    """Find the births and deaths of all classes of some periods."""
+    totals = {p: count_admissible(p) for p in periods}
+    with reading(path) as moment:
+        known = sum(each.words for each in moment.birth_fills() if each.p in totals)
+    with at_work((sum(totals.values()) - known) / _WORDS_A_SECOND, jobs) as workers:
+        run_steps(fill_births(path, periods, workers), "births", totals, tell, known)
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:

@@ -4,7 +4,7 @@ A period is cut into blocks, which any process can enumerate and solve. The resu
 input alone, so it is the same wherever and in whatever order blocks are solved.
 """
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,12 +18,15 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.errors import InputError
+from orbitdb.filling.estimate import check_room, need
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
 from orbitdb.orbits.relaxation import relax
-from orbitdb.store.file.tables import fill
+from orbitdb.progress import Tell, nobody
+from orbitdb.store.file import tables
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
@@ -127,6 +130,38 @@ def cut_into_blocks(
 _LAST_FULL_MASK = 64
 
 
+def fill(
+    path: Path,
+    a: float,
+    periods: Sequence[int],
+    jobs: int | None = None,
+    workers: Workers | None = None,
+    geometric: bool = False,
+    method: str = "newton",
+    tell: Tell = nobody,
+) -> None:
+    """Fill periods at one a, if asked with their geometrically pruned words.
+
+    Raises
+    ------
+    InputError
+        If the method cannot be used.
+    StoreError
+        If the disk has too little room, or the file cannot be written.
+    """
+    if method not in METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    coming = need(path, a, periods, workers.jobs if workers else jobs or cores(), method)
+    check_room(path, coming)
+    with at_work(coming.alone, jobs, workers) as solving:
+        words = {p: count_admissible(p) for p in periods}
+        steps = fill_periods(path, a, periods, method, solving)
+        run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
+        if geometric:
+            words = {p: count_primitive(p) for p in periods}
+            run_steps(fill_geometric(path, periods), "pruned words", words, tell)
+
+
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Step]:
@@ -170,7 +205,7 @@ class _Fill(Work):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         if classes.classes_stored(connection, p):
             self.known.add(p)
-        return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
+        return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p

@@ -8,7 +8,7 @@ can be stopped at any moment, even by a kill, and resumes there.
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
+from orbitdb.progress import Tell
 from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span
@@ -201,3 +202,18 @@ def _close(work: Work, cursor: Cursor) -> None:
     with work.writer.writing() as connection:
         hold(connection, cursor)
         close(connection, cursor, {**values, **work.closing(connection, cursor)})
+
+
+def run_steps(
+    steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0
+) -> None:
+    """Run a fill, a sweep or births, and report progress over all its periods.
+
+    `totals` has the number of words of each period; `known` words were stored before.
+    """
+    total = sum(totals.values())
+    with closing(steps):
+        tell(known, total, what)
+        for step in steps:
+            before = sum(count for p, count in totals.items() if p < step.p)
+            tell(before + step.words, total, f"{what}, p = {step.p:>2} of {max(totals)}")

@@ -1,6 +1,6 @@
 """Sweep periods: enumerate, solve and add up block by block, and store only counts and sums."""
 
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -17,12 +17,15 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.filling.estimate import sweep_need
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
 from orbitdb.orbits.sums import Exponents, Tally, exponents
+from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
-from orbitdb.store.file.tables import run, sweep, sweep_block
+from orbitdb.store.file import tables
+from orbitdb.store.file.tables import run, sweep_block
 from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer
@@ -37,6 +40,22 @@ CLASSES = 1 << 15
 
 SMALL = 200_000
 """Up to this many words, a period is swept in this process; others would start too late to help."""
+
+
+def sweep(
+    path: Path,
+    chosen: Selection,
+    periods: Sequence[int],
+    jobs: int | None = None,
+    workers: Workers | None = None,
+    tell: Tell = nobody,
+) -> None:
+    """Sweep periods, and sum over chosen orbits at the a of the selection."""
+    coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
+    with at_work(coming.alone, jobs, workers) as solving:
+        words = {p: count_admissible(p) for p in periods}
+        steps = sweep_periods(path, chosen.a, periods, solving, chosen)
+        run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
 
 
 def sweep_periods(
@@ -94,7 +113,7 @@ class _Sweep(Work):
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
         own = {"stadium": stadium, "p": p, "selection": self.selection}
-        return open_cursor(connection, sweep, **own, moments=moments)
+        return open_cursor(connection, tables.sweep, **own, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period by its length alone, so that the sums over blocks always come out the same."""
