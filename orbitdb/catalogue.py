@@ -340,7 +340,7 @@ class Catalogue:
         >>> catalogue.table(p="2-4")["N_c"]
         [1, 8, 32]
         """
-        from orbitdb.answers.averaged import table
+        from orbitdb.answers.entropy import table
 
         with self._question(selection, criteria) as (moment, chosen):
             return table(moment, chosen)
@@ -356,7 +356,7 @@ class Catalogue:
         >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
         [1.1629, 1.1611]
         """
-        from orbitdb.answers.averaged import entropy
+        from orbitdb.answers.entropy import entropy
 
         with self._question(selection, criteria) as (moment, chosen):
             return entropy(moment, chosen)
@@ -386,7 +386,7 @@ class Catalogue:
         InputError
             If weight or cut cannot be used.
         """
-        from orbitdb.answers.averaged import lyapunov
+        from orbitdb.answers.lyapunov import lyapunov
 
         with self._question(selection, criteria) as (moment, chosen):
             return lyapunov(moment, chosen, weight, cut)

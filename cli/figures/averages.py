@@ -5,8 +5,8 @@ from dataclasses import replace
 import typer
 from matplotlib.figure import Figure
 
-from orbitdb.answers.averaged import entropy, lyapunov
-from orbitdb.answers.methods import EXPONENTS
+from orbitdb.answers.entropy import entropy
+from orbitdb.answers.lyapunov import EXPONENTS, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.cli.render import note
 from orbitdb.plots import curves

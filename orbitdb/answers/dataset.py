@@ -19,7 +19,8 @@ from typing import Any, NamedTuple
 import sqlalchemy as sa
 
 from orbitdb import __version__
-from orbitdb.answers.averaged import lyapunov, table
+from orbitdb.answers.entropy import table
+from orbitdb.answers.lyapunov import lyapunov
 from orbitdb.answers.spectrum import stored_levels
 from orbitdb.column_files import write_parquet
 from orbitdb.columns import EVERY, WRITTEN, kind_of

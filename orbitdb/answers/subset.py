@@ -250,7 +250,7 @@ class Subset(ByValue):
 
     def entropy(self) -> "Result":
         """Return the topological entropy of these orbits by period (`Catalogue.entropy`)."""
-        from orbitdb.answers.averaged import entropy_of_rows
+        from orbitdb.answers.entropy import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
@@ -259,7 +259,7 @@ class Subset(ByValue):
 
         (``lyapunov`` is the column with their lambda.)
         """
-        from orbitdb.answers.averaged import lyapunov_of_rows
+        from orbitdb.answers.lyapunov import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
@@ -268,7 +268,7 @@ class Subset(ByValue):
 
         N_t counts words of any status.
         """
-        from orbitdb.answers.averaged import table_of_rows
+        from orbitdb.answers.entropy import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 

@@ -7,14 +7,17 @@ along them.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers.counts import Counted
-from orbitdb.answers.unfilled import without_births
+from orbitdb.answers.unfilled import gaps, nothing, without_births
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
+from orbitdb.averages import by_period
+from orbitdb.averages.by_period import faults_of
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_divisors, missing_periods
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
@@ -186,6 +189,35 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
     spans = tuple((p, p) for p in whole) or ((0, 0),)
     classes = read_classes(moment, replace(selection, periods=spans))
     return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
+
+
+def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
+    """Return the chosen classes of whole periods, None without any; add notes on what is left out."""
+    subset = read_whole(moment, chosen, swept)
+    notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
+        return subset
+    notes += nothing(moment, subset.selection, swept=bool(subset.swept))
+    return None
+
+
+def told_missing(
+    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
+) -> tuple[str, ...]:
+    """Name the periods that the zeta function or the sums over fixed points lack."""
+    divided = [
+        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
+        for p in periods
+        if (gone := missing_divisors(p, periods))
+    ]
+    zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
+    return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))
+
+
+def rows_of(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
+    """Keep the rows of whole periods."""
+    kept = [place for place, p in enumerate(columns["p"]) if p in periods]
+    return {name: [values[place] for place in kept] for name, values in columns.items()}
 
 
 def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:

@@ -8,11 +8,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import own_views, refuse_foreign, refuse_tampered
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -159,6 +163,39 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
         return connection
 
     return connect
+
+
+def reading_engine(path: Path) -> "sa.Engine":
+    """Return an engine that cannot write (`to_read`)."""
+    return _engine(to_read(path), "BEGIN")
+
+
+def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
+    """Return an engine whose transactions take the write lock at once (`to_write`).
+
+    A fill skips the check of references: they are keys of words, and random lookups would take a third of its
+    time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def driver(connection: "sa.Connection") -> sqlite3.Connection:
+    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> "sa.Engine":
+    import sqlalchemy as sa  # takes a quarter of a second
+
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+
+    @sa.event.listens_for(engine, "begin")
+    def take_lock(connection: "sa.Connection") -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine
 
 
 def waiting(ask: Callable[[], object]) -> None:

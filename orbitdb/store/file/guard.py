@@ -23,13 +23,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.schema import TABLES, VIEWS
+from orbitdb.store.file.schema import REVISIONS, TABLES, VIEWS
 from orbitdb.store.file.tokens import meaningful
 
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 
 _OURS = {("table", name): text.split() for name, text in TABLES.items()}
 """The tables of a catalogue, each as the words of its statement."""
+
+_KNOWN = _OURS | {("table", "alembic_version"): REVISIONS.split()}
 
 
 class TamperedError(StoreError):
@@ -52,7 +54,7 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
     """
     schema = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
     found = {(kind, name): (text or "").split() for kind, name, text in schema}
-    others = [row for row in schema if _OURS.get(row[:2]) != found[row[:2]]]
+    others = [row for row in schema if _KNOWN.get(row[:2]) != found[row[:2]]]
     faults = [f"{kind} {name}" for kind, name, text in others if _acts(kind, text or "")]
     if newest and not faults:
         faults = [" ".join(which) for which in _OURS if _OURS[which] != found.get(which)]
@@ -92,6 +94,8 @@ def _acts(kind: str, text: str) -> bool:
     """Tell whether a part of a schema is active, that is, runs without being asked."""
     if kind not in ("table", "index"):
         return kind != "view"
+    if not text:  # the index of a constraint
+        return False
     found = meaningful(text)
     computes = any(one.keyword == "DEFAULT" and behind.text == "(" for one, behind in pairwise(found))
     if computes or any(token.keyword in _ACTIVE for token in found):

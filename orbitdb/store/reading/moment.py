@@ -19,8 +19,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.tables import driver, reading_engine
+from orbitdb.store.file.database import default_path, driver, need_newest, plain_errors, reading_engine
 from orbitdb.store.reading import fills, lives, lookup, question, records, rows
 from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life
