@@ -1,7 +1,6 @@
 """The order of single words: by text, symmetry element, or columns of their classes."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,6 @@ from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_RANGES, _SAMPLED = 64, 64
-"""Number of ranges that rows are sorted in, and the sampling step for the quantiles between them."""
 
 STEP = 1 << 17
 """Classes or rows at a time."""
@@ -26,13 +23,12 @@ Texts = NDArray[np.int64]
 
 
 def in_order_of_words(
-    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool], most: int | None = None
+    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
 ) -> NDArray[np.uint32]:
     """Return the order of the words of a subset by columns, at least one of them of single words.
 
     The subset is in the natural order, with the values of all keys of classes. Each key maps to whether it
-    falls. Words too long for a key are read from the connection. If only `most` rows are wanted, later ones
-    can be in any order.
+    falls. Words too long for a key are read from the connection.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
@@ -44,7 +40,7 @@ def in_order_of_words(
             arrays.append(_elements(connection, chosen, falls))
         else:
             arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
-    return np.lexsort(arrays[::-1]).astype(np.uint32) if len(arrays) > 1 else _order(arrays[0], most)
+    return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
@@ -54,36 +50,6 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
     _, found = np.unique(values[~missing], return_inverse=True)
     ranks[~missing] = -found if falling else found
     return ranks
-
-
-def _order(values: NDArray[Any], most: int | None) -> NDArray[np.uint32]:
-    """Return the stable order of numbers, sorted range by range.
-
-    Besides the numbers, only the order is in memory as a whole.
-    """
-    sample = np.sort(values[::_SAMPLED])
-    bounds = sample[:: len(sample) // _RANGES + 1]
-    starts = range(0, len(values), STEP)
-    counts = np.zeros((len(bounds) + 1, len(starts)), dtype=np.int64)
-    for step, start in enumerate(starts):
-        counts[:, step] = np.bincount(_ranges(values, bounds, start), minlength=len(counts))
-    ends = np.cumsum(counts).reshape(counts.shape)  # in the order
-    order = np.empty(len(values), dtype=np.uint32)
-    for step, start in enumerate(starts):
-        rows = (start + _ranges(values, bounds, start).argsort(kind="stable")).astype(np.uint32)
-        for number, some in enumerate(np.split(rows, counts[:-1, step].cumsum())):
-            order[ends[number, step] - len(some) : ends[number, step]] = some
-    for first, end in pairwise([0, *ends[:, -1:].ravel().tolist()]):
-        if most is not None and first >= most:
-            break
-        rows = order[first:end]
-        order[first:end] = rows[np.argsort(values[rows], kind="stable")]
-    return order
-
-
-def _ranges(values: NDArray[Any], bounds: NDArray[Any], start: int) -> NDArray[np.uint8]:
-    """Return the range between bounds of each number of a step."""
-    return np.searchsorted(bounds, values[start : start + STEP], side="right").astype(np.uint8)
 
 
 def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:

@@ -96,7 +96,7 @@ def choose(
     kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
-    return replace(found, rows=in_order_of_words(connection, found, keys, most)) if by_words else found
+    return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 
 def _places(
