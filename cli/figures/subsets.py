@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.answers import whole_periods
-from orbitdb.answers.subset import read_subset
+from orbitdb.answers.select import read_subset
 from orbitdb.answers.unfilled import complete_length
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING

@@ -77,13 +77,7 @@ class Result(ByValue):
         return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a pandas data frame with the columns of the JSON output.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pandas is not installed (extra ``pandas``).
-        """
+        """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
         frame = load("pandas", "to_pandas()", "pandas").DataFrame(dict(self.columns))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
@@ -91,7 +85,7 @@ class Result(ByValue):
     def plot(
         self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw averages by period with matplotlib, as in the paper's Figs. 5 and 6.
+        """Draw averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
 
         Parameters
         ----------
@@ -100,16 +94,10 @@ class Result(ByValue):
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
 
-        Returns
-        -------
-        matplotlib.axes.Axes
-
         Raises
         ------
         ValueError
             If the result has no such averages.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
         drawn: str | None = kind or next(iter(known), None)

@@ -5,14 +5,17 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.orbit import EXISTING, Orbit
 from orbitdb.orbits.svg import small_svg
 from orbitdb.plaintext import shortened
+from orbitdb.store.reading.rows import COORDINATES
 
 if TYPE_CHECKING:
     import pandas
@@ -29,6 +32,25 @@ _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
 
 Columns = Mapping[str, Column]
 """Columns by name; None or NaN for a missing value."""
+
+
+def columns_of(
+    a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
+) -> dict[str, Column]:
+    """Return the columns of a subset from its arrays, with None for what a word without a class lacks."""
+    classless = (arrays["representative"] == "").tolist()
+    columns: dict[str, Column] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
+    for name, values in arrays.items():
+        kind = kind_of(name)
+        if kind == "text":
+            columns[name] = [text or None for text in values.tolist()]
+        elif kind == "integer" and name != "p":
+            columns[name] = [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
+        else:
+            columns[name] = values
+    if coordinates is not None:
+        columns[COORDINATES] = [None if np.isnan(x[0]) else x for x in coordinates[: len(codes)]]
+    return columns
 
 
 def to_pandas(columns: Columns) -> "pandas.DataFrame":
@@ -56,7 +78,10 @@ def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return a table of some orbits, with a title and the number of those not shown."""
+    """Return a table of some orbits with small pictures, a title and the number of those not shown.
+
+    Orbits whose coordinates were not read are solved for their pictures.
+    """
     if not orbits:
         return f"<p>{escape(title)}</p>"
     head = _cells("th", _HEADINGS)
@@ -68,8 +93,12 @@ def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
 
 
 def _row(orbit: Orbit) -> str:
-    points = orbit.points
-    picture = "" if points is None or orbit.p > MOST_BOUNCES else small_svg(Stadium(orbit.a), points)
+    points, stadium = None, Stadium(orbit.a)
+    if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
+        from orbitdb.orbits.single_word import solve_word  # loads the solver
+
+        points = (orbit if orbit.coordinates is not None else solve_word(orbit.code, stadium)).points
+    picture = "" if points is None else small_svg(stadium, points)
     texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
              str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip

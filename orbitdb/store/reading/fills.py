@@ -1,7 +1,7 @@
 """Fills and sweeps: their progress, and the counts and sums of finished periods."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
@@ -165,8 +165,8 @@ class Sweep:
     blocks: int
     seconds: float
     processor: float
-    sums: "PeriodSums | None"
-    moments: "Mapping[int, TiltMoments]"
+    sums: "PeriodSums | None" = field(repr=False)
+    moments: "Mapping[int, TiltMoments]" = field(repr=False)
     selection: str = ""
 
     @property
