@@ -719,7 +719,7 @@ class Catalogue:
         asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
         proofs: list[Any] | None = [] if balls else None
         with telling(progress, "bounds") as tell:
-            *_, last = records.bounds(self.path, [at], limits, proofs, 1, tell, asked)
+            *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
         return last
 
     def fill_levels(
@@ -748,7 +748,7 @@ class Catalogue:
 
         at = Stadium(self._at(a))
         with telling(progress, "levels") as tell:
-            found = records.levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
+            found = records.find_levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
         return Levels.joined(at.a, k_min, k_max, found)
 
     def levels(

@@ -284,7 +284,8 @@ class Subset(ByValue):
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
         paths = load("orbitdb.plots.paths", "plot()", "plot")
-        draw, what = paths.draw_staircase, (orbits.length, np.ones(len(orbits)))
+        draw = paths.draw_staircase
+        what: tuple[Any, ...] = (orbits.length, np.ones(len(orbits)))
         if kind == "sheet":
             if orbits.coordinates is None:
                 raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")

@@ -19,7 +19,7 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Result, Task, Workers, answered, begun_ahead
+from orbitdb.filling.workers import Answer, Task, Workers, answered, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -72,7 +72,7 @@ class Cluster(Workers):
     ) -> None:
         self._client.close()  # the scheduler drops the blocks in progress
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order.
 
         Raises

@@ -13,7 +13,7 @@ from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.moment import Moment, reading
 from orbitdb.symbols.pruning import count_admissible
 
-Found = TypeVar("Found", Fill, Sweep)
+Record = TypeVar("Record", Fill, Sweep)
 
 LARGE = 1_000_000
 """From this many words on, a fill begins with an estimate."""
@@ -99,7 +99,7 @@ def sweep_need(
     return Need(words, 0, rate * words / jobs, rate * words)
 
 
-def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Found]]) -> dict[float, list[Found]]:
+def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dict[float, list[Record]]:
     """Return the records of a catalogue by a; none without a catalogue of the newest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}

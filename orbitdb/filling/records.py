@@ -57,7 +57,7 @@ def keep_simulated(path: Path, a: float, found: Reference) -> None:
         add_reference(writer, a, found)
 
 
-def levels(
+def find_levels(
     path: Path | None,
     stadium: Stadium,
     low: float,
@@ -95,7 +95,7 @@ def levels(
     return found
 
 
-def bounds(
+def find_bounds(
     path: Path | None,
     values: Sequence[float],
     limits: Limits,

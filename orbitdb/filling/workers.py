@@ -23,7 +23,7 @@ from orbitdb import __version__
 from orbitdb.errors import WorkError
 
 Begun = TypeVar("Begun")
-Result = TypeVar("Result")
+Answer = TypeVar("Answer")
 
 _AHEAD = 2
 """Blocks in progress for each worker, so that none waits for the writer."""
@@ -39,7 +39,7 @@ _DEATHS = 3
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
-Task: TypeAlias = Callable[[], Result]
+Task: TypeAlias = Callable[[], Answer]
 """Solves a block; pickled to another process, which returns its result."""
 
 
@@ -54,7 +54,7 @@ class Workers:
 
     jobs = 1
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order."""
         return (block() for block in blocks)
 
@@ -81,7 +81,7 @@ def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Be
     yield from waiting
 
 
-def answered(version: str, result: Result) -> Result:
+def answered(version: str, result: Answer) -> Answer:
     """Return the result of a worker of this version.
 
     Raises
@@ -132,7 +132,7 @@ class Processes(Workers):
             process.end()
         self._threads.shutdown(cancel_futures=True)
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order.
 
         Raises

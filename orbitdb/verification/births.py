@@ -38,8 +38,8 @@ from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import (
     Block,
     Check,
+    Checked,
     Part,
-    Step,
     blocks,
     is_chosen,
     judged,
@@ -64,13 +64,13 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
 
     Every period with changes needs a row in `birth_fill`.
     """
-    fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
+    fills = [fill for fill in audit.fill_rows(connection) if fill["state"] == DONE]
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
     unknown = sa.select(cycle.c.p).join_from(change, cycle).where(~known).distinct().order_by(cycle.c.p)
     for p in connection.scalars(unknown).all():
         yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
     for found in whole_births(connection, selections):
-        rows = audit.changes(connection, found.p)
+        rows = audit.change_rows(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]
         yield listed("births", len(rows), wrong)
         for fill in fills:
@@ -138,14 +138,14 @@ def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str
             yield f"{name} is {value} from births"
 
 
-def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Step]:
+def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
     """Prove that periods with complete births lack none; yield block by block.
 
     The checks count proved classes as rows of ``lives``, and classes for which the cells become too small as
     rows of ``undecided``.
     """
     for found in periods:
-        changes = groupby(audit.changes(connection, found.p), key=lambda row: str(row.word))
+        changes = groupby(audit.change_rows(connection, found.p), key=lambda row: str(row.word))
         every = [(word, _known(rows)) for word, rows in changes]
         classes = [every[i] for i in sound_words([word for word, _ in every], found.p)]
         for start in range(0, len(classes), BLOCK):
@@ -156,7 +156,7 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
             proved = judged("lives", words, verdict == Verdict.WRONG)
             checks = [replace(proved, rows=len(words) - unknown)]
             checks += [Check("undecided", unknown)] * (unknown > 0)
-            yield Step(f"missing births, p = {found.p}", start + len(block), len(classes), tuple(checks))
+            yield Checked(f"missing births, p = {found.p}", start + len(block), len(classes), tuple(checks))
 
 
 def _known(rows: Iterable[Any]) -> list[KnownChange]:

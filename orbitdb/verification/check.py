@@ -60,7 +60,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Step:
+class Checked:
     """Result of one step of a verification.
 
     Attributes
@@ -127,7 +127,7 @@ class Part:
     find : callable
         Checks the part through a connection.
     done, total : int
-        As in `Step`.
+        As in `Checked`.
     """
 
     stage: str
@@ -135,7 +135,7 @@ class Part:
     done: int = 0
     total: int = 1
 
-    def checked(self, connection: sa.Connection) -> Step:
+    def checked(self, connection: sa.Connection) -> Checked:
         """Return the checks of the part, up to the first unreadable value."""
         found: list[Check] = []
         try:
@@ -143,10 +143,10 @@ class Part:
         except (AlteredError, InputError) as error:
             what = error.what if isinstance(error, AlteredError) else error
             found.append(Check("reading", 1, 1, first=f"{self.stage}: {what}"))
-        return Step(self.stage, self.done, self.total, tuple(found))
+        return Checked(self.stage, self.done, self.total, tuple(found))
 
 
-def checked_apart(path: Path, part: Part) -> Step:
+def checked_apart(path: Path, part: Part) -> Checked:
     """Check a part in the file as it is now; the rows of a class never change."""
     with reading(path) as moment:
         return part.checked(moment.connection)

@@ -40,8 +40,6 @@ from orbitdb.symbols.words import (
 from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, single
 from orbitdb.verification.provenance import parameters_of
 
-Row = tuple[Any, ...]
-
 
 def file_parts(selections: Sequence[Selection]) -> list[Part]:
     """Return the parts that check the file and the counts of the chosen periods, the longest first."""
@@ -69,7 +67,7 @@ def _elements(connection: sa.Connection) -> Iterator[Check]:
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
     """Check the number of words of every period, and the counts of every fill."""
-    fills, births = audit.fills(connection), birth_fills(connection)
+    fills, births = audit.fill_rows(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
     done = {row["p"] for row in fills if row["state"] == DONE} | {each.p for each in births if each.whole}
@@ -203,7 +201,7 @@ def _id(word: str, of_pruned: bool, stored: int) -> int:
     return min(stored, -LONG) if of_pruned else max(stored, LONG)
 
 
-def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
+def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
     """Yield what rows of the classes of some words must have behind their ids."""
     if p > MAX_KEYED:
         families = [symmetry.class_of(word) for word in words]
@@ -227,7 +225,7 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
         )
 
 
-def _pruned_rows(words: Sequence[str], p: int) -> Iterator[Row | None]:
+def _pruned_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...] | None]:
     """Yield what rows of some words must have behind their ids if they are pruned; None for others."""
     symbols = from_strings(words)
     masks, primitive = rules_broken(symbols).tolist(), are_primitive(symbols).tolist()

@@ -31,7 +31,7 @@ from orbitdb.store.reading.audit import (
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.check import Check, Step, blocks, judged, measured
+from orbitdb.verification.check import Check, Checked, blocks, judged, measured
 from orbitdb.verification.invariants import rounding_of_places, with_bounds
 
 if TYPE_CHECKING:
@@ -146,7 +146,7 @@ _SHARP = 512
 
 def certify(
     path: Path, selection: Selection, sample: int | None = None, seed: int = 0, again: bool = False
-) -> Generator[Step]:
+) -> Generator[Checked]:
     """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
 
     Every batch is stored in one transaction; an interrupted certification resumes where it was.
@@ -163,7 +163,7 @@ def certify(
 
     Yields
     ------
-    Step
+    Checked
         After every stored batch.
     """
     source = Reader(path)
@@ -185,7 +185,7 @@ def certify(
                 ids = block.ids.tolist()
                 replace_certificates(writer, connection, number, ids, proved, __version__)
             check = replace(check, first=check.first and f"{check.first} at a = {exact(selection.a)}")
-            yield Step(
+            yield Checked(
                 f"proofs at a = {exact(selection.a)}, p = {block.p}", block.done, block.total, (check,)
             )
 

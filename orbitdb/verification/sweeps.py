@@ -95,7 +95,7 @@ def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Select
 def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
     """Yield other counts of a period: from its fill, and from births if all orbits are swept."""
     a, p = subset.a, swept.p
-    for fill in audit.fills(moment.connection):
+    for fill in audit.fill_rows(moment.connection):
         if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
             yield _stored(moment, subset) if swept.selection else fill
     if not swept.selection and p in {each.p for each in moment.birth_fills() if each.whole}:

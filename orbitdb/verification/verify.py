@@ -31,7 +31,7 @@ from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classe
 from orbitdb.store.reading.moment import Moment, reading
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
-from orbitdb.verification.check import Block, Check, Part, Step, blocks, checked_apart, judged, measured
+from orbitdb.verification.check import Block, Check, Checked, Part, blocks, checked_apart, judged, measured
 from orbitdb.verification.completeness import class_parts, file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.provenance import check_provenance, runs_of_here
@@ -85,7 +85,7 @@ PROMISES = {
 """The checks, in the order of the report."""
 
 
-def report(steps: Iterable[Step]) -> list[Check]:
+def report(steps: Iterable[Checked]) -> list[Check]:
     """Join the checks of all steps by name, in order."""
     found: dict[str, Check] = {}
     for step in steps:
@@ -102,7 +102,7 @@ def verify(
     seed: int = 0,
     missing_births: bool = False,
     workers: "Workers | None" = None,
-) -> Generator[Step]:
+) -> Generator[Checked]:
     """Compute a catalogue again and compare.
 
     Parameters
@@ -127,7 +127,7 @@ def verify(
 
     Yields
     ------
-    Step
+    Checked
         After every block of rows, so that memory is bounded.
 
     Raises
@@ -257,7 +257,7 @@ def verification_steps(
     rigorous: bool = False,
     again: bool = False,
     jobs: int | None = None,
-) -> Generator[Step]:
+) -> Generator[Checked]:
     """Compute a catalogue again and compare, in processes if it is worth it; then prove its rows if asked to.
 
     The parameters are those of `orbitdb.verification.verify.verify` and
@@ -276,7 +276,7 @@ def verification_steps(
         yield from certify(path, selection, sample, seed, again)
 
 
-def told(steps: Iterable[Step], tell: Tell) -> Iterator[Step]:
+def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
     """Pass steps on, and tell how far they are."""
     for step in steps:
         tell(step.done, step.total if step.total > 1 else 0, step.stage)

@@ -9,11 +9,10 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.errors import StoreError
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.criteria import unknown_column
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -22,22 +21,18 @@ from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import Token, meaningful, tokens
 from orbitdb.symbols.patterns import Factor, Like, Pattern
-from orbitdb.symbols.pruning import RULES
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
 
-Columns: TypeAlias = sa.ColumnCollection[str, Any]
-
 NEAR = 2.0
 """Within this many errors of a change, its place does not decide the status of a word."""
 
-_RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
 def conditions_of(
-    selection: Selection, view: Columns = catalogue.c
+    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
     """Return a selection without `contains` as conditions on a view or on columns of the same names.
 
@@ -91,14 +86,6 @@ def answering(
     if selection.where is None:
         return heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
-
-
-def rules_of(text: str | None) -> list[int]:
-    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
-    parts = text.split(",") if text else []
-    if not all(part in _RULES for part in parts):
-        raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
-    return [int(part) for part in parts]
 
 
 def parse_order(order: str) -> dict[str, bool]:

@@ -16,7 +16,6 @@ from orbitdb.store.reading.rows import listed, orders_of
 from orbitdb.store.reading.soundness import StoredColumns, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
-StoredRow = dict[str, Any]
 Ids = dict[int, Integers]
 """Ids of classes in order, by period."""
 
@@ -129,13 +128,13 @@ def stadium_id(connection: sa.Connection, a: float) -> int | None:
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
 
 
-def fills(connection: sa.Connection) -> list[StoredRow]:
+def fill_rows(connection: sa.Connection) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its a."""
     query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
     return [dict(row) for row in connection.execute(query).mappings()]
 
 
-def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
+def change_rows(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
     """Return the changes of all classes of a period, by class and number, each with its class size."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))

@@ -7,6 +7,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.matching import long_words, stabilisers_of_classes
 from orbitdb.store.reading.rows import ALL, Chosen, orders_of
@@ -18,8 +19,6 @@ _TEXTS = ("code", "word")
 
 STEP = 1 << 17
 """Classes or rows at a time."""
-
-Texts = NDArray[np.int64]
 
 
 def in_order_of_words(
@@ -52,7 +51,7 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
     return ranks
 
 
-def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
+def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
     """Return numbers that sort like the texts of words; for long words also ranks, for equal numbers.
 
     A number holds the first `MAX_KEYED` symbols, each increased by one, so that a word comes before its
@@ -78,7 +77,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
     return [texts, later]
 
 
-def _raised(codes: NDArray[np.int64], p: int) -> Texts:
+def _raised(codes: NDArray[np.int64], p: int) -> Integers:
     return (codes + int("1" * p, 8)) << BITS * (MAX_KEYED - p)
 
 

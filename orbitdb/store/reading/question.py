@@ -25,8 +25,8 @@ from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
 from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
 from orbitdb.store.reading.order import in_order_of_words
-from orbitdb.store.reading.rows import Chosen, Masks, as_array
-from orbitdb.symbols.members import places_of_elements
+from orbitdb.store.reading.rows import Chosen, as_array
+from orbitdb.symbols.members import Masks, places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
 _OF_WORDS = ("code", "word", "element")

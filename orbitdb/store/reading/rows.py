@@ -18,16 +18,13 @@ from orbitdb.arrays import Integers
 from orbitdb.column_files import Column, ColumnBlock
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
-from orbitdb.store.asking.conditions import rules_of
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.file.tables import classes, pruned_rows
-from orbitdb.store.reading.soundness import coordinates_of, need_words, stabiliser_of, unsound
-from orbitdb.symbols.members import BITS_OF, ELEMENT_OF
+from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
+from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, Masks
 from orbitdb.symbols.symmetry import image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
-
-Masks = NDArray[np.uint8]
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 """Number of set bits in each byte."""
@@ -42,7 +39,7 @@ _LEAST = 1 << 2 * BITS
 """The key of 00, the least key of any word."""
 
 
-class Words(NamedTuple):
+class ChosenWords(NamedTuple):
     """Words, each by the id of its class and its place in the class.
 
     Geometrically pruned words have negative ids and place 0.
@@ -89,13 +86,13 @@ class Chosen(ByValue):
         """Number of words up to and including each class, shape (C,)."""
         return np.cumsum(self.counts, dtype=np.int64)
 
-    def words(self, first: int = 0, last: int | None = None) -> Words:
+    def words(self, first: int = 0, last: int | None = None) -> ChosenWords:
         """Return the words of rows first .. last - 1."""
         numbers = self._numbers(first, last)
         classes = np.searchsorted(self.ends, numbers, side="right")
         masks = self.masks[classes]
         before = numbers - (self.ends[classes] - COUNTS[masks])
-        return Words(self.ids[classes], _NTH[masks, before])
+        return ChosenWords(self.ids[classes], _NTH[masks, before])
 
     def classes(self, first: int = 0, last: int | None = None) -> NDArray[np.intp]:
         """Return the places of the classes of these rows among all classes."""
@@ -240,7 +237,7 @@ class _Block:
             raise unsound("a value of a class in the column", name) from error
 
     def _rules(self) -> list[list[int]]:
-        known = [rules_of(text) for text in self.shared["rules"]]
+        known = [read_rules(text) for text in self.shared["rules"]]
         return [known[row] for row in self.rows]
 
     def _elements(self) -> list[int | None]:

@@ -12,7 +12,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable, shortened
 from orbitdb.symbols.members import STABILISER_OF
-from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.pruning import RULES, rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings
 
 StoredRow = Mapping[str, Any]
@@ -21,6 +21,7 @@ StoredColumns = Mapping[str, Sequence[Any]]
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
+_RULES = {str(rule.number) for rule in RULES}
 _FAR = 1e7
 """Larger than every coordinate in any stadium."""
 
@@ -112,6 +113,14 @@ def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
     if not (np.abs(places) < _FAR).all():
         raise unsound("coordinates that no stadium has, of orbits of period", p)
     return places
+
+
+def read_rules(text: str | None) -> list[int]:
+    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise unsound("rules", text)
+    return [int(part) for part in parts]
 
 
 def stabiliser_of(symmetry: str) -> int:
