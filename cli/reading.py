@@ -37,7 +37,7 @@ def asked_columns(
 
     With several a, the column a is included after the word, or else first.
     """
-    from orbitdb.store.asking.criteria import parse_names
+    from orbitdb.store.asking.selection import parse_names
 
     if known is None:
         from orbitdb.store.asking.conditions import COLUMNS  # imports SQLAlchemy, which a word does not need

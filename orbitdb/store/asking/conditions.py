@@ -14,8 +14,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.store.asking import where as free
-from orbitdb.store.asking.criteria import unknown_column
-from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding
 from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change

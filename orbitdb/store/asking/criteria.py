@@ -278,25 +278,3 @@ def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
     """Read one or several values of a at which words exist or do not."""
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))
-
-
-def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read known names of columns, separated by commas."""
-    names = tuple(name.strip() for name in text.split(","))
-    for name in names:
-        if name not in known:
-            raise unknown_column(name, known)
-    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise SelectionError(f"column {twice[0]!r} is named twice")
-    return names
-
-
-def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error for an unknown column."""
-    columns = ", ".join(dict.fromkeys(known))
-    return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")
-
-
-def guess(name: str, known: Iterable[str]) -> str:
-    """Suggest the known name closest to a wrong one; empty if none is similar."""
-    return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))

@@ -9,7 +9,7 @@ from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import STORED, Status
-from orbitdb.plaintext import printable, several, shortened
+from orbitdb.plaintext import guess, printable, several, shortened
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
@@ -172,3 +172,20 @@ def written_spans(spans: Sequence[tuple[int, int]]) -> str:
     """Write ranges of periods, such as "period 4" or "periods 2-8, 11"."""
     ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
     return f"period{'s' * are_many(spans)} {', '.join(ranges)}"
+
+
+def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Read known names of columns, separated by commas."""
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in known:
+            raise unknown_column(name, known)
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
+    return names
+
+
+def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
+    """Return the error for an unknown column."""
+    columns = ", ".join(dict.fromkeys(known))
+    return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")

@@ -15,9 +15,8 @@ from typing import TypeAlias
 
 import sqlalchemy as sa
 
-from orbitdb.plaintext import line, shortened
+from orbitdb.plaintext import guess, line, shortened
 from orbitdb.store.asking.codes import spelled_out
-from orbitdb.store.asking.criteria import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens

@@ -14,8 +14,7 @@ from orbitdb.column_files import ColumnBlock
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.criteria import unknown_column
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, unknown_column
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
