@@ -128,10 +128,9 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
     The file must be a catalogue of the newest schema that holds nothing active (`orbitdb.store.file.guard`).
     """
     uri = _uri(path, "rw")  # the last to close the file removes the journal, which needs the right to write
-    frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
-        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
@@ -143,6 +142,34 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
     return connect
 
 
+def read_alone(path: Path) -> bool:
+    """Tell whether to read a file without locks: SQLite would need to write a journal, or leave an empty one.
+
+    Its owner could not write to the file beside a journal that somebody else left.
+    """
+    writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
+    return not writable and not path.with_name(path.name + "-wal").exists()
+
+
+@contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """Refuse what was read without locks from a file that was written meanwhile."""
+    before = _stamp(path) if read_alone(path) else None
+    try:
+        yield
+    finally:
+        if before and before != _stamp(path):
+            raise StoreError(f"{path} was written while it was read: ask again")
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     """Return a function that connects to a file for writing, which may be new or have an older schema.
 
@@ -150,6 +177,8 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
+    if path.exists() and not os.access(path, os.W_OK):
+        raise StoreError(_remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
@@ -207,7 +236,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
     """Give a connection for a few questions in one read transaction, without importing SQLAlchemy."""
     need_newest(path)
-    with plain_errors(path), closing(to_read(path)()) as connection:
+    with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
         yield connection
 

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
-from orbitdb.store.file.database import to_read, to_write, waiting
+from orbitdb.store.file.database import read_alone, to_read, to_write, waiting
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
@@ -52,7 +52,9 @@ life = view("life", LIFE)
 
 def reading_engine(path: Path) -> sa.Engine:
     """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
-    return _engine(to_read(path), "BEGIN")
+    # without locks, a connection would keep pages of a file that has changed since
+    pool = sa.pool.NullPool if read_alone(path) else sa.pool.QueuePool
+    return _engine(to_read(path), "BEGIN", pool)
 
 
 def writing_engine(path: Path, references: bool = True) -> sa.Engine:
@@ -61,7 +63,7 @@ def writing_engine(path: Path, references: bool = True) -> sa.Engine:
     A fill skips the check of references: they are keys of words, and random lookups would take a third of its
     time.
     """
-    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE", sa.pool.QueuePool)
 
 
 def driver(connection: sa.Connection) -> sqlite3.Connection:
@@ -71,8 +73,8 @@ def driver(connection: sa.Connection) -> sqlite3.Connection:
     return own
 
 
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str, pool: type[sa.Pool]) -> sa.Engine:
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
 
     @event.listens_for(engine, "begin")
     def take_lock(connection: sa.Connection) -> None:

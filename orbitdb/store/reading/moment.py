@@ -19,7 +19,7 @@ from orbitdb.store.asking.parsing import unknown_column
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors
+from orbitdb.store.file.database import default_path, need_newest, plain_errors, unchanged
 from orbitdb.store.file.tables import driver, reading_engine
 from orbitdb.store.reading import fills, lives, lookup, question, records, row_blocks, sweeps
 from orbitdb.store.reading.chosen import Chosen
@@ -171,7 +171,7 @@ class Reader:
     @contextmanager
     def moment(self) -> Iterator[Moment]:
         """Open a read transaction; later changes appear in the next one."""
-        with plain_errors(self.path), self._engine.begin() as connection:
+        with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
             yield Moment(connection, self.path)
 
 
