@@ -3,8 +3,8 @@
     python docs/program.py            tells which pages differ from the program
     python docs/program.py --write    writes the tables anew into the pages
 
-A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. The public names alone are
-put in their place when Sphinx builds the page (`fill_in`).
+A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. When Sphinx builds a page,
+`fill_in` puts the public names in their place, and shows what the cells of a notebook show.
 """
 
 import inspect
@@ -18,12 +18,14 @@ from typing import Any
 from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
 _NAMES = "<!-- here: names -->"
+_SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
+"""An output in a comment, because Jupyter makes its own."""
 _WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Put the public names in the place of their mark, as Sphinx reads a page."""
-    source[0] = source[0].replace(_NAMES, names())
+    """Put the public names in the place of their mark, and show outputs, as Sphinx reads a page."""
+    source[0] = _SHOWN.sub(r"\1", source[0].replace(_NAMES, names()))
 
 
 def renewed(text: str) -> str:

@@ -27,7 +27,8 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.database import check_file, driver
+from orbitdb.store.file.database import check_file
+from orbitdb.store.file.tables import driver
 from orbitdb.store.reading.lookup import certificate_of
 from orbitdb.store.reading.moment import Reader
 

@@ -21,7 +21,7 @@ def known(tmp_path_factory):
         catalogue.fill("2-3", a=1)
         catalogue.fill_births("2-4")
         catalogue.prove_bounds(5)
-        catalogue.fill_levels(5, parities=["oo"])
+        catalogue.fill_levels(3, parities=["ee"])
     return str(path)
 
 

@@ -25,7 +25,7 @@ def described(tmp_path_factory):
     with Catalogue.create(path) as catalogue:
         catalogue.fill("2-5")
         catalogue.fill_births("2-6")
-        catalogue.fill_levels(3)
+        catalogue.fill_levels(3, parities=["ee"])
     return path
 
 

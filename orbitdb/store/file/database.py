@@ -8,15 +8,11 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.guard import own_views, refuse_foreign, refuse_tampered
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -131,10 +127,9 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
     The file must be a catalogue of the newest schema that holds nothing active (`orbitdb.store.file.guard`).
     """
     uri = _uri(path, "rw")  # the last to close the file removes the journal, which needs the right to write
-    frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
 
     def connect() -> sqlite3.Connection:
-        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
@@ -146,6 +141,34 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
     return connect
 
 
+def read_alone(path: Path) -> bool:
+    """Tell whether to read a file without locks: SQLite would need to write a journal, or leave an empty one.
+
+    Its owner could not write to the file beside a journal that somebody else left.
+    """
+    writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
+    return not writable and not path.with_name(path.name + "-wal").exists()
+
+
+@contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """Refuse what was read without locks from a file that was written meanwhile."""
+    before = _stamp(path) if read_alone(path) else None
+    try:
+        yield
+    finally:
+        if before and before != _stamp(path):
+            raise StoreError(f"{path} was written while it was read: ask again")
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     """Return a function that connects to a file for writing, which may be new or have an older schema.
 
@@ -153,6 +176,8 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
+    if path.exists() and not os.access(path, os.W_OK):
+        raise StoreError(_remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
@@ -163,39 +188,6 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
         return connection
 
     return connect
-
-
-def reading_engine(path: Path) -> "sa.Engine":
-    """Return an engine that cannot write (`to_read`)."""
-    return _engine(to_read(path), "BEGIN")
-
-
-def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
-    """Return an engine whose transactions take the write lock at once (`to_write`).
-
-    A fill skips the check of references: they are keys of words, and random lookups would take a third of its
-    time.
-    """
-    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
-
-
-def driver(connection: "sa.Connection") -> sqlite3.Connection:
-    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
-    own = connection.connection.driver_connection
-    assert isinstance(own, sqlite3.Connection)
-    return own
-
-
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> "sa.Engine":
-    import sqlalchemy as sa  # takes a quarter of a second
-
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
-
-    @sa.event.listens_for(engine, "begin")
-    def take_lock(connection: "sa.Connection") -> None:
-        waiting(lambda: driver(connection).execute(begin))
-
-    return engine
 
 
 def waiting(ask: Callable[[], object]) -> None:
@@ -243,7 +235,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
     """Give a connection for a few questions in one read transaction, without importing SQLAlchemy."""
     need_newest(path)
-    with plain_errors(path), closing(to_read(path)()) as connection:
+    with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
         yield connection
 

@@ -18,7 +18,8 @@ from orbitdb.store.asking.selection import Selection, unknown_column
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, driver, need_newest, plain_errors, reading_engine
+from orbitdb.store.file.database import default_path, need_newest, plain_errors, unchanged
+from orbitdb.store.file.tables import driver, reading_engine
 from orbitdb.store.reading import fills, lives, lookup, question, records, rows
 from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life
@@ -168,7 +169,7 @@ class Reader:
     @contextmanager
     def moment(self) -> Iterator[Moment]:
         """Open a read transaction; later changes appear in the next one."""
-        with plain_errors(self.path), self._engine.begin() as connection:
+        with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
             yield Moment(connection, self.path)
 
 
