@@ -6,7 +6,7 @@ The conditions of a subset are divided into those on classes, on the text of wor
 import math
 import re
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ import sqlalchemy as sa
 
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding
+from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding, never
 from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import Token, meaningful, tokens
@@ -73,8 +73,9 @@ def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
     """Tell whether a subset, its shown columns or its order depend on births and deaths."""
-    words = {token.text.lower() for token in tokens(selection.where or "") if token.kind in ("word", "name")}
-    named = words | set(selection.ranges) | set(names) | set(parse_order(order))
+    named = set(selection.ranges) | set(names) | set(parse_order(order))
+    if selection.where is not None:
+        named |= {each.text.lower() for each in tokens(selection.where) if each.kind in ("word", "name")}
     return bool(selection.exists or selection.not_at or named & set(ENDS))
 
 
@@ -83,7 +84,7 @@ def answering(
 ) -> AbstractContextManager[None]:
     """Let a connection answer a query over a subset, and confine any free expression."""
     if selection.where is None:
-        return heeding(connection, Patience(math.inf, cancelled))
+        return nullcontext() if cancelled is never else heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
