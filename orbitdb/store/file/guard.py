@@ -1,16 +1,16 @@
-"""The guard refuses a file with active contents, and a file next to the journal of another one.
+"""The guard refuses a file with active contents, or with the journal of another file.
 
 SQLite runs parts of a file: triggers, views, virtual tables, generated columns, CHECK and DEFAULT
-expressions, indexes of expressions. The guard therefore first reads the schema of a file as text, which runs
-nothing. The tables of the catalogue must be as in `orbitdb.store.file.schema`, and everything else must be
-plain. This takes about 0.3 ms. The views in a file are for other programs. orbitdb makes its own for each
-reading connection (`own_views`), and never runs those of the file.
+expressions, indexes on expressions. So the guard first reads the schema as text, which runs nothing. The
+tables must be those of `orbitdb.store.file.schema`, and everything else must be plain. This takes about
+0.3 ms. The views in a file are for other programs; orbitdb makes its own for each reading connection
+(`own_views`).
 
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
-the journal by name alone. If a killed process left a journal, and another file was then copied over the
-catalogue, SQLite would read the journal into that file. To notice this, each transaction of
+the journal by name alone. If a killed process leaves a journal, and another file is then copied over the
+catalogue, SQLite reads the journal into that file. To detect this, each transaction of
 `orbitdb.store.writing.writer.Writer` counts itself in the row of its run. A journal belongs to a file if it
-continues the runs in the file itself.
+continues the runs in the file.
 """
 
 import json
@@ -29,7 +29,7 @@ from orbitdb.store.file.tokens import meaningful
 _ACTIVE = {"CHECK", "GENERATED", "AS", "VIRTUAL", "WHERE"}
 
 _OURS = {("table", name): text.split() for name, text in TABLES.items()}
-"""The tables of a catalogue, each as the words of its statement."""
+"""The words of each table's CREATE statement."""
 
 _KNOWN = _OURS | {("table", "alembic_version"): REVISIONS.split()}
 
@@ -48,9 +48,9 @@ class TamperedError(StoreError):
 
 
 def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) -> None:
-    """Refuse a file just opened that holds more than data, and name the first fault.
+    """Raise `TamperedError` if a file just opened has active parts, or not the tables of the newest schema.
 
-    If it need not have the newest schema, because it is about to be migrated, only active parts are refused.
+    A file that is about to be migrated need not be `newest`.
     """
     schema = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
     found = {(kind, name): (text or "").split() for kind, name, text in schema}
@@ -68,7 +68,7 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
 
 
 def own_views(connection: sqlite3.Connection) -> None:
-    """Make the views of this version for a connection, which replace those in the file."""
+    """Make this version's views for a connection; they hide those in the file."""
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
@@ -85,13 +85,13 @@ def renew_views(connection: sqlite3.Connection) -> None:
     """Update the views in a file, which other programs use, within the current transaction."""
     query = "SELECT 1 FROM main.sqlite_master WHERE type <> 'view' AND lower(name) = ?"
     for name in other_views(connection):
-        if connection.execute(query, (name,)).fetchone() is None:  # leaves a table of the same name alone
+        if connection.execute(query, (name,)).fetchone() is None:  # not if a table has the name
             connection.execute(f"DROP VIEW IF EXISTS main.{name}")
             connection.execute(VIEWS[name])
 
 
 def _acts(kind: str, text: str) -> bool:
-    """Tell whether a part of a schema is active, that is, runs without being asked."""
+    """Tell whether SQLite would run a part of a schema without being asked."""
     if kind not in ("table", "index"):
         return kind != "view"
     if not text:  # the index of a constraint
@@ -118,7 +118,7 @@ class Place(NamedTuple):
 
 
 def place(path: Path) -> Place | None:
-    """Return the file that has a path now, or None."""
+    """Return the file that is at a path now, or None."""
     try:
         found = path.stat()
     except OSError:
@@ -135,19 +135,10 @@ def beside(path: Path) -> tuple[Path, Path]:
 def refuse_foreign(
     path: Path, only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> None:
-    """Refuse a file next to the journal of another one.
+    """Raise `StoreError` if the journal beside a file does not continue it.
 
-    Parameters
-    ----------
-    path : Path
-    only_file, with_journal : callable
-        Connect to the file without its journal, and with it. Neither connection may write, because the last
-        one to close would move the journal into the file.
-
-    Raises
-    ------
-    StoreError
-        If the journal does not continue the file.
+    The callables connect to the file without and with its journal. Neither connection may write, because the
+    last one to close would move the journal into the file.
     """
     journal, index = beside(path)
     with suppress(OSError):
@@ -161,7 +152,7 @@ def refuse_foreign(
 def _continues(
     only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> bool:
-    """Tell whether the last run of a file, read alone, is also a run of the file with its journal.
+    """Tell whether the last run in a file without its journal is also a run of the file with it.
 
     The read transaction keeps writers from moving more of the journal into the file.
     """
@@ -178,7 +169,7 @@ def _continues(
         try:
             runs = _runs(alone)
         except (sqlite3.Error, ValueError):
-            return True  # nothing to compare: the beginning of the file is in its journal, or it is damaged
+            return True  # nothing to compare: its first pages are in the journal, or it is damaged
     if not runs:
         return True
     last = max(runs)
@@ -187,7 +178,7 @@ def _continues(
 
 
 def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
-    """Return each run with its number of transactions."""
+    """Return each run by id, with its number of transactions."""
     found: dict[int, tuple[object, int]] = {}
     for number, started, version, parameters in connection.execute("SELECT * FROM run"):
         asked = json.loads(parameters)
