@@ -1,4 +1,4 @@
-"""Criteria: plain values or texts that choose a subset, and the resulting selection.
+"""Turn criteria, given as Python values or as texts, into a `Selection`.
 
 An unreadable value raises `SelectionError`, which says how to write it.
 """
@@ -27,11 +27,11 @@ from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 
 _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
-"""Hints for names of options that differ from those of criteria."""
+"""Hints for options with other names than their criteria."""
 
 
 class Criteria(TypedDict, total=False):
-    """The criteria of a subset, as keyword arguments of `chosen_by`."""
+    """Keyword arguments of `chosen_by`."""
 
     a: float | None
     p: int | str | Iterable[int] | None
@@ -56,7 +56,7 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def with_criteria(method: _Method) -> _Method:
-    """Decorator that shows each of the ``**criteria`` of a method in help and completion."""
+    """Decorate a method so that help and completion list each of its ``**criteria``."""
     *kept, _ = signature(method).parameters.values()
     named = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
@@ -79,7 +79,7 @@ def chosen_by(
     not_at: float | Iterable[float] = (),
     **ranges: Bounds | None,
 ) -> Selection:
-    """Return a selection from plain values, as in `Catalogue.select`; a is 1.6 by default.
+    """Return a selection from the criteria of `Catalogue.select`; a is 1.6 by default.
 
     Raises
     ------
@@ -117,13 +117,13 @@ def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
     Raises
     ------
     SelectionError
-        If there are none, or one of them cannot be filled.
+        If there are none, or one cannot be filled.
     """
     return fillable(parse_periods(_listed(periods)))
 
 
 def _no_criterion(names: Sequence[str]) -> SelectionError:
-    """Return the error for unknown criteria, with a suggestion for the first."""
+    """Return the error for unknown criteria; it suggests a name for the first."""
     known = tuple(Criteria.__annotations__)
     meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
     return SelectionError(
@@ -132,7 +132,7 @@ def _no_criterion(names: Sequence[str]) -> SelectionError:
 
 
 def _listed(value: object) -> str:
-    """Write values separated by commas; write a range of periods as `parse_periods` reads it."""
+    """Join values with commas; write a range as `parse_periods` reads it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
     if isinstance(value, str) or not isinstance(value, Iterable):
@@ -141,7 +141,7 @@ def _listed(value: object) -> str:
 
 
 def _pair(name: str, bounds: object) -> Bounds:
-    """Return bounds on a measure; raise unless they are a pair, each a number or None."""
+    """Check that bounds are a pair, each a number or None."""
     pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
@@ -206,7 +206,7 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
 
 
 def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
-    """Read bounds on measures; several on one measure apply together."""
+    """Read bounds on measures; several on the same measure all apply."""
     found: dict[str, Bounds] = {}
     for text in texts:
         name, bounds = parse_bound(text)
@@ -238,7 +238,7 @@ def parse_reversal(text: str) -> str:
 
 
 def parse_symmetry(text: str) -> str:
-    """Read a symmetry label such as ``x,T,xT``, its elements in any order, or ``1`` for none."""
+    """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for none."""
     named = ordered_symmetry(text)
     if named == "1":
         return named
@@ -251,7 +251,7 @@ def parse_symmetry(text: str) -> str:
 
 
 def ordered_symmetry(text: str) -> str:
-    """Write the elements of a symmetry label in order, whether or not they form a group."""
+    """Return a symmetry label with its elements in order; they need not form a group."""
     names = {part.strip() for part in text.split(",")}
     if names != {"1"} and not names <= set(NAMES[1:]):
         raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
@@ -275,6 +275,6 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 
 
 def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
-    """Read one or several values of a at which words exist or do not."""
+    """Read one or several values of a."""
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))

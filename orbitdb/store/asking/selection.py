@@ -1,4 +1,4 @@
-"""Selection: a chosen subset of a catalogue, which describes itself in words."""
+"""`Selection`: a chosen subset of a catalogue, which describes itself in words; ranges of periods."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -70,7 +70,7 @@ class Selection(ByValue):
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Return the selection as one line of English to follow a number, also for several a."""
+        """Describe the selection in one line that can follow a number, also for several a."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:
@@ -82,7 +82,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Return all except a, periods, statuses and reversal in English; may be empty."""
+        """Describe everything but a, periods, statuses and reversal; may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
@@ -101,7 +101,7 @@ class Selection(ByValue):
         return printable(" ".join(parts))
 
     def _subjects(self) -> tuple[str, str]:
-        """Return the noun for one row, and for several."""
+        """Return the noun for one row and for several."""
         if not self.statuses or set(self.statuses) == set(STORED):
             return "word", "words"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)
@@ -136,7 +136,7 @@ LEAST_PERIOD = 2
 
 
 def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in some ranges in rising order; refuse those that cannot be filled."""
+    """Return the periods in some ranges in rising order; raise `InputError` if one cannot be filled."""
     found: set[int] = set()
     for low, high in spans:
         if (least := min(low, high)) < LEAST_PERIOD:
@@ -153,7 +153,7 @@ def written_periods(periods: Sequence[int]) -> str:
 
 
 def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Return ranges of periods in order, with touching and overlapping ones joined."""
+    """Sort ranges of periods, and join those that touch or overlap."""
     joined: list[tuple[int, int]] = []
     for low, high in sorted(spans):
         if joined and low <= joined[-1][1] + 1:
@@ -186,6 +186,6 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error for an unknown column."""
+    """Return the error for an unknown column; it suggests a similar name."""
     columns = ", ".join(dict.fromkeys(known))
     return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")

@@ -1,4 +1,4 @@
-"""SQL written by users, run for a limited time on texts of limited size; whole SELECT statements.
+"""Run SQL written by users, within limits of time and size; whole SELECT statements (`orbitdb sql`).
 
 What an expression may read and call is in `orbitdb.store.asking.where`.
 """
@@ -24,16 +24,16 @@ SECONDS = 60.0
 
 LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
-"""Size for a row with every text of a word of a million symbols."""
+"""Enough for a row with all texts of a word of a million symbols."""
 
 STEPS_BETWEEN_LOOKS = 200_000
-"""SQLite steps between checks, some milliseconds; a check waits for Python, which may be busy."""
+"""SQLite steps between checks, some milliseconds; a check has to wait while Python is busy."""
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
 
 def never() -> bool:
-    """Return False: the result is still wanted."""
+    """Return False: nobody cancels."""
     return False
 
 
@@ -42,9 +42,9 @@ class CancelledError(Exception):
 
 
 class Patience:
-    """How long a query may still run: a number of seconds from now, while the answer is wanted.
+    """How long a query may still run: some seconds from now, unless it is cancelled.
 
-    The `deadline` is a value of `time.monotonic`. A caller that fetches rows in parts adds the time between
+    The `deadline` is a value of `time.monotonic`. A caller that fetches rows in blocks adds the time between
     them.
     """
 
@@ -54,16 +54,13 @@ class Patience:
 
     @property
     def ended(self) -> bool:
-        """Whether the time is up, or the answer no longer wanted."""
+        """Whether the time is up or the query was cancelled."""
         return time.monotonic() > self.deadline or self.cancelled()
 
 
 @contextmanager
 def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
-    """Let a connection answer a query, or fetch some of its rows, while the answer is wanted.
-
-    Raises `CancelledError` once it is not.
-    """
+    """Let a connection answer a query or fetch rows; raise `CancelledError` once it is cancelled."""
     own = driver(connection)
     own.set_progress_handler(lambda: patience.ended, STEPS_BETWEEN_LOOKS)
     try:
@@ -83,11 +80,11 @@ def confined(
     refusal: Callable[[str], SelectionError],
     authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection answer within the time of the whole query, with texts of limited size.
+    """Let a connection answer a query within its time, with texts of limited size.
 
-    After the block it is free for other queries; further rows can be fetched in another block. Besides
-    computing, it may read the views and their tables, or what `authorize` allows. Raises `CancelledError` if
-    the answer is no longer wanted, and for other errors of SQLite the result of `refusal`.
+    Further rows can be fetched in another such block, with the same patience. The query may compute, and read
+    the views and their tables or what `authorize` allows. Raises `CancelledError` once it is cancelled, and
+    the result of `refusal` for other errors of SQLite.
     """
     own = driver(connection)
     sizes = {
@@ -103,7 +100,7 @@ def confined(
         message = str(getattr(error, "orig", error))
         if "interrupted" in message:
             if not patience.ended:
-                raise KeyboardInterrupt from error  # SQLite, asked for the time, swallows it
+                raise KeyboardInterrupt from error  # SQLite swallows one raised while it asks for the time
             message = f"it took more than {SECONDS:g} s"
         raise refusal(message) from error
     finally:
@@ -125,10 +122,9 @@ def run_statement(
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
 
-    It may call random() and the functions of expressions (`orbitdb.store.asking.where`), and
-    ``code('1232131')`` finds a word in any rotation. The connection is in one transaction until all rows
-    are fetched. Raises `SelectionError` if it is not one SELECT, reads something else, names two columns
-    alike, or takes too long.
+    It may call random() and the functions of expressions (`orbitdb.store.asking.where`);
+    ``code('1232131')`` finds a word in any rotation. Raises `SelectionError` if it is not one SELECT, reads
+    anything else, gives two columns the same name, or takes too long.
     """
     try:
         _check(statement, parameters)
@@ -153,13 +149,13 @@ def _fetched(
         if not block:
             return
         begun = time.monotonic()
-        # a blob becomes hexadecimal digits, which every format can write
+        # BLOBs become hexadecimal digits, which every format can write
         yield from (tuple(v.hex() if isinstance(v, bytes) else v for v in row) for row in block)
-        patience.deadline += time.monotonic() - begun  # time spent by the user of the rows
+        patience.deadline += time.monotonic() - begun  # time that the caller spent
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:
-    """Refuse, before SQLite runs it, what could grow without end, and values without a name."""
+    """Raise `ValueError`, before SQLite runs it, for what could grow without end or values without a name."""
     found = meaningful(statement)
     if not found or found[0].keyword != "SELECT":
         raise ValueError("write one SELECT")
