@@ -79,7 +79,6 @@ def fills(connection: sa.Connection, a: float) -> list[Fill]:
 
 
 def _as_fill(row: sa.Row[Any]) -> Fill:
-    """Return a row of the table ``fill``; raise `StoreError` if its period is impossible."""
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:
         raise unsound("a filled period of", values["p"])
@@ -89,9 +88,9 @@ def _as_fill(row: sa.Row[Any]) -> Fill:
 
 
 def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
-    """Return the number of words in the classes of a period with representatives up to `last`.
+    """Count the words of a period in stored classes with representatives up to `last`.
 
-    Counts classes with a row at the stadium; without a stadium, classes with births.
+    A class is stored if it has a row at the stadium; without a stadium, if it has births.
     """
     size = sa.select(sa.func.sum(cycle.c.class_size))
     if stadium is None:
@@ -104,7 +103,7 @@ def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: st
 def status_counts(
     connection: sa.Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
-    """Return the numbers of words and classes at one stadium by period and status."""
+    """Return the numbers of words and classes at one stadium, by period and status."""
     here = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
     query = (
         sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
@@ -147,14 +146,14 @@ class Sweep:
         The counts so far. For a subset, `words` counts all words, and `boundary` and `unresolved` ignore
         ranges, which apply to orbits.
     blocks : int
-        Number of blocks so far.
+        Blocks done so far.
     seconds, processor : float
-        Elapsed time, and processor time.
+        Elapsed time and processor time.
     sums : PeriodSums or None
         The sums over all or the chosen orbits; None before it is done.
     moments : mapping of int to TiltMoments
-        Moments for sum rules by level (`orbitdb.averages.sum_rules`); empty before it is done, and for a
-        subset.
+        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty for a subset, and before it is
+        done.
     selection : str
         The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
     """
@@ -194,7 +193,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
-    """Return the moments of the swept periods after the exact ones, up to the first without any."""
+    """Return the moments of the swept periods above the exact ones, up to the first period without any."""
     from orbitdb.averages.sum_rules import EXACT
 
     known = {each.p: each.moments for each in found}

@@ -1,6 +1,6 @@
 """Find words in classes and among the rows of a subset: by pattern, code, period or first symbols.
 
-The words are decided on as packed words, which are the ids of the classes.
+Words are compared in packed form, which the ids of the classes hold.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,10 +36,10 @@ def fitting(
     patterns: Sequence[Pattern],
     cancelled: Callable[[], bool] = never,
 ) -> Masks:
-    """Return which words of classes fit all patterns: bit g is set if the image under element g does.
+    """Tell which words of classes fit all patterns: bit g is set if the image under element g does.
 
-    The ids, shape (C,), belong to classes, or to pruned words, which use bit 0. Words too long for a key are
-    read from the connection.
+    The ids, shape (C,), are those of classes, or of pruned words, which use bit 0. Only words too long for a
+    key are read from the connection.
     """
     found = np.zeros(len(ids), dtype=np.uint8)
     orders = orders_of(ids)
@@ -77,7 +77,7 @@ def _of_long(connection: sa.Connection, ids: Integers, patterns: Sequence[Patter
 
 
 def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
-    """Return the words of a class, or a pruned word, whose id is not a key, and their stabiliser."""
+    """Return the words and the stabiliser of a class, or of a pruned word, whose id is not a key."""
     if number < 0:
         query = sa.select(pruned.c.p, pruned.c.word, sa.literal("1")).where(pruned.c.id == number)
     else:
@@ -89,7 +89,7 @@ def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
 
 
 def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArray[np.bool_]) -> Masks:
-    """Return the stabilisers of classes; that of a class with eight words is the identity."""
+    """Return the stabilisers of classes; those marked `full` have eight words and the trivial one."""
     found = np.ones(len(ids), dtype=np.uint8)
     small = np.flatnonzero(~full & (ids > 0))
     orders = orders_of(ids[small])

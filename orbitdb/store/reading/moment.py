@@ -1,4 +1,4 @@
-"""A catalogue file open for reading, and one moment of it, which answers all questions."""
+"""A catalogue open for reading, and `Moment`, one read transaction, which answers all questions."""
 
 import weakref
 from collections.abc import Callable, Iterator, Sequence
@@ -34,9 +34,9 @@ _ALL = 2**63 - 1
 
 @dataclass(frozen=True)
 class Moment:
-    """A read transaction on one catalogue, so that all its answers are consistent.
+    """A read transaction on one catalogue, so that all answers are consistent.
 
-    `orbitdb.Catalogue` passes its questions on to methods of the same name.
+    `orbitdb.Catalogue` has methods of the same names.
 
     Attributes
     ----------
@@ -50,13 +50,13 @@ class Moment:
     path: Path
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in the catalogue, or only those with orbits or sums of them, in order."""
+        """Return the values of a in order, all or only those with orbits or sums over them."""
         if orbits:
             return lookup.a_stored(driver(self.connection))
         return list(self.connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
 
     def a_meant(self) -> float:
-        """Return the a of questions that name none (`orbitdb.store.reading.lookup.meant`)."""
+        """Return the default a (`orbitdb.store.reading.lookup.meant`)."""
         return lookup.meant(self.a_values(orbits=True))
 
     def fills(self, a: float) -> list[Fill]:
@@ -81,7 +81,7 @@ class Moment:
         return records.closest(self.connection, proof)
 
     def reference(self, a: float) -> "Reference | None":
-        """Return the stored averages over trajectories at one a with the smallest error."""
+        """Return the stored averages over trajectories at one a that have the smallest error."""
         return records.best_reference(self.connection, a)
 
     def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
@@ -158,9 +158,9 @@ class Reader:
         need_newest(self.path)
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
-            pass  # refuse a damaged or altered file now, not in mid-use
+            pass  # refuse a damaged or altered file now, not in the middle of a question
         self.close()
-        weakref.finalize(self, self._engine.dispose)  # for a reader dropped without `close`
+        weakref.finalize(self, self._engine.dispose)  # if nobody calls `close`
 
     def close(self) -> None:
         """Close the file. The next question opens it again."""

@@ -1,4 +1,4 @@
-"""The order of single words: by text, symmetry element, or columns of their classes."""
+"""Sort single words by text, symmetry element, or columns of their classes."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -24,10 +24,10 @@ STEP = 1 << 17
 def in_order_of_words(
     connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
 ) -> NDArray[np.uint32]:
-    """Return the order of the words of a subset by columns, at least one of them of single words.
+    """Return the order of the words of a subset by columns, each with whether it falls; shape (N,).
 
-    The subset is in the natural order, with the values of all keys of classes. Each key maps to whether it
-    falls. Words too long for a key are read from the connection.
+    The subset is in the natural order, and has the values of those columns that belong to classes. Only words
+    too long for a key are read from the connection.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
@@ -43,7 +43,7 @@ def in_order_of_words(
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
-    """Return the ranks of values among all different ones; missing values come last."""
+    """Return the ranks of values among the distinct ones; missing values come last."""
     missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
     ranks = np.full(len(values), len(values), dtype=np.int64)
     _, found = np.unique(values[~missing], return_inverse=True)
@@ -52,10 +52,9 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
 
 
 def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
-    """Return numbers that sort like the texts of words; for long words also ranks, for equal numbers.
+    """Return numbers that sort like the texts of words; with long words, also ranks for equal numbers.
 
-    A number holds the first `MAX_KEYED` symbols, each increased by one, so that a word comes before its
-    extensions.
+    A number holds the first `MAX_KEYED` symbols, each raised by one, so that a word precedes its extensions.
     """
     texts, done = np.zeros(len(chosen), dtype=np.int64), 0
     short = len(chosen.ids) - int((np.abs(chosen.ids) >= LONG).sum())  # long words come last

@@ -1,10 +1,10 @@
 """Find a chosen subset: the only way from a selection to classes and their words.
 
-* Conditions shared by all words of a class use the view `class`, and choose all its words.
-* Patterns in the text of words are decided on the packed words, which are the ids of the classes.
-* Other conditions on single words use the view `catalogue`, grouped by class.
+* Conditions that all words of a class share are put to the view `class`, and choose all its words.
+* Patterns in the text of words are tried on the packed words, which the ids of the classes hold.
+* Other conditions on single words are put to the view `catalogue`, grouped by class.
 
-Geometrically pruned words have no class. They count only if the selection names their status.
+Geometrically pruned words have no class; they are found only if the selection names their status.
 """
 
 import sqlite3
@@ -35,9 +35,9 @@ _OF_WORDS = ("code", "word", "element")
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
-"""The id and the size of a class in one integer, because a second column would take half as long again.
+"""Id and size of a class in one integer, because a second column takes half as long again.
 
-A shift stays an integer even for an altered, very large id; a product would not."""
+A shift of an altered, very large id is still an integer; a product would not be."""
 
 BLOCK = 1 << 14
 
@@ -62,14 +62,14 @@ def choose(
     ----------
     connection, selection
     order : str, optional
-        Columns separated by commas, falling with ``desc`` after or ``-`` before a name. Among equal rows, the
-        lower period, representative and element come first.
+        Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among equal
+        rows, the lower period, representative and element come first.
     columns : sequence of str, optional
         Further columns of the view ``class`` to read.
     most : int, optional
-        Number of first rows needed; later ones may come in any order.
+        Only this many first rows are needed; later ones may come in any order.
     counted : bool, optional
-        Whether to find all rows nonetheless, because their number is needed.
+        Whether the number of all rows is needed, too.
     cancelled : callable, optional
         Called now and then; True raises `CancelledError`.
     """
@@ -102,14 +102,14 @@ def choose(
 def _places(
     connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.uint8], elements: Masks
 ) -> Masks:
-    """Turn marks by symmetry element into marks by place in the class."""
+    """Turn masks by symmetry element into masks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(
     connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
 ) -> sa.Select[Any]:
-    """Return the query for classes in their order: coded id, mask by elements if needed, and columns."""
+    """Return the query for classes in order: coded id, mask by elements if needed, and columns."""
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
@@ -121,11 +121,11 @@ def _query(
 def _order_of_classes(
     rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
 ) -> list[sa.ColumnElement[Any]]:
-    """Return the SQL order of classes; empty for the natural order, which the views have already.
+    """Return the SQL order of classes; empty for the natural order, which the views already have.
 
-    The rows have the keys (columns of classes), ``p``, ``least`` (the representative), and ``coded``, four
-    times the id plus less than 4. Each key maps to whether it falls. `mixed` says that there may be pruned
-    words or words without a key, whose ids do not rise with the period.
+    The rows have the keys, ``p``, ``least`` (the representative) and ``coded`` (`_CODED`). Each key maps to
+    whether it falls. `mixed` says that there may be words, pruned or too long for a key, whose ids do not
+    rise with the period.
     """
     natural: list[sa.ColumnElement[Any]] = [rows.coded]
     if mixed:
@@ -134,13 +134,13 @@ def _order_of_classes(
         keys = keys or {"p": False}
     elif [*keys.items()][-1:] == [("p", False)]:
         keys = dict([*keys.items()][:-1])  # because ids rise with the period
-    # empty fields last; NULL is SQLite's least value, so falling orders need nothing more
+    # NULL is SQLite's least value, so it comes last in falling orders anyway
     sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
     return [*sorting, *natural] if keys else []
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the queries for the chosen classes, and for pruned words if the selection names them."""
+    """Yield the query for classes, and one for pruned words if the selection names their status."""
     chosen = divided.conditions
     if chosen.statuses != (Status.GEOMETRIC,):
         known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c
@@ -160,7 +160,7 @@ def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any
 
 
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
-    """Return a column of a view, or NULL for one that only pruned words have."""
+    """Return a column of a view, or NULL if only pruned words have it."""
     return known[name] if name in known else sa.null()
 
 
@@ -169,7 +169,6 @@ def _has_long(connection: sa.Connection) -> bool:
 
 
 def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str]) -> list[NDArray[Any]]:
-    """Return the columns of a query as arrays."""
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)

@@ -1,6 +1,7 @@
-"""A chosen subset as two arrays: its symmetry classes in the wanted order, and a bit mask of their words.
+"""The rows of a chosen subset, and how they are read.
 
-The size is the number of bits, and a page is a slice of their cumulative count. Averages weight a class by
+A subset is two arrays: its symmetry classes in the wanted order, and a bit mask of the chosen words of each.
+Its size is the number of bits, and a page is a slice of their cumulative count. Averages weight a class by
 its bits. Only an order of single words needs a third array.
 """
 
@@ -30,13 +31,13 @@ COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 """Number of set bits in each byte."""
 
 _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
-"""Positions of the set bits of each byte, from the lowest."""
+"""Positions of the set bits in each byte, from the lowest."""
 
 ALL = 0xFF
 """The mask of a class with all eight words chosen."""
 
 _LEAST = 1 << 2 * BITS
-"""The key of 00, the least key of any word."""
+"""The key of 00, the least of all keys."""
 
 
 class ChosenWords(NamedTuple):
@@ -58,11 +59,11 @@ class Chosen(ByValue):
     selection : Selection
         What was chosen.
     ids : ndarray of int64, shape (C,)
-        The classes with chosen words, in the order of the rows; minus the key for a pruned word.
+        Ids of the classes with chosen words, in the order of the rows; minus the key for a pruned word.
     masks : ndarray of uint8, shape (C,)
         Bit n is set if word n of the class is chosen.
     rows : ndarray of uint32, shape (N,), or None
-        The numbers of the words in order, if the order is not that of the classes.
+        The words in order, by number, unless they follow the order of the classes.
     values : mapping of str to ndarray, shape (C,)
         Requested columns of the classes.
     """
@@ -95,7 +96,7 @@ class Chosen(ByValue):
         return ChosenWords(self.ids[classes], _NTH[masks, before])
 
     def classes(self, first: int = 0, last: int | None = None) -> NDArray[np.intp]:
-        """Return the places of the classes of these rows among all classes."""
+        """Return the place of the class of rows first .. last - 1, among all classes."""
         return np.searchsorted(self.ends, self._numbers(first, last), side="right")
 
     def _numbers(self, first: int, last: int | None) -> Integers:
@@ -105,7 +106,7 @@ class Chosen(ByValue):
         return self.rows[first:last].astype(np.int64)
 
     def position(self, number: int, place: int) -> int | None:
-        """Return the row of a word, given by the id of its class and its place there, or None."""
+        """Return the row of a word, given by class id and place in the class, or None."""
         for found in np.flatnonzero(self.ids == number).tolist():
             mask = int(self.masks[found])
             if mask >> place & 1:
@@ -114,7 +115,7 @@ class Chosen(ByValue):
         return None
 
     def first(self, masks: Masks) -> int | None:
-        """Return the first row of some words, given by masks like those of the subset, or None."""
+        """Return the first row of the words in some masks, shape (C,), or None."""
         wanted = self.masks & masks
         if not wanted.any():
             return None
@@ -126,19 +127,19 @@ class Chosen(ByValue):
 
 
 def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return values of a column: numbers with NaN for NULL, all others as objects."""
+    """Return the values of a column: numbers with NaN for NULL, anything else as objects."""
     return np.array(values, np.float64 if kind_of(name) == "number" else object)
 
 
 def listed(ids: Integers) -> sa.Select[tuple[int]]:
-    """Return many ids as a subquery with one parameter."""
+    """Return ids as a subquery with a single parameter."""
     return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
 def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
-    """Return the periods of the words whose keys are the ids or minus the ids; `MAX_KEYED` + 1 for others.
+    """Return the periods of classes and pruned words by id; `MAX_KEYED` + 1 for words too long for a key.
 
-    Ids below every key are refused, or have period 0 if they need not be sound.
+    Raises `StoreError` for an id below every key; if ids need not be sound, its period is 0.
     """
     keys = np.abs(ids)
     low = keys < _LEAST
@@ -153,10 +154,10 @@ def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
 
 COORDINATES = "coordinates"
 COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
-"""Readable columns of a word: those of the view ``catalogue``, and its coordinates."""
+"""The columns that can be read: those of the view ``catalogue``, and the coordinates."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
-"""Rows of a block, and fewer if words of up to a million symbols are among them."""
+"""Rows of a block; fewer if there are words too long for a key, of up to a million symbols."""
 
 
 def blocks_of(
@@ -175,7 +176,7 @@ def blocks_of(
 
 
 def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted: Sequence[str]) -> list[Any]:
-    """Return columns of classes or pruned words, in the order of their ids, that the wanted ones need."""
+    """Return the columns of classes or pruned words that the wanted columns need, in the order of ids."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     rows: list[tuple[Any, ...]] = []
@@ -196,7 +197,7 @@ def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted
 
 
 class _Block:
-    """Words of one block, and the stored values of their classes."""
+    """Words of one block, and the columns of their classes."""
 
     def __init__(self, shared: list[Any], inverse: NDArray[np.intp], places: NDArray[np.uint8]) -> None:
         self.shared = dict(shared)
@@ -249,7 +250,7 @@ class _Block:
         return [None if (own := known[row]) is None else own[place] for row, place in pairs]
 
     def _coordinates(self) -> list[NDArray[np.float64] | None]:
-        """Return the coordinates of the words: those of the representative, mirrored, reversed and turned."""
+        """Return those of the representative, mirrored, reversed and rotated."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
         found: list[NDArray[np.float64] | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}

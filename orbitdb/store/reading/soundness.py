@@ -1,4 +1,4 @@
-"""Check rows that are read, because somebody may have altered the file by hand."""
+"""Check rows when they are read, because somebody may have altered the file by hand."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -38,7 +38,7 @@ def is_whole(row: StoredRow, p: int) -> bool:
 
 
 def are_whole(columns: StoredColumns, p: int) -> Marks:
-    """Tell which rows of `orbit` of one period, given by columns, have the values of their status."""
+    """Tell which rows of `orbit`, given as columns of one period, have the values that their status demands."""
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}
     without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
@@ -57,14 +57,14 @@ def _marks(answers: Iterable[bool]) -> Marks:
 
 
 def _numbers(values: Sequence[Any]) -> NDArray[np.float64]:
-    """Return numbers, with NaN for None and infinity for anything else."""
+    """Return numbers, with NaN for None and infinity for what is not a number."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         values = [value if isinstance(value, float | int | None) else np.inf for value in values]
     return np.array(values, dtype=np.float64)
 
 
 def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) -> Marks:
-    """Tell which rows of orbits have all numbers, and sound ones; the relaxation has no error bounds."""
+    """Tell which rows of orbits have all numbers, and possible ones; the relaxation has no error bounds."""
     bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
     bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
     sound = [np.isfinite(values) for name, values in numbers.items() if name not in _BOUNDS]
@@ -105,7 +105,7 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
-    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` if one does not hold p."""
+    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` unless each holds p possible ones."""
     for blob in blobs:
         if len(blob) != 8 * p:
             raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))
