@@ -1,4 +1,4 @@
-"""Store the births and deaths of all classes of a period."""
+"""Find and store the births and deaths of all classes of a period."""
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -30,14 +30,14 @@ from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17
-"""Approximate number of words in a block, some seconds of work."""
+"""Approximate number of words in a block, which takes some seconds."""
 
 _WORDS_A_SECOND = 40_000
 """Approximate number of words whose births are found in a second."""
 
 
 def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
-    """Find the births and deaths of all classes of some periods."""
+    """Find and store all births and deaths of some periods (`Catalogue.fill_births`)."""
     totals = {p: count_admissible(p) for p in periods}
     with reading(path) as moment:
         known = sum(each.words for each in moment.birth_fills() if each.p in totals)
@@ -46,22 +46,7 @@ def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tel
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
-    """Store the births and deaths of all classes of some periods.
-
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
-    workers : Workers, optional
-        Where the changes are found; the stored rows do not depend on it.
-
-    Yields
-    ------
-    Step
-        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
-    """
+    """Find and store all births and deaths of some periods, as `orbitdb.filling.fill.fill_periods` does."""
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
         yield from resume(_Births(writer), periods, workers)
@@ -69,15 +54,15 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
 @dataclass(frozen=True, eq=False)
 class SolvedBirths:
-    """The classes of a span, and their births and deaths.
+    """The N classes of a span, and their births and deaths.
 
     Attributes
     ----------
-    span, stabiliser, words, arithmetic
-        As in `orbitdb.filling.fill.SolvedBlock`.
     codes : ndarray of int64, shape (N,)
         Their packed least words, in order.
     changes : Changes
+    span, stabiliser, words, arithmetic
+        As in `orbitdb.filling.fill.SolvedBlock`.
     """
 
     span: Span
@@ -96,8 +81,6 @@ def solve_births(span: Span) -> SolvedBirths:
 
 
 class _Births(Work):
-    """The births and deaths of all classes."""
-
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
@@ -118,7 +101,7 @@ class _Births(Work):
 
 
 def _counts(changes: Sequence[Any]) -> dict[str, Any]:
-    """Return the counts of a period (`orbitdb.store.reading.lives.BirthFill`) from all its changes."""
+    """Return the counts of a period (`BirthFill`) from all its births and deaths."""
     moving = [row for row in changes if row.a > 0]
     births = [row.a for row in moving if row.kind == BORN]
     return {

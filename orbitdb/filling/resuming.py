@@ -1,6 +1,6 @@
-"""The loop shared by fills, sweeps and births: solve what is missing block by block, and store it.
+"""The loop shared by fills, sweeps and births: solve what is missing, block by block, and store it.
 
-Each kind of work has a table of cursors: one row a period, with its state, the word up to which everything
+Each kind of work has a table of cursors with one row per period: its state, the word up to which everything
 is stored, and the counts and times so far. A block is written in one transaction with its cursor, so the work
 can be stopped at any moment, even by a kill, and resumes there.
 """
@@ -30,10 +30,7 @@ class OvertakenError(Exception):
 
 @dataclass(frozen=True)
 class Cursor:
-    """Progress of the work on one period: its row of `fill`, `sweep` or `birth_fill`.
-
-    It is the stored row, or the initial one.
-    """
+    """Progress of the work on one period: a row of `fill`, `sweep` or `birth_fill`, stored or initial."""
 
     table: sa.Table
     row: Mapping[str, Any]
@@ -62,15 +59,12 @@ class Cursor:
         return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
 
     def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
-        """Return the condition on rows of a table that agree in all columns of the key."""
+        """Return the condition on the rows of a table that have the same key."""
         return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
 
 
 def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
-    """Return the progress of a period, possibly none.
-
-    The key and other initial values of its row are given; sums begin at 0.
-    """
+    """Return the stored progress of a period, or the initial row: the given values, counts 0."""
     zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
     cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
     row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
@@ -78,10 +72,7 @@ def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> 
 
 
 def hold(connection: sa.Connection, cursor: Cursor) -> None:
-    """Check that a cursor is unchanged; nobody can move it during this transaction.
-
-    Raises `OvertakenError` if another process moved it.
-    """
+    """Raise `OvertakenError` if another process moved the cursor; none can during this transaction."""
     columns = cursor.table.c.state, cursor.table.c.cursor
     row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
     if tuple(row or (FILLING, None)) != (FILLING, cursor.row["cursor"]):
@@ -89,7 +80,7 @@ def hold(connection: sa.Connection, cursor: Cursor) -> None:
 
 
 def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
-    """Record that the classes of the span after a cursor are stored, and add its counts and times."""
+    """Move a cursor to the end of the span after it, and add its counts and times."""
     table, row = cursor.table, dict(cursor.row)
     added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
     if row["cursor"] is None:
@@ -99,7 +90,7 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
 
 
 def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
-    """Record that a period is complete, with its final values."""
+    """Mark a period as done, with its final values."""
     table = cursor.table
     connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))
 
@@ -111,10 +102,8 @@ class Step(NamedTuple):
     ----------
     p : int
         The current period.
-    words : int
-        Words of this period whose classes are done.
-    total : int
-        Number of words of this period.
+    words, total : int
+        Words of this period that are done, and all of them.
     """
 
     p: int
@@ -134,23 +123,23 @@ class Work(ABC):
 
     @abstractmethod
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Any]]:
-        """Cut the work after a cursor into blocks, in order; each result has its `span`."""
+        """Cut the work after a cursor into blocks, in order; each result has a `span`."""
 
     @abstractmethod
     def store(self, connection: sa.Connection, cursor: Cursor, part: Any) -> dict[str, float]:
-        """Store the result of the span after a cursor; return what its row adds up, such as words."""
+        """Store the result of the span after a cursor; return what to add to its row."""
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
-        """Return the number of stored words of a period, and the final values of its row."""
+        """Return the number of words stored, and final values of the row."""
         return cursor.words, {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
-        """Finish a complete period; return further values of its row."""
+        """Finish a complete period; return further values of the row."""
         return {}
 
 
 def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
-    """Do what is missing of some periods; continue after another process that does the same.
+    """Do what is missing of some periods; go on where another process that does the same has come to.
 
     Yields
     ------
@@ -192,8 +181,8 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
 
 
 def _close(work: Work, cursor: Cursor) -> None:
-    """Check and record that a period is complete; `OvertakenError` if another process already did."""
-    with work.writer.reading() as connection:  # takes a while, during which others may write
+    """Check that a period is complete and mark it; `OvertakenError` if another process did."""
+    with work.writer.reading() as connection:  # takes a while; others may write meanwhile
         words, values = work.counted(connection, cursor)
     if words != (total := count_admissible(cursor.p)):
         raise StoreError(

@@ -38,7 +38,7 @@ def is_whole(row: StoredRow, p: int) -> bool:
 
 
 def are_whole(columns: StoredColumns, p: int) -> Marks:
-    """Tell which rows of `orbit`, given as columns of one period, have the values that their status demands."""
+    """Do the same for rows of one period, given as columns."""
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}
     without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
