@@ -33,7 +33,7 @@ from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
 
 _EDGES = 10
-"""Length of the windows decided if no bounds are stored; takes up to half a second, at small a."""
+"""Length of the windows if no bounds are stored; takes up to half a second, at small a."""
 
 
 def table(moment: Moment, chosen: Selection) -> Result:
@@ -64,7 +64,7 @@ def table_of_rows(
 
 
 def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
-    """Return the columns of Table 1 for some periods, from the counts of these periods and their divisors."""
+    """Return the columns of Table 1, from the counts of the periods and of their divisors."""
     rows = []
     for p in periods:
         here, whole = known[p], not missing_divisors(p, known)
@@ -75,7 +75,7 @@ def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list
 
 
 def entropy(moment: Moment, chosen: Selection) -> Result:
-    """Return the topological entropy by period, from rows or else from counts (`Catalogue.entropy`)."""
+    """Return the topological entropy by period, from rows or counts (`Catalogue.entropy`)."""
     if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
         notes = gaps(moment, chosen, left_out=True, counted=counted)
         lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
@@ -104,7 +104,7 @@ def entropy_of_rows(subset: WholePeriods) -> Result:
 def _entropy(
     cycles: NDArray[np.int64], periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the entropy of whole periods from the counts of their orbits, and notes on it."""
+    """Return the entropy of whole periods, from the counts of their orbits, and notes."""
     found = by_period.entropy_of_counts(cycles)
     columns = {"p": found.p.tolist()}
     columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
@@ -114,7 +114,7 @@ def _entropy(
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
-    """Explain that births count all orbits of a period, but not those of a subset."""
+    """Return a note if periods have births, which count all orbits, but nothing on the subset."""
     if all_orbits(chosen):
         return []
     known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
@@ -128,9 +128,9 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
 
 
 def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
-    """Return the closest stored bounds on the entropy at one a, and a line that describes them.
+    """Return the closest stored bounds on the entropy at one a, and a line on them.
 
-    If less close ones were proved in balls, the line gives those, too.
+    The line also gives the closest bounds that are proved in balls.
     """
     closest = moment.entropy_bounds(a)
     if closest is None:
@@ -141,7 +141,7 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
 
 
 def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
-    """Return the closest stored bounds on the entropy at one a, or bounds found now, and a line on them."""
+    """Return the closest stored bounds on the entropy at one a, else bounds found now, and a line on them."""
     if (known := stored_enclosure(moment, a)) is not None:
         return known
     found = _found_now(a)
@@ -151,7 +151,7 @@ def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
 
 @cache
 def _found_now(a: float) -> EntropyBounds:
-    """Find bounds on the entropy at one a, and keep them for the next average."""
+    """Find bounds on the entropy; they are kept for the next question."""
     *_, last = search(Stadium(a), _EDGES)
     return last
 
@@ -159,9 +159,9 @@ def _found_now(a: float) -> EntropyBounds:
 def outside(
     periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
 ) -> str:
-    """Name the periods at which h_zeta of all orbits lies outside the bounds.
+    """Name the periods whose h_zeta, which may be None or NaN, lies outside the bounds on all orbits.
 
-    Empty if there are none, or if the bounds do not apply to the chosen subset. h_zeta may be None or NaN.
+    Empty if there are none, or if only some orbits are chosen.
     """
     known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
     beyond = [p for p, h in known if h < found.lower or h > found.upper]

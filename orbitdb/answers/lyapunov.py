@@ -45,25 +45,19 @@ EXPONENTS = ("lambda_d", "lambda_c")
 
 @dataclass(frozen=True)
 class Given:
-    """The chosen orbits of whole periods, and what several averages share.
-
-    Attributes
-    ----------
-    subset : WholePeriods
-    weight : Weight
-    """
+    """The chosen orbits of whole periods, and what several averages share."""
 
     subset: WholePeriods
     weight: Weight
 
     @cached_property
     def sums(self) -> Lyapunov:
-        """The averages over fixed points and those of the zeta function."""
+        """The averages over fixed points and by the zeta function."""
         return lyapunov_of_periods(self.subset.sums(), self.subset.highest, self.weight)
 
     @cached_property
     def rules(self) -> SumRules | None:
-        """The averages by sum rules, None if the orbits have none."""
+        """The averages by sum rules, or None."""
         return sum_rules_of(self.subset)
 
 
@@ -81,14 +75,14 @@ class Average:
     needs : callable
         Returns the periods, from 2 on, whose orbits the average of order p needs.
     compute : callable
-        Returns its columns, each an array over p = 2, 3, .. to the highest period, NaN where there is no
-        value; no columns if it does not exist for these orbits.
+        Returns its columns, each an array over p = 2, 3, .. to the highest period with NaN for no value;
+        no columns if it does not exist for these orbits.
     error : bool
         Whether there are also columns ``lambda_d_<name>_error`` and ``lambda_c_<name>_error``.
     ink : str
         Its colour, ``one`` to ``six``.
     marker, line : str
-        How its points look on the screen (empty for a line), and its format in matplotlib.
+        Its points on the screen (empty for a line), and its format in matplotlib.
     """
 
     name: str
@@ -107,7 +101,7 @@ class Average:
 
     @property
     def columns(self) -> list[str]:
-        """The columns that it always has, with or without values."""
+        """The columns that it always has, even without values."""
         values = [self.of(exponent) for exponent in EXPONENTS]
         return values + [f"{name}_error" for name in values if self.error]
 
@@ -177,7 +171,7 @@ def _weight(name: str) -> Weight:
 
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
-    """Return the averages of every method over whole periods; add a note on what is missing."""
+    """Return the averages of every method over whole periods; add notes on what is missing."""
     given = Given(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}
@@ -190,7 +184,7 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
 
 
 def _without_orbits(a: float) -> str:
-    """Give the bounds on the exponents that follow from exact means, without any orbit."""
+    """Write the bounds on the exponents that follow from exact means alone."""
     means = exact_means(a)
     low, high = means.bounds
     scales = (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))

@@ -1,7 +1,4 @@
-"""A chosen subset as arrays, one entry per word.
-
-Coordinates are read only on request.
-"""
+"""`Subset`: chosen words as arrays."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -31,7 +28,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.whole_periods import WholePeriods
 
 Texts = NDArray[Any]
-"""Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
+"""Arrays of strings (`numpy.dtypes.StringDType`)."""
 
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
@@ -76,8 +73,6 @@ class Subset(ByValue):
     ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
     >>> subset[subset.length > 12].codes.tolist()[:2]
     ['1155', '3344']
-    >>> [orbit.code for orbit in subset[-2:]]
-    ['1133', '4455']
     """
 
     selection: Selection
@@ -135,13 +130,7 @@ class Subset(ByValue):
     def __getitem__(
         self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
     ) -> "Orbit | Subset":
-        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask.
-
-        Raises
-        ------
-        IndexError
-            If there is no such row.
-        """
+        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
             raise TypeError(
                 f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
@@ -162,7 +151,7 @@ class Subset(ByValue):
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return one word, with coordinates if they were read, without `exists`."""
+        """Return word n, with coordinates if they were read, without `exists`."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
@@ -183,7 +172,7 @@ class Subset(ByValue):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Declare the columns with a formula for type checkers."""
+            """Tell type checkers that there are columns with a formula."""
 
     @cached_property
     def start(self) -> Integers:
@@ -227,25 +216,19 @@ class Subset(ByValue):
         return entropy_of_rows(self._orbits())
 
     def averages(self, weight: str = "exp") -> "Result":
-        """Return the average Lyapunov exponents of these orbits by period (`Catalogue.lyapunov`).
-
-        (``lyapunov`` is the column with their lambda.)
-        """
+        """Return the Lyapunov exponents averaged over these orbits by period (`Catalogue.lyapunov`)."""
         from orbitdb.answers.lyapunov import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
     def table(self) -> "Result":
-        """Return counts by period, with the columns of the paper's Table 1.
-
-        N_t counts words of any status.
-        """
+        """Return counts by period as in the paper's Table 1; N_t counts words of any status."""
         from orbitdb.answers.entropy import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
-        """Return the orbits of whole periods, one by one, for averages."""
+        """Return the orbits of whole periods, each as a class of one word."""
         from orbitdb.answers.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))

@@ -1,4 +1,4 @@
-"""A subset as a table: a pandas data frame, an Arrow table, HTML with pictures for notebooks."""
+"""A subset as a table: a pandas data frame, an Arrow table, or HTML with pictures for notebooks."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 10
 MOST_BOUNCES = 200
-"""Longest orbit with a small picture; longer ones would be a smudge."""
+"""Longer orbits have no small picture, which would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
 _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
-"""Set for each cell, because notebooks align every cell to the right."""
+"""Alignment of each cell; notebooks align all to the right."""
 
 Columns = Mapping[str, Column]
 """Columns by name; None or NaN for a missing value."""
@@ -37,7 +37,7 @@ Columns = Mapping[str, Column]
 def columns_of(
     a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
 ) -> dict[str, Column]:
-    """Return the columns of a subset from its arrays, with None for what a word without a class lacks."""
+    """Return the columns of a subset, with None for what a word without a class lacks."""
     classless = (arrays["representative"] == "").tolist()
     columns: dict[str, Column] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
     for name, values in arrays.items():
@@ -56,7 +56,7 @@ def columns_of(
 def to_pandas(columns: Columns) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
-    Coordinates are an array for each row, or None.
+    Coordinates are one array per row, or None.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
@@ -71,7 +71,7 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
 
 
 def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
-    """Return an Arrow table with the types of an exported parquet file; missing values are null."""
+    """Return an Arrow table typed like an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
     schema = arrow_schema(tuple(columns), notes)
     return pa.Table.from_batches([arrow_batch(list(columns.values()), schema)])

@@ -1,7 +1,4 @@
-"""Checks of many rows, and the parts of a catalogue that are checked separately.
-
-The result of a part depends on nothing else, whichever process checks it.
-"""
+"""Checks of many rows, and parts of a catalogue, which any process can check independently."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +17,7 @@ from orbitdb.store.reading.moment import reading
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20
-"""Most numbers in all p x p matrices of a block."""
+"""Most entries of all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +27,11 @@ class Check:
     Attributes
     ----------
     name : str
-        The name of the check.
+        One of `orbitdb.verification.verify.PROMISES`.
     rows, failures : int
-        Number of rows, and of wrong ones.
-    worst : float or None
-        The deviation of the row with the largest share.
-    share : float or None
-        That deviation over the one allowed in its row; above 1 is a failure.
+        Numbers of rows, and of wrong ones.
+    worst, share : float or None
+        The worst deviation in relation to what its row allows, and that ratio; above 1 is a failure.
     first : str or None
         The first wrong row.
     """
@@ -49,7 +44,7 @@ class Check:
     first: str | None = None
 
     def joined(self, other: "Check") -> "Check":
-        """Return the same check over both sets of rows."""
+        """Join the same check over two sets of rows."""
         larger = max((self, other), key=lambda part: -1.0 if part.share is None else part.share)
         return replace(
             larger,
@@ -70,7 +65,7 @@ class Checked:
     done, total : int
         Progress of the stage, in classes.
     checks : tuple of Check
-        Checks of the rows of this step; joined by name, they make the report.
+        Of the rows of this step; joined by name, they make the report.
     """
 
     stage: str
@@ -80,25 +75,25 @@ class Checked:
 
 
 def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
-    """Return a check that each row, named by its word or another label, passes or fails."""
+    """Return a check that each labelled row passes or fails."""
     marks = np.asarray(wrong)
     first = shortened(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
 
 
 def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
-    """Return a check of a number of rows, given the labels of the wrong ones."""
+    """Return a check of some rows, given the labels of the wrong ones."""
     return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
 
 
 def single(name: str, label: str, wrong: Iterable[str]) -> Check:
-    """Return a check of one row, with its first fault."""
+    """Return a check of one row, given its faults."""
     first = next(iter(wrong), None)
     return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
 def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return deviations over allowed ones: 0 for no deviation, infinite for NaN."""
+    """Return deviations divided by allowed ones: 0 for no deviation, infinity for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
@@ -123,7 +118,6 @@ class Part:
     Attributes
     ----------
     stage : str
-        The stage it belongs to.
     find : callable
         Checks the part through a connection.
     done, total : int
@@ -136,7 +130,7 @@ class Part:
     total: int = 1
 
     def checked(self, connection: sa.Connection) -> Checked:
-        """Return the checks of the part, up to the first unreadable value."""
+        """Check the part, up to the first unreadable value."""
         found: list[Check] = []
         try:
             found.extend(self.find(connection))
@@ -147,7 +141,7 @@ class Part:
 
 
 def checked_apart(path: Path, part: Part) -> Checked:
-    """Check a part in the file as it is now; the rows of a class never change."""
+    """Check a part in the file as it is now, since the rows of a class never change."""
     with reading(path) as moment:
         return part.checked(moment.connection)
 
@@ -160,7 +154,6 @@ class Block:
     ----------
     p : int
     ids : ndarray of int64, shape (N,)
-        Their ids.
     done, total : int
         Number checked after this block, and number to check.
     """
@@ -171,12 +164,12 @@ class Block:
     total: int
 
     def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
-        """Return the block as a part, with the function that checks it."""
+        """Return the block as a part, which a function checks."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
 
 def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
-    """Cut classes into blocks of at most `size`, smaller ones for long words with large Hessians."""
+    """Cut classes into blocks of at most `size`; smaller ones for long words, whose Hessians are large."""
     done, total = 0, sum(map(len, ids.values()))
     for p, those in ids.items():
         step = max(1, min(size, _NUMBERS // p**2))
@@ -187,5 +180,5 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
 
 
 def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; without selections, every period is."""
+    """Tell whether a period is chosen at some a; without selections, each is."""
     return not selections or any(each.includes(p) for each in selections)

@@ -1,7 +1,7 @@
-"""Verify a catalogue: compute everything again from the words alone, and compare.
+"""Verify a catalogue: recompute everything from the words alone, and compare.
 
-All words must be there (`orbitdb.verification.completeness`). A stored orbit must agree with itself
-(`orbitdb.verification.invariants`) and with a new solution (`orbitdb.verification.recomputation`).
+All words must be there (`orbitdb.verification.completeness`). A stored orbit must be consistent
+(`orbitdb.verification.invariants`) and agree with a new solution (`orbitdb.verification.recomputation`).
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -103,17 +103,16 @@ def verify(
     missing_births: bool = False,
     workers: "Workers | None" = None,
 ) -> Generator[Checked]:
-    """Compute a catalogue again and compare.
+    """Recompute a catalogue and compare.
 
     Parameters
     ----------
     moment : Moment
-        Everything is read from it. Workers read each part at a moment of its own, since a fill never changes
-        the rows of existing classes.
+        Workers read each part at a moment of its own, since a fill never changes the rows of existing
+        classes.
     selections : sequence of Selection
-        What to check, one for each a. The file is checked as a whole; counts, births, and the words of
-        classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
-        the chosen classes: a class is chosen if one of its words is.
+        What to check, one for each a. The whole file is always checked; counts, births and the words of
+        classes, in the chosen periods, or in all without any a; orbits, only in classes with chosen words.
     sample : int, optional
         Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional
@@ -129,11 +128,6 @@ def verify(
     ------
     Checked
         After every block of rows, so that memory is bounded.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be read.
     """
     rng = np.random.default_rng(seed)
     connection = moment.connection
@@ -170,7 +164,7 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Con
     checks = [judged("values", stored.words, ~whole)]
     rows = whole_rows(stored, block.p, whole)
     if rows:
-        with np.errstate(all="ignore"):  # stored numbers may be anything
+        with np.errstate(all="ignore"):  # stored numbers can be anything
             orbits = with_bounds(stored.orbits(rows), stadium)
             checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
         if restarts:
@@ -187,7 +181,7 @@ def _block(
     stadium: Stadium,
     ours: AbstractSet[int],
 ) -> Iterator[Check]:
-    """Check those rows of a block that have sound words and all values."""
+    """Check the rows of a block that have sound words and all values."""
     fresh = solve_admissible(stored.words, stadium)
     yield from check_against(stored, fresh)
     made = zip(block.some("solver", rows), block.some("run", rows), strict=True)
@@ -205,17 +199,17 @@ def _block(
 
 
 _STARTS_A_SECOND = 800_000
-"""Random starts from which words are solved; a check of all else takes as long as four."""
+"""Words solved from a random start in a second; all other checks take as long as four starts."""
 
 
 @dataclass(frozen=True)
 class Verification:
-    """What a verification has found.
+    """The result of a verification.
 
     Attributes
     ----------
     checks : tuple of Check
-        One for each promise that was looked at.
+        One for each of `PROMISES` that was checked.
 
     Examples
     --------
@@ -242,7 +236,7 @@ class Verification:
         return f"<{len(self.failed)} of {several(len(self.checks), 'check')} failed: {told}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a data frame, one row a check."""
+        """Return a data frame, one row per check."""
         frame = load("pandas", "to_pandas()", "pandas").DataFrame(map(asdict, self.checks))
         return frame.rename(columns={"name": "check"})
 
@@ -258,14 +252,13 @@ def verification_steps(
     again: bool = False,
     jobs: int | None = None,
 ) -> Generator[Checked]:
-    """Compute a catalogue again and compare, in processes if it is worth it; then prove its rows if asked to.
+    """Verify a catalogue, in processes if that is worth it; if `rigorous`, prove its rows, too.
 
-    The parameters are those of `orbitdb.verification.verify.verify` and
-    `orbitdb.verification.recomputation.certify`.
+    The other parameters are those of `verify` and `orbitdb.verification.recomputation.certify`.
     """
     with reading(path) as moment:
         known = 0
-        with suppress(AlteredError):  # it is among what is checked
+        with suppress(AlteredError):  # the verification itself reports it
             fills = ((each, fill) for each in selections for fill in moment.fills(each.a))
             known = sum(fill.words for each, fill in fills if each.includes(fill.p))
         checked = known if sample is None else min(sample, known)
@@ -277,7 +270,7 @@ def verification_steps(
 
 
 def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
-    """Pass steps on, and tell how far they are."""
+    """Pass steps on, and report progress."""
     for step in steps:
         tell(step.done, step.total if step.total > 1 else 0, step.stage)
         yield step
