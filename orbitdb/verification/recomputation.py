@@ -166,7 +166,13 @@ def certify(
     Step
         After every stored batch.
     """
-    source = Reader(path)
+    with closing(Reader(path)) as source:
+        yield from _certified(source, selection, sample, seed, again)
+
+
+def _certified(
+    source: Reader, selection: Selection, sample: int | None, seed: int, again: bool
+) -> Generator[Step]:
     with source.moment() as moment:
         connection = moment.connection
         chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
@@ -176,7 +182,7 @@ def certify(
         proofs = ids_in(connection, certificate.c.cycle, certificate.c.stadium == number)
     known = proofs[:0] if again else proofs
     todo = {p: np.setdiff1d(those, known) for p, those in chosen.items()}
-    with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
+    with closing(Writer(source.path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.moment() as moment:
                 stored = load_orbits(moment.connection, number, block.ids)
