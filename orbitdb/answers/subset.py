@@ -18,7 +18,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
 from orbitdb.columns import WRITTEN, kind_of, with_formulas
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import drawn
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
@@ -317,19 +317,17 @@ class Subset(ByValue):
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        title, paths = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
+        title = self.selection.describe()
         if kind == "lengths":
-            return paths.draw_titled(paths.draw_staircase, (orbits.length, np.ones(len(orbits))), title, ax)
+            return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
         if kind == "sheet":
             if orbits.coordinates is None:
                 raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
-            sheet = load("orbitdb.plots.sheet", "plot()", "plot")
-            return paths.draw_titled(sheet.draw_sheet, (list(orbits),), title, ax)
+            return drawn("sheet.draw_sheet", (list(orbits),), title, ax)
         periods = [
             (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
         ]
-        what = Stadium(self.selection.a), periods
-        return paths.draw_titled(paths.draw_phase_space, what, title, ax)
+        return drawn("paths.draw_phase_space", (Stadium(self.selection.a), periods), title, ax)
 
     def _repr_html_(self) -> str:
         """Show the first rows with small pictures; solve orbits whose coordinates were not read."""

@@ -21,6 +21,7 @@ from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
+from orbitdb.extras import Record
 from orbitdb.numerals import between
 from orbitdb.progress import Tell
 
@@ -47,7 +48,7 @@ _BRIEF = 0.05
 
 
 @dataclass(frozen=True)
-class EntropyBounds:
+class EntropyBounds(Record):
     """Bounds on the topological entropy per bounce at one a, proved by windows up to one length.
 
     Attributes

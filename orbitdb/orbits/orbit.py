@@ -1,7 +1,7 @@
 """Orbits: results for a batch of words, as a structure of arrays."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from functools import reduce
@@ -15,17 +15,13 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import with_formulas
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import Drawn
 from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 _SHOWN = 40
 
@@ -134,10 +130,11 @@ class Orbits(ByValue):
 
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
-class Orbit:
+class Orbit(Drawn):
     """One word at one a, with its orbit if it has one.
 
-    Two are equal if they are the same cyclic word, in any rotation, at the same a.
+    Two are equal if they are the same cyclic word, in any rotation, at the same a. `plot` draws the orbit in
+    its stadium, as in the paper's Fig. 1.
 
     Attributes
     ----------
@@ -338,32 +335,12 @@ class Orbit:
             return None
         return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the orbit in its stadium with matplotlib, as in the paper's Fig. 1.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ValueError
-            If it has no coordinates.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
-        """
-        points = self.points
-        if points is None:
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        if self.points is None:
             raise ValueError(
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
-        paths = load("orbitdb.plots.paths", "plot()", "plot")
-        return paths.draw_titled(paths.draw_orbit, (Stadium(self.a), points), shortened(self.code), ax)
+        return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:

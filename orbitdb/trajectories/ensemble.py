@@ -14,6 +14,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.extras import Record
 from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 TRAJECTORIES = 4096
@@ -80,7 +81,7 @@ def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(Record):
     """Averages over random trajectories, with their standard errors.
 
     Attributes
