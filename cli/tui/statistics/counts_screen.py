@@ -9,7 +9,6 @@ from typing import Any, ClassVar, NamedTuple
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
@@ -17,9 +16,10 @@ from textual.widgets import Footer, Header, Static
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
 from orbitdb.answers.gaps import partial_fills
 from orbitdb.cli.render import number
+from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
-from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key
-from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.cli.tui.keys import COUNTS, Keys, bindings
+from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
@@ -88,17 +88,8 @@ def _bar(count: int, most: int, room: int) -> str:
 class CountsScreen(OwnScreen[None]):
     """The numbers of words of a subset of each kind, and a histogram of a column."""
 
-    KEYS: ClassVar[Keys] = {
-        "counts": [
-            *RETURN,
-            key("d", "dismiss"),
-            Binding("s", "column", "column", tooltip="histogram of another column"),
-            Binding("right_square_bracket", "next_column(1)", "next column"),
-            key("left_square_bracket", "next_column(-1)", "column before"),
-            Binding("e", "export", "export", tooltip="export the histogram as a figure"),
-        ]
-    }
-    BINDINGS = bindings(KEYS)
+    KEYS: ClassVar[Keys] = COUNTS
+    BINDINGS = bindings(COUNTS)
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
@@ -181,7 +172,7 @@ class CountsScreen(OwnScreen[None]):
             self.notify("there is nothing to draw")
             return
 
-        def write(path: Path) -> str:
+        def write(path: Path, _: object) -> str:
             return save_figure(path, lambda figures: figures.draw_counts(counts, column, title))
 
         ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.cli.tui.table.columns import USUAL
+from orbitdb.cli.tui.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen import Chosen

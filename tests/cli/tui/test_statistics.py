@@ -93,7 +93,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
         text = shown(app)
-        count = Catalogue(app.path).count(Selection(statuses=(Status.ORBIT,)))
+        count = Catalogue(app.file.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
@@ -111,7 +111,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
         for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
-            app.screen.ordering = Ordering(column)
+            app.screen.rows.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn
             await press(pilot, "q")
