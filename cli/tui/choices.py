@@ -25,8 +25,11 @@ from orbitdb.store.asking.where import check, names_in
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses of rows."""
 
-STATUSES: tuple[tuple[Status, ...], ...] = ((), *((status,) for status in SHOWN))
-REVERSALS = (None, "self", "pair")
+RINGS: dict[str, tuple[Any, ...]] = {
+    "statuses": ((), *((status,) for status in SHOWN)),
+    "time_reversal": (None, "self", "pair"),
+}
+"""The values of criteria, in the order of a key."""
 
 _LONGEST_NAME = 40
 
@@ -50,9 +53,10 @@ class Choices(Working, Static):
         told = chips(self.selection, self._file.a_values())
         self.update(f"[b]{fill}[/b] │ {told}" if fill else told)
 
-    def action_status(self) -> None:
-        """Choose the next status."""
-        self.selection = turned(self.selection, "statuses", STATUSES)
+    def action_turn(self, name: str, step: int = 1) -> None:
+        """Choose the next or previous value of a criterion; beyond the ends, all."""
+        periods = ((), *(((p, p),) for p in self._file.periods(self.selection.a)))
+        self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
 
     def action_statuses(self) -> None:
         """Pick statuses from a list."""
@@ -63,15 +67,6 @@ class Choices(Working, Static):
         hint = "space marks, enter takes; none marked: every status"
         texts = {status.value: status.sentence for status in SHOWN}
         self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
-
-    def action_reversal(self) -> None:
-        """Choose self-retracing orbits, the others, or all."""
-        self.selection = turned(self.selection, "time_reversal", REVERSALS)
-
-    def action_period(self, step: int) -> None:
-        """Choose the next or previous period; beyond the ends, all periods."""
-        ring = ((), *(((p, p),) for p in self._file.periods(self.selection.a)))
-        self.selection = turned(self.selection, "periods", ring, step)
 
     def ask_for_a(self, take: Callable[[float], object]) -> None:
         """Ask for another a, stored or not."""
@@ -205,9 +200,9 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("screen.choose_a", f"a = {exact(selection.a)}{stored}"),
-        ("period(1)", f"p {spans or 'all'}"),
-        ("status", status),
-        ("reversal", reversal[selection.time_reversal]),
+        ("turn('periods')", f"p {spans or 'all'}"),
+        ("turn('statuses')", status),
+        ("turn('time_reversal')", reversal[selection.time_reversal]),
         ("screen.filter", escaped(selection.describe_rest()) or "no filter"),
     ]
     return " │ ".join(f"[@click={action}]{text}[/]" for action, text in parts)

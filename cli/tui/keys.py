@@ -63,11 +63,22 @@ TABLE: Keys = {
     ]
 }
 
+
+def _to(part: str, action: str) -> str:
+    """Return the action of a widget of the screen."""
+    return f"to({part!r}, {action!r})"
+
+
+def _next(name: str, step: int = 1) -> str:
+    """Return the action that chooses the next value of a criterion."""
+    return _to("chips", f"turn({name!r}, {step})")
+
+
 MAIN: Keys = {
     "moving": [
-        key("0", "to('position', 'type(0)')", tooltip="go to a period or code", key_display="0 .. 9"),
-        *(key(digit, f"to('position', 'type({digit})')") for digit in "123456789"),
-        key("backspace", "to('position', 'take_back')", tooltip="take back a digit"),
+        key("0", _to("position", "type(0)"), tooltip="go to a period or code", key_display="0 .. 9"),
+        *(key(digit, _to("position", f"type({digit})")) for digit in "123456789"),
+        key("backspace", _to("position", "take_back"), tooltip="take back a digit"),
         Binding("c", "code", "code", tooltip="go to any code"),
     ],
     "its symmetry class": [
@@ -78,32 +89,32 @@ MAIN: Keys = {
     ],
     "looking": [
         key("enter", "whole", "the whole orbit"),
-        key("space", "to('drawing', 'particle')", "run a particle, or stop it"),
-        Binding("v", "to('drawing', 'view')", "view", tooltip="stadium or phase space"),
+        key("space", _to("drawing", "particle"), "run a particle, or stop it"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
         key("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
         key("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
-        key("m", "to('side', 'compare')", "compare in phase space, or not"),
-        key("M", "to('side', 'compare_none')", "compare none"),
+        key("m", _to("side", "compare"), "compare in phase space, or not"),
+        key("M", _to("side", "compare_none"), "compare none"),
         Binding("S", "statistics", "stats", tooltip="averages by period"),
         Binding("d", "counts", "counts", tooltip="counts and histograms"),
     ],
     "choosing": [
         Binding("slash", "filter", "filter", tooltip="filter, as with --where"),
-        key("o", "to('chips', 'status')", "next status"),
-        key("O", "to('chips', 'statuses')", "statuses from a list"),
-        key("r", "to('chips', 'reversal')", "self-retracing, or not"),
-        key("right_square_bracket", "to('chips', 'period(1)')", "next period"),
-        key("left_square_bracket", "to('chips', 'period(-1)')", "previous period"),
+        key("o", _next("statuses"), "next status"),
+        key("O", _to("chips", "statuses"), "statuses from a list"),
+        key("r", _next("time_reversal"), "self-retracing, or not"),
+        key("right_square_bracket", _next("periods"), "next period"),
+        key("left_square_bracket", _next("periods", -1), "previous period"),
         key("a", "choose_a", "another a"),
-        Binding("s", "to('rows', 'sort')", "sort", tooltip="sort by a column"),
-        key("R", "to('rows', 'reverse_order')", "reverse the order"),
-        key("C", "to('rows', 'columns')", "choose the columns"),
+        Binding("s", _to("rows", "sort"), "sort", tooltip="sort by a column"),
+        key("R", _to("rows", "reverse_order"), "reverse the order"),
+        key("C", _to("rows", "columns"), "choose the columns"),
     ],
     "keeping": [
         key("asterisk", "mark", "mark the orbit, or unmark it"),
-        key("apostrophe", "to('chips', 'marked')", "marked orbits only"),
-        key("F", "to('chips', 'filters')", "filters kept by name"),
-        key("y", "to('side', 'copy')", "copy the code"),
+        key("apostrophe", _to("chips", "marked"), "marked orbits only"),
+        key("F", _to("chips", "filters"), "filters kept by name"),
+        key("y", _to("side", "copy"), "copy the code"),
         Binding("e", "export", "export", tooltip="export to a file"),
     ],
     "orbitdb": [
@@ -143,23 +154,24 @@ def _main(keys: str, action: str, told: str, name: str = "") -> Binding:
     return Binding(keys, f"main({action!r})", name, show=bool(name), tooltip=told)
 
 
+_SHARED = ("T,t", "X,x", "Y", "less_than_sign", "greater_than_sign", "asterisk", "y")
+
 WHOLE_ORBIT: Keys = {
     "the whole orbit": [
         *_RETURN,
         key("enter", "dismiss"),
-        Binding("v", "to('drawing', 'view')", "view", tooltip="stadium or phase space"),
-        Binding("space", "to('drawing', 'particle')", "run", tooltip="run a particle, or stop it"),
-        _main("n", "to('table', 'move(1)')", "orbit of the next row", "next"),
-        _main("p", "to('table', 'move(-1)')", "orbit of the previous row", "previous"),
-        _main("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
-        _main("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        Binding("space", _to("drawing", "particle"), "run", tooltip="run a particle, or stop it"),
+        _main("n", _to("table", "move(1)"), "orbit of the next row", "next"),
+        _main("p", _to("table", "move(-1)"), "orbit of the previous row", "previous"),
         _main("a", "choose_a(True)", "the same word at another a", "other a"),
         _main("c", "code", "any code", "code"),
-        _main("T,t", f"move_in_class({REVERSE})", "time reverse"),
-        _main("X,x", f"move_in_class({MIRROR_X})", "mirror left and right"),
-        _main("Y", f"move_in_class({MIRROR_Y})", "mirror up and down"),
-        _main("asterisk", "mark", "mark the orbit, or unmark it"),
-        _main("y", "to('side', 'copy')", "copy the code"),
+        *(
+            _main(each.key, each.action, each.tooltip or each.description)
+            for group in MAIN.values()
+            for each in group
+            if each.key in _SHARED
+        ),
         _main("e", "export(True)", "export to a file", "export"),
     ]
 }

@@ -153,14 +153,14 @@ def test_a_filter_with_a_comment_can_be_limited_to_marked_orbits(filled_once, wh
 def test_choices_cycle():
     chosen, seen = Selection(), []
     for _ in range(6):
-        chosen = choices.turned(chosen, "statuses", choices.STATUSES)
+        chosen = choices.turned(chosen, "statuses", choices.RINGS["statuses"])
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
     several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
-    assert choices.turned(several, "statuses", choices.STATUSES).statuses == (Status.ORBIT,)
+    assert choices.turned(several, "statuses", choices.RINGS["statuses"]).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
-        chosen = choices.turned(chosen, "time_reversal", choices.REVERSALS)
+        chosen = choices.turned(chosen, "time_reversal", choices.RINGS["time_reversal"])
         assert chosen.time_reversal == reversal
     ring = ((), ((2, 2),), ((4, 4),), ((5, 5),))
     for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
@@ -184,9 +184,9 @@ def test_choices_link_to_their_actions():
     links = re.findall(r"\[@click=([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
         ("screen.choose_a", "a = 1, one of 2 stadiums"),
-        ("period(1)", "p 2-4, 7"),
-        ("status", "orbit, boundary"),
-        ("reversal", "self-retracing"),
+        ("turn('periods')", "p 2-4, 7"),
+        ("turn('statuses')", "orbit, boundary"),
+        ("turn('time_reversal')", "self-retracing"),
         ("screen.filter", r"where code like '\[1]'"),
     ]
 
