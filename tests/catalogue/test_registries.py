@@ -98,7 +98,7 @@ assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
 assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
 orbit = solve_word("1232131", 1.6)
 assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.table.columns import EVERY, chosen
+from orbitdb.cli.tui.columns import EVERY, chosen
 from program import renewed
 print(EVERY["stretch"].brief, [each.name for each in chosen(["stretch"])])
 print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
@@ -127,7 +127,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 found = screen.statistics(Reader(Path({small!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
-print("lambda_c_third" in screen.columns(), [each.name for each in curves])
+print("lambda_c_third" in screen.rows.columns(), [each.name for each in curves])
 """
     assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE + screen))
 
