@@ -199,10 +199,13 @@ def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
 def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
-    pressed = pressed_directions(alpha, slopes, limits)
-    rhs = np.where(pressed, 0.0, slopes.gradient)
-    (step,) = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs[None])
+    (step,) = responses(legs, slopes, pressed_directions(alpha, slopes, limits), slopes.gradient)
     return np.clip(alpha + step, *limits) - alpha
+
+
+def responses(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_], *forces: Floats) -> Floats:
+    """Solve -H x = force for r forces, shape (r, m, N); pressed directions do not move."""
+    return solve_cyclic(*minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, np.stack(forces)))
 
 
 def minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_errors
-from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import newton
+from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 
@@ -125,13 +125,8 @@ def proved_signs(words: NDArray[np.uint8], a: Floats) -> Signs:
 
     1 for an orbit, -1 for none, 0 for an orbit exactly through a joint, or undecided.
     """
-    from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to import, and seldom needed
-
     found = np.zeros(len(words), np.int8)
-    for rows, legs in cut(words):
-        start = newton(legs, a[rows]).alpha
-        for at in np.unique(a[rows]).tolist():
-            same = np.flatnonzero(a[rows] == at)
-            proved = enclose_all(legs.rows(same), Stadium(at), start[:, same])
-            found[rows[same]] = [_SIGNS.get(each.status, 0) for each in proved]
+    for at in np.unique(a).tolist():
+        same = np.flatnonzero(a == at)
+        found[same] = [_SIGNS.get(each.status, 0) for each in certificates(words[same], Stadium(at))]
     return found
