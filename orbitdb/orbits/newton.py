@@ -83,12 +83,17 @@ def solve_admissible(
     Unless `every` is set, words without an orbit only get status, margin and steps.
     """
     orbits = solve_in_doubles(words, stadium, tolerance, every)
-    for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
-
-        word = words[row]
-        orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
+    left = np.flatnonzero(orbits.status == Status.UNRESOLVED)
+    if len(left):
+        orbits.place(left, solve_in_balls(words[left], stadium))
     return orbits
+
+
+def solve_in_balls(words: NDArray[np.uint8], stadium: Stadium) -> Orbits:
+    """Find the orbits of N >= 1 admissible words in ball arithmetic, rounded to doubles."""
+    from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
+
+    return as_orbits(words, stadium, [enclose(word, stadium) for word in words])
 
 
 def solve_in_doubles(

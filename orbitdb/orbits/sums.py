@@ -22,7 +22,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import newton, newton_step
+from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 from orbitdb.symbols.words import unpack
@@ -91,12 +91,10 @@ def _decided(
     verdict = decide(legs, a, alpha)
     slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
-    for place in np.flatnonzero(status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
-
-        word = unpack(codes[place : place + 1], p)[0]
-        found = as_orbits(word, stadium, enclose(word, stadium))
-        status[place], lengths[place], exponents_[place] = found.status[0], found.length[0], found.lyapunov[0]
+    left = np.flatnonzero(status == Status.UNRESOLVED)
+    if len(left):
+        found = solve_in_balls(unpack(codes[left], p), stadium)
+        status[left], lengths[left], exponents_[left] = found.status, found.length, found.lyapunov
     orbits = np.flatnonzero(status == Status.ORBIT)
     return Exponents(
         rows[orbits],
