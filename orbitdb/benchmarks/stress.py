@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
-from orbitdb.billiard.stadium import Stadium, written
+from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.orbit import Orbits, Status
@@ -24,7 +24,6 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
 from orbitdb.trajectories.rays import Rays, bounce, random_arcs
 
-_LEFT = (1, 4)
 _WINDOW = 200
 
 BITS = 256
@@ -151,7 +150,7 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
         rays.append(bounce(rays[-1], stadium.a).rays)
     x, y, side = (np.stack([getattr(each, name) for each in rays], axis=1) for name in ("x", "y", "side"))
     symbols, _ = written(stadium, x, y, side)
-    left = np.isin(symbols, _LEFT)
+    left = SIDE[symbols] < 0
     begins = left[:, 1:] & ~left[:, :-1]
     both = begins[:, :-p] & begins[:, p:]
     starts = np.where(both.any(axis=1), both.argmax(axis=1) + 1, -1)

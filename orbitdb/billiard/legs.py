@@ -26,12 +26,11 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import STRAIGHT
+from orbitdb.billiard.stadium import SIDE, STRAIGHT
 from orbitdb.equality import Batch
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])
-_LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,14 +138,14 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
 
 def _turned(words: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
     """Rotate words, shape (N, p), so that a run on the left comes first; also return its first bounce."""
-    left = _LEFT[words]
+    left = SIDE[words] < 0
     origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
     return np.take_along_axis(words, (np.arange(words.shape[1]) + origin) % words.shape[1], axis=1), origin
 
 
 def _beginnings(symbols: NDArray[np.uint8]) -> NDArray[np.bool_]:
     """Tell which bounces of words that begin with a run start a new run or leg."""
-    straight, left = STRAIGHT[symbols], _LEFT[symbols]
+    straight, left = STRAIGHT[symbols], SIDE[symbols] < 0
     fresh = np.ones(symbols.shape, dtype=np.bool_)
     fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
     fresh[:, 1:] |= ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
