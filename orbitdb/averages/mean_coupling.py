@@ -19,7 +19,7 @@ shrink towards the directions where this happens.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +53,7 @@ _ROUNDING = 1e-13
 _CAUTION = 8
 
 
-@dataclass(frozen=True)
-class Mean:
+class Mean(NamedTuple):
     """A mean over the invariant measure, and a bound on its error as estimated from the quadratures."""
 
     value: float

@@ -274,16 +274,18 @@ def _averages(found: Floats, means: ExactMeans) -> SumRules:
     error += _OF_THE_REST * np.abs(rest) + growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)
+    stadium = Stadium(means.a)
+    per_bounce, per_length = stadium.legs_per_bounce, stadium.legs_per_length
     return SumRules(
         p=np.arange(2, len(rest) + 2),
         level=level,
         lambda_l=growth.value + rest,
         lambda_l_below=growth.value + below,
         lambda_l_error=error,
-        lambda_d_sum_rule=(growth.value + rest) * means.per_bounce,
-        lambda_d_sum_rule_error=error * means.per_bounce,
-        lambda_c_sum_rule=(growth.value + rest) * means.per_length,
-        lambda_c_sum_rule_error=error * means.per_length,
+        lambda_d_sum_rule=(growth.value + rest) * per_bounce,
+        lambda_d_sum_rule_error=error * per_bounce,
+        lambda_c_sum_rule=(growth.value + rest) * per_length,
+        lambda_c_sum_rule_error=error * per_length,
     )
 
 

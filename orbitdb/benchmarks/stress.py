@@ -13,6 +13,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
@@ -29,7 +30,7 @@ _WINDOW = 200
 BITS = 256
 """Precision of the reference, in bits."""
 
-SUM_BOUND = 64 * float(np.finfo(float).eps)
+SUM_BOUND = 64 * EPSILON
 """Relative error allowed for a sum of positive terms with NumPy's pairwise summation."""
 
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE
+from orbitdb.arithmetic import ABOVE, EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import SIDE, STRAIGHT
 from orbitdb.equality import Batch
@@ -214,7 +214,7 @@ def summation_rounding(m: int) -> float:
     Blocks of up to 128 terms go to 8 partial sums (at most 15 additions, 3 to join them, up to 7 terms left
     over), and the blocks are added in pairs, so a term passes through at most 19 + log2(m) additions.
     """
-    return min(m, 20 + math.log2(m)) * float(np.finfo(float).eps) / 2
+    return min(m, 20 + math.log2(m)) * EPSILON / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,4 +255,4 @@ def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """
     terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
     run = 2 + 2 * np.pi / legs.k
-    return ABOVE * np.finfo(float).eps * (3 * terms + run + following(run))
+    return ABOVE * EPSILON * (3 * terms + run + following(run))

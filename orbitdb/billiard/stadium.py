@@ -79,6 +79,16 @@ class Stadium:
         """Mean path between two bounces in the invariant measure, pi Area / Perimeter."""
         return math.pi * self.area / self.perimeter
 
+    @property
+    def legs_per_bounce(self) -> float:
+        """Mean number of legs per bounce: a leg and its run have a + pi/2 bounces on average."""
+        return 1 / (self.a + HALF_PI)
+
+    @property
+    def legs_per_length(self) -> float:
+        """Mean number of legs per length: one over the mean path to the next run, pi Area / 4."""
+        return 4 / (math.pi * self.area)
+
     def points(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
         """Return the Cartesian points of bounces.
 

@@ -21,7 +21,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, check_functions
+from orbitdb.arithmetic import ABOVE, EPSILON, check_functions
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
@@ -35,7 +35,7 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
 from orbitdb.equality import Batch, ByValue
-from orbitdb.orbits.error_bounds import EPSILON, steepness
+from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.newton import responses
 from orbitdb.progress import Tell
 

@@ -14,7 +14,7 @@ rounding of its own evaluation (for the assumptions see `orbitdb.arithmetic`).
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE
+from orbitdb.arithmetic import ABOVE, EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import (
     Chain,
@@ -29,8 +29,6 @@ from orbitdb.billiard.legs import (
     pressed_directions,
     summation_rounding,
 )
-
-EPSILON = float(np.finfo(float).eps)
 
 
 def direction_errors(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
@@ -23,7 +24,7 @@ _LEAST_POINTS = 3
 _ROUNDED = 1e-6
 """A start may be this far outside, as when it is given with six digits."""
 
-_ROUNDING = 8 * float(np.finfo(float).eps)
+_ROUNDING = 8 * EPSILON
 """Rounding error of a start and of one bounce, in units of 1 + a."""
 
 _LOST = 1e20

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
@@ -20,7 +21,6 @@ from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
 
-EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512
 """Longest word whose p x p Hessian is checked."""
 

@@ -58,10 +58,13 @@ class BallPath:
         )
         self.m = len(self.k)
 
+    def arriving(self, run: int) -> arb:
+        """Return the slope at its end of the leg before a run."""
+        return self.alpha[run - 1] if self.parity[run - 1] > 0 else -self.alpha[run - 1]
+
     def half_turn(self, run: int) -> arb:
-        """Return psi / 2k of a run at the directions."""
-        arriving = self.alpha[run - 1] if self.parity[run - 1] > 0 else -self.alpha[run - 1]
-        turned = arriving + self.alpha[run]
+        """Return psi / 2k of a run."""
+        turned = self.arriving(run) + self.alpha[run]
         return (arb.pi() - turned if self.d[run] > 0 else arb.pi() + turned) / (2 * self.k[run])
 
     def go_to(self, alpha: Balls) -> None:
@@ -150,7 +153,7 @@ class BallPath:
         """Return the angles of the first and the last bounce of each run."""
         first, last = [], []
         for i in range(self.m):
-            middle = (self.parity[i - 1] * self.alpha[i - 1] - self.alpha[i]) / 2
+            middle = (self.arriving(i) - self.alpha[i]) / 2
             spread = self.d[i] * (self.k[i] - 1) * self.half[i]
             first.append(middle - spread)
             last.append(middle + spread)

@@ -5,7 +5,7 @@ orbit at the lowest and highest a of the grid and at the smallest possible a. It
 further pair of changes between two points of the grid, below the smallest a or above the highest.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,7 @@ _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)
 """Refinement factors, tried in this order."""
+_NONE = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
 _BATCH = 1 << 14
 """Words to follow at once; fewer take almost as long, and the arrays of more do not fit the cache."""
 
@@ -108,7 +109,7 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
         _search(words, least, foot, high, part, 0)
         for part in np.split(rows, range(_BATCH, len(rows), _BATCH))
     ]
-    found = _joined(parts)
+    found = Bracketed.joined([_NONE, *parts])
     found = found.rows(np.lexsort((found.a, found.word)))
     places = joints(words[found.word], found.slack)
     return Changes(least, found.word, found.a, found.error, found.born, *places, found.slope)
@@ -144,12 +145,6 @@ def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integer
     return bounce, joint
 
 
-def _joined(parts: list[Bracketed]) -> Bracketed:
-    none = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
-    names = [each.name for each in fields(Bracketed)]
-    return Bracketed(*(np.concatenate([getattr(part, name) for part in [none, *parts]]) for name in names))
-
-
 def _search(
     words: NDArray[np.uint8], always: Flags, foot: Floats, high: float, rows: Integers, level: int
 ) -> Bracketed:
@@ -166,14 +161,14 @@ def _search(
             own = here[places]
             part = bracket(words[own], legs, refine(legs, candidates(legs, follow(legs, grid))))
             found.append(replace(part, word=own[part.word]))
-    changes = _merged(_joined(found))
+    changes = _merged(Bracketed.joined([_NONE, *found]))
     odd = _inconsistent(changes, always)
     missing = rows[~always[rows] & ~np.isin(rows, changes.word)]
     again = np.union1d(odd, missing)
     if not len(again):
         return changes
     sound = changes.rows(~np.isin(changes.word, again))
-    return _joined([sound, _search(words, always, foot, high, again, level + 1)])
+    return Bracketed.joined([sound, _search(words, always, foot, high, again, level + 1)])
 
 
 def _merged(found: Bracketed) -> Bracketed:

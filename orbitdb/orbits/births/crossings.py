@@ -7,7 +7,7 @@ completeness rests on the grid.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,15 +64,13 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     Zeros
         The cells.
     """
-    found, before = [], None
+    none, nothing = np.zeros(0, np.intp), np.zeros(0)
+    found, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
     for station in stations:
         if before is not None:
             found += list(_search(legs, np.arange(len(legs)), before, station, 0))
         before = station
-    if not found:
-        none, nothing = np.zeros(0, np.intp), np.zeros(0)
-        return Zeros(none, none, nothing, nothing, np.zeros((legs.k.shape[0], 0)))
-    return Zeros(*(np.concatenate([getattr(z, each.name) for z in found], axis=-1) for each in fields(Zeros)))
+    return Zeros.joined(found)
 
 
 def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
