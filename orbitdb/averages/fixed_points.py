@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.equality import Batch, ByValue
 
 
@@ -56,7 +55,7 @@ class ClassRows(Batch):
     size: Integers
     length: Floats
     lyapunov: Floats
-    inverse: NDArray[np.bool_]
+    inverse: Marks
 
     def __post_init__(self) -> None:
         columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)

@@ -22,9 +22,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 
 _TOLERANCE = 1e-7
 _LONGEST = 60
@@ -102,7 +101,7 @@ def _first_ends(a: float) -> Floats:
     return np.unique(np.concatenate(found))
 
 
-def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:
+def _largest(change: Floats, rest: float) -> Marks:
     """Return a mask of the panels to halve: all but the smallest changes that sum to at most `rest`."""
     order = np.argsort(change)
     going = np.ones(len(change), dtype=bool)

@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
@@ -184,7 +183,7 @@ class _Ladder:
     """The factors of one period in order of cost, with their prefix sums."""
 
     period: int
-    place: NDArray[np.intp]
+    place: Places
     cost: Floats
     sums: Floats
 

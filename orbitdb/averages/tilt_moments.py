@@ -14,9 +14,8 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import Batch, ByValue
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
@@ -153,10 +152,10 @@ class TiltMoments(ByValue):
 class _Powers(NamedTuple):
     """The powers of k variables up to `DEGREE`; each after the first is a lower one times a variable."""
 
-    exponents: NDArray[np.int64]
+    exponents: Integers
     factorials: Floats
     made_of: list[tuple[int, int]]
-    times: NDArray[np.int64]
+    times: Integers
 
 
 @cache

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import certificates, solve_in_doubles
@@ -121,7 +121,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     return counts, said
 
 
-def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> NDArray[np.float64]:
+def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> Floats:
     """Return the distance from rest that the final force allows for each word, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)

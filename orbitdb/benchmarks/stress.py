@@ -11,10 +11,9 @@ from itertools import chain
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import EPSILON
-from orbitdb.arrays import Words
+from orbitdb.arrays import Floats, Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
@@ -107,7 +106,7 @@ def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: fl
     )
 
 
-def _largest(values: NDArray[np.float64]) -> float:
+def _largest(values: Floats) -> float:
     return float(values.max()) if len(values) else math.nan
 
 
@@ -210,7 +209,7 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     )
 
 
-def _relative_error(found: float, terms: NDArray[np.float64]) -> float:
+def _relative_error(found: float, terms: Floats) -> float:
     pieces = (terms[start : start + 65536].tolist() for start in range(0, len(terms), 65536))
     exact = math.fsum(chain.from_iterable(pieces))
     return abs(found - exact) / exact

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Marks, Masks, Places
 from orbitdb.entropy.windows import LETTERS, MIRROR, SIGN, WAYS, Letters, X, reverse
 from orbitdb.equality import ByValue
 
@@ -56,18 +57,18 @@ class Automaton(ByValue):
 
     first: NDArray[np.int32]
     step: NDArray[np.int32]
-    last: NDArray[np.uint8]
-    found: NDArray[np.uint8]
+    last: Letters
+    found: Masks
 
     def __len__(self) -> int:
         return len(self.last)
 
-    def move(self, state: NDArray[np.intp], letter: Letters) -> NDArray[np.int32]:
+    def move(self, state: Places, letter: Letters) -> NDArray[np.int32]:
         """Return the entries of `step` for states other than 0 and letters that may follow them."""
         found: NDArray[np.int32] = self.step[state, _PLACE[self.last[state], letter]]
         return found
 
-    def follow(self, words: Letters) -> NDArray[np.uint8]:
+    def follow(self, words: Letters) -> Masks:
         """Return the kinds of patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
         seen = self.found[move >> 1]
@@ -129,9 +130,9 @@ class _Tree:
     """The prefixes of patterns: the parent and last letter of each, and the patterns that end there."""
 
     parent: NDArray[np.int32]
-    letter: NDArray[np.uint8]
-    unsigned: NDArray[np.bool_]
-    found: NDArray[np.uint8]
+    letter: Letters
+    unsigned: Marks
+    found: Masks
     levels: list[NDArray[np.int32]]
 
     @classmethod
@@ -166,7 +167,7 @@ class _Tree:
         )
 
 
-def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[Letters, Masks]:
     """Return all patterns and their reversals, upright, sorted and padded with 255; and their kinds."""
     # every state has to know its last letter, so single letters are patterns of no kind
     given = [(_UPRIGHT[:, None], 0), *patterns]

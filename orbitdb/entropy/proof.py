@@ -19,6 +19,7 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Marks
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
@@ -33,9 +34,7 @@ _OFTEN = 256
 """Number of windows between two progress reports."""
 
 
-def proved(
-    windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None
-) -> NDArray[np.bool_]:
+def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None) -> Marks:
     """Return whether each window's verdict is proved in balls.
 
     Parameters

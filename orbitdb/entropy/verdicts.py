@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, EPSILON, check_functions
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -67,7 +67,7 @@ class Corner(Batch):
     legs: Chain
     low: Floats
     high: Floats
-    marked: NDArray[np.intp]
+    marked: Places
     lean: Floats
 
 
@@ -159,15 +159,13 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     return solved
 
 
-def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
+def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
     """Return which windows may gain from another step."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
 
 
-def _direction_error(
-    legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
-) -> Floats:
+def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
     As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
@@ -216,7 +214,7 @@ class Decision(ByValue):
     """
 
     verdict: NDArray[np.uint8]
-    extend_left: NDArray[np.bool_]
+    extend_left: Marks
 
 
 def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:

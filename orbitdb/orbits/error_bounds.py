@@ -12,10 +12,9 @@ rounding of its own evaluation (for the assumptions see `orbitdb.arithmetic`).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, EPSILON
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -52,7 +51,7 @@ def direction_errors(
     return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
 
 
-def steepness(slopes: Derivatives, pressed: NDArray[np.bool_], rounding: Floats) -> Floats:
+def steepness(slopes: Derivatives, pressed: Marks, rounding: Floats) -> Floats:
     """Bound the |g| that can move each direction: where it is pressed, only what rounding may hide."""
     size = np.abs(slopes.gradient)
     return np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)

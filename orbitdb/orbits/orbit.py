@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Marks, Places, Words
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import with_formulas
@@ -95,7 +95,7 @@ class Orbits(ByValue):
         Steps the solver took.
     """
 
-    words: NDArray[np.uint8]
+    words: Words
     status: NDArray[np.str_]
     coordinates: Floats
     length: Floats
@@ -105,13 +105,13 @@ class Orbits(ByValue):
     error: Floats
     length_error: Floats
     lyapunov_error: Floats
-    iterations: NDArray[np.int64]
+    iterations: Integers
 
     def __len__(self) -> int:
         return len(self.words)
 
     @classmethod
-    def empty(cls, words: NDArray[np.uint8]) -> "Orbits":
+    def empty(cls, words: Words) -> "Orbits":
         """Return unsolved words: unresolved, with all numbers NaN."""
         n, p = words.shape
         return cls(
@@ -122,11 +122,11 @@ class Orbits(ByValue):
             **{name: np.full(n, np.nan) for name in NUMBERS},
         )
 
-    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Orbits":
+    def rows(self, chosen: Places | Marks) -> "Orbits":
         """Return some of the words."""
         return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
-    def place(self, rows: NDArray[np.intp], part: "Orbits") -> None:
+    def place(self, rows: Places, part: "Orbits") -> None:
         """Write the results of a part of the batch into the given rows."""
         for name in ("status", "coordinates", "iterations", *NUMBERS):
             getattr(self, name)[rows] = getattr(part, name)

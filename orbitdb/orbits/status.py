@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Words
 from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors, slacks
 from orbitdb.billiard.legs import Chain, Derivatives, Legs, derivatives, direction_limits, length
 from orbitdb.billiard.stability import exponent, forces
@@ -55,10 +55,10 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
 
 
 def assess(
-    words: NDArray[np.uint8],
+    words: Words,
     legs: Legs,
     stadium: Stadium,
-    found: tuple[Floats, NDArray[np.int64]],
+    found: tuple[Floats, Integers],
     every: bool = True,
 ) -> Orbits:
     """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.

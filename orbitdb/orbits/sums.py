@@ -8,9 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -35,15 +34,15 @@ _BATCH = 1 << 13
 class Exponents(ByValue):
     """Words with one number of runs: their statuses, and the numbers of the orbits."""
 
-    orbits: NDArray[np.intp]  # their places among the given words
-    boundary: NDArray[np.intp]  # those of words through a joint
-    unresolved: NDArray[np.intp]  # and of undecided ones; all others are dynamical
+    orbits: Places  # their places among the given words
+    boundary: Places  # those of words through a joint
+    unresolved: Places  # and of undecided ones; all others are dynamical
     length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
     legs: Chain  # their runs and legs
     slopes: Derivatives  # the derivatives of their lengths
 
-    def of_orbits(self, chosen: NDArray[np.intp]) -> "Exponents":
+    def of_orbits(self, chosen: Places) -> "Exponents":
         """Return them with some of the orbits alone."""
         return replace(
             self,
@@ -55,7 +54,7 @@ class Exponents(ByValue):
         )
 
 
-def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:
+def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
     """Find the orbits among packed admissible words of period p <= 20, and their exponents.
 
     Parameters
@@ -83,7 +82,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
 
 
 def _decided(
-    codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Chain, stadium: Stadium, start: Floats
+    codes: Integers, p: int, rows: Places, legs: Chain, stadium: Stadium, start: Floats
 ) -> Exponents:
     """Solve some words from nearby directions, and prove their statuses."""
     a = stadium.a
@@ -130,7 +129,7 @@ class Tally:
     unresolved: int = 0
 
     @classmethod
-    def of(cls, sizes: NDArray[np.int64], found: Iterable[Exponents]) -> "Tally":
+    def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":
         """Count over classes of some sizes."""
         parts = [
             (

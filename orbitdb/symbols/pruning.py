@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Words
+from orbitdb.arrays import Floats, Marks, Masks, Places, Words
 from orbitdb.billiard.stadium import SIDE
 from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
 
@@ -39,7 +39,7 @@ RULES = (
 )
 
 
-def rules_broken(words: Words) -> NDArray[np.uint8]:
+def rules_broken(words: Words) -> Masks:
     """Return the bit mask of broken rules (bit number - 1) of each word, shape (N, p)."""
     before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
     sides = SIDE[words]
@@ -57,13 +57,13 @@ def rules_broken(words: Words) -> NDArray[np.uint8]:
     return np.packbits(broken, axis=0, bitorder="little")[0]
 
 
-def _somewhere(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _somewhere(marks: Marks) -> Marks:
     """Tell which words have a mark at some bounce."""
-    found: NDArray[np.bool_] = np.logical_or.reduce(marks, axis=1)
+    found: Marks = np.logical_or.reduce(marks, axis=1)
     return found
 
 
-def _walls_since(sides: Floats) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+def _walls_since(sides: Floats) -> tuple[Places, Marks]:
     """Return, for each bounce, the walls hit since the last semicircle, and whether it is on that one."""
     p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)

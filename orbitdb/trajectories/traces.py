@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import EPSILON
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
@@ -39,7 +38,7 @@ class Trace(ByValue):
     """The bounces of one trajectory."""
 
     first: int  # number of the first bounce; number 1 is the first after a start, or the first point
-    symbols: NDArray[np.uint8]  # shape (T,)
+    symbols: Words  # shape (T,)
     points: Floats  # Cartesian, from the centre of the stadium, in units of the radius, shape (T, 2)
 
     def __len__(self) -> int:

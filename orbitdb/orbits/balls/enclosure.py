@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from flint import arb, ctx
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
@@ -44,7 +43,7 @@ class Enclosure:
     steps: int  # Newton steps taken
 
 
-def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISION) -> Enclosure:
+def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclosure:
     """Enclose the stationary point of one admissible word, shape (p,), as `enclose_all` does."""
     ((_, legs),) = cut(word[None, :])
     (found,) = enclose_all(legs, stadium, precision=precision)
@@ -153,7 +152,7 @@ def distance(ball: arb, value: float) -> float:
     return math.nextafter(float((ball - value).abs_upper()), math.inf)
 
 
-def as_orbits(words: NDArray[np.uint8], stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:
+def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:
     """Return N >= 1 enclosures rounded to doubles, with the rounding in their error bounds."""
     coordinates, errors = _rounded([each.coordinates for each in found])
     length, length_error = _rounded([[each.length] for each in found])

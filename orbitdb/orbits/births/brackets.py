@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places, Words
 from orbitdb.billiard.bounces import slack_errors
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
@@ -22,7 +22,6 @@ from orbitdb.orbits.newton import certificates
 from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.status import decide
 
-Integers = NDArray[np.intp]
 Signs = NDArray[np.int8]
 
 _WIDER = 4.0
@@ -40,15 +39,15 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, as a structure of arrays of shape (K,)."""
 
-    word: Integers  # the word that changes
+    word: Places  # the word that changes
     a: Floats  # where
     error: Floats  # proved bound on the error of a
-    born: NDArray[np.bool_]  # True if it begins to be an orbit as a grows, False if it ceases
-    slack: Integers  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
+    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases
+    slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
     slope: Floats  # of the slack in ln a (radians)
 
 
-def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
+def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
     """Put brackets around zeros; keep those in which words are proved to change.
 
     Parameters
@@ -111,7 +110,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 
 
-def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Signs:
+def signs(words: Words, legs: Chain, a: Floats, alpha: Floats) -> Signs:
     """Tell which words are orbits as `statuses` does, with ball arithmetic if doubles do not decide."""
     found = statuses(legs, a, alpha)
     unknown = np.flatnonzero(found == 0)
@@ -120,7 +119,7 @@ def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Si
     return found
 
 
-def proved_signs(words: NDArray[np.uint8], a: Floats) -> Signs:
+def proved_signs(words: Words, a: Floats) -> Signs:
     """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
 
     1 for an orbit, -1 for none, 0 for an orbit exactly through a joint, or undecided.

@@ -8,9 +8,8 @@ further pair of changes between two points of the grid, below the smallest a or 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
@@ -20,8 +19,6 @@ from orbitdb.orbits.births.continuation import follow
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import to_strings
-
-Flags = NDArray[np.bool_]
 
 Stretch = tuple[float, float | None]
 
@@ -63,11 +60,11 @@ class Changes(ByValue):
         Speed of this bounce at the joint: d slack / d ln a (radians).
     """
 
-    always: Flags
+    always: Marks
     word: Integers
     a: Floats
     error: Floats
-    born: Flags
+    born: Marks
     bounce: Integers
     joint: Integers
     slope: Floats
@@ -81,7 +78,7 @@ class Changes(ByValue):
         return [list(zip(low, [*high, None], strict=True)) for low, high in zip(births, deaths, strict=True)]
 
 
-def find_changes(words: NDArray[np.uint8]) -> Changes:
+def find_changes(words: Words) -> Changes:
     """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
 
     Parameters
@@ -115,13 +112,13 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
     return Changes(least, found.word, found.a, found.error, found.born, *places, found.slope)
 
 
-def _signs(words: NDArray[np.uint8], legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
+def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
     """Tell which words are orbits at one a; also return their directions there, found from nearby ones."""
     alpha = newton(legs, a, start=np.clip(start, *direction_limits(legs, a))).alpha
     return signs(words, legs, np.full(len(words), a), alpha), alpha
 
 
-def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integers]:
+def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
     """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
 
     Parameters
@@ -145,9 +142,7 @@ def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integer
     return bounce, joint
 
 
-def _search(
-    words: NDArray[np.uint8], always: Flags, foot: Floats, high: float, rows: Integers, level: int
-) -> Bracketed:
+def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Integers, level: int) -> Bracketed:
     """Return the changes of some words; repeat inconsistent ones on a finer grid."""
     if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
@@ -185,7 +180,7 @@ def _merged(found: Bracketed) -> Bracketed:
     return found.rows(narrow[first])
 
 
-def _inconsistent(found: Bracketed, always: Flags) -> Integers:
+def _inconsistent(found: Bracketed, always: Marks) -> Integers:
     """Return the words whose changes do not alternate, or do not end with a life."""
     word, born = found.word, found.born
     before = np.empty_like(born)
