@@ -29,7 +29,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""The letters that may follow each; except for X, mirror images have mirrored lists in the same order."""
+"""The letters that may follow each."""
 
 
 def letters_of(text: str) -> Letters:
