@@ -163,11 +163,7 @@ def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
     them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
     """
     no_wall = legs.n == 0
-    if np.ndim(a) == 0 and legs.n.max(initial=0) < legs.n.size:
-        n, of = np.arange(legs.n.max() + 1), legs.n.astype(np.intp)  # few different values, hence a table
-        steep, flat = (limit[of] for limit in _slopes(n, a))
-    else:
-        steep, flat = _slopes(legs.n, a)
+    steep, flat = _slopes(legs.n, a)
     low = np.where(no_wall | (legs.s < 0), -steep, flat)
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
 

@@ -131,13 +131,8 @@ class Tally:
     @classmethod
     def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":
         """Count over classes of some sizes."""
-        parts = [
-            (
-                int(sizes[part.orbits].sum()),
-                len(part.orbits),
-                int(sizes[part.boundary].sum()),
-                int(sizes[part.unresolved].sum()),
-            )
-            for part in found
-        ]
-        return cls(int(sizes.sum()), *(sum(column) for column in zip(*parts, strict=True)))
+        counts = np.zeros(4, np.int64)
+        for part in found:
+            orbits, *others = (sizes[each].sum() for each in (part.orbits, part.boundary, part.unresolved))
+            counts += orbits, len(part.orbits), *others
+        return cls(int(sizes.sum()), *counts.tolist())
