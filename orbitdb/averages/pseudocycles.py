@@ -47,10 +47,7 @@ class Factors(Batch):
 
 
 def expand_by_stability(
-    factors: Factors,
-    cut: float,
-    highest: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    factors: Factors, cut: float, highest: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Expansion:
     """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 

@@ -55,11 +55,7 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
 
 
 def assess(
-    words: Words,
-    legs: Legs,
-    stadium: Stadium,
-    found: tuple[Floats, Integers],
-    every: bool = True,
+    words: Words, legs: Legs, stadium: Stadium, found: tuple[Floats, Integers], every: bool = True
 ) -> Orbits:
     """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
 

@@ -10,14 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Places
-from orbitdb.billiard.legs import (
-    Chain,
-    Derivatives,
-    centre_directions,
-    cut,
-    direction_limits,
-    length,
-)
+from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue

@@ -61,10 +61,7 @@ def primitive_words(p: int) -> Iterator[Words]:
 
 
 def prefixes(
-    span: Span,
-    length: int,
-    table: NDArray[np.int8] = _ANY,
-    keep: Callable[[Integers], Marks] | None = None,
+    span: Span, length: int, table: NDArray[np.int8] = _ANY, keep: Callable[[Integers], Marks] | None = None
 ) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
     """Generate the prefixes of the codes in a span, in order.
 

@@ -15,14 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Masks, Words
 from orbitdb.billiard.stadium import STRAIGHT
-from orbitdb.symbols.words import (
-    BITS,
-    MAX_KEYED,
-    from_strings,
-    least_rotation,
-    least_rotations,
-    to_strings,
-)
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, least_rotation, least_rotations, to_strings
 
 MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
 ELEMENTS = range(8)

@@ -168,10 +168,7 @@ def simulate(
 
 
 def references(
-    stadium: Stadium,
-    bounces: int,
-    seed: int = 0,
-    trajectories: int | None = None,
+    stadium: Stadium, bounces: int, seed: int = 0, trajectories: int | None = None
 ) -> Iterator[tuple[float, Reference]]:
     """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
 
