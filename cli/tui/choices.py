@@ -8,7 +8,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, real
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse, primitive_root

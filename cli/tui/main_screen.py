@@ -21,7 +21,7 @@ from orbitdb.cli.tui.table.columns import EVERY
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of

@@ -29,7 +29,7 @@ from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.periods import written_periods
 from orbitdb.store.asking.selection import Selection

@@ -12,8 +12,9 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings

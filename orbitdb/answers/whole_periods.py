@@ -18,7 +18,7 @@ from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment

@@ -17,8 +17,9 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse

@@ -16,10 +16,10 @@ from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
-from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import assess
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:

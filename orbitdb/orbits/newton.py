@@ -23,9 +23,9 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.cyclic import solve_cyclic
-from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.orbits.status import assess
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.pruning import need_admissible
 
 if TYPE_CHECKING:

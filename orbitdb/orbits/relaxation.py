@@ -17,7 +17,8 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 
 EPSILON = 1e-7
 """Force at which the dynamics stops, as published."""

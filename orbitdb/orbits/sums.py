@@ -15,8 +15,7 @@ from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
-from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
 
 _BATCH = 1 << 13

@@ -17,7 +17,8 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
 

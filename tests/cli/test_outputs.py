@@ -27,8 +27,8 @@ from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference

@@ -16,7 +16,7 @@ from orbitdb.orbits.balls.enclosure import as_orbits, distance, enclose
 from orbitdb.orbits.balls.joints import ExactPath, Field, joins
 from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 JOINT = {

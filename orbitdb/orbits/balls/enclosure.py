@@ -17,7 +17,8 @@ from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.path import BallPath, Balls, Condition
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 
 PRECISION, MAX_PRECISION = 128, 16384
 """Bits of the arithmetic at first, and at most."""

@@ -19,8 +19,7 @@ from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import certificates
-from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.status import Status, decide
 
 Signs = NDArray[np.int8]
 
