@@ -12,10 +12,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.growth import growth
@@ -134,7 +132,7 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
         windows = following
 
 
-def _following(windows: Windows, at_left: NDArray[np.bool_], avoiding: Automaton) -> Windows:
+def _following(windows: Windows, at_left: Marks, avoiding: Automaton) -> Windows:
     """Return the windows with one more letter that contain no forbidden window."""
     longer = extended(windows, at_left)
     return longer.rows(avoiding.follow(longer.letters) == 0)
