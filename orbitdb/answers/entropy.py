@@ -21,12 +21,12 @@ from orbitdb.answers.whole_periods import (
     why_missing,
 )
 from orbitdb.averages import by_period
-from orbitdb.averages.by_period import every_period, of_divisors, standing
-from orbitdb.averages.fixed_points import divisors, missing_divisors, missing_periods
+from orbitdb.averages.by_period import standing
+from orbitdb.averages.fixed_points import divisors, every_period, of_divisors
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection, written_periods
 from orbitdb.store.asking.sweepable import why_not_swept
@@ -41,7 +41,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
     counted = count(moment, chosen)
     notes = gaps(moment, chosen, left_out=True, counted=counted)
     for p in counted.chosen:
-        if missing := missing_divisors(p, counted.known):
+        if missing := sorted(of_divisors(p) - counted.known.keys()):
             notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
@@ -67,7 +67,7 @@ def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list
     """Return the columns of Table 1, from the counts of the periods and of their divisors."""
     rows = []
     for p in periods:
-        here, whole = known[p], not missing_divisors(p, known)
+        here, whole = known[p], known.keys() >= of_divisors(p)
         points = sum(d * known[d].n_c for d in divisors(p) if d > 1) if whole else None
         entropy = math.log(points) / p if points else None
         rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
@@ -78,7 +78,7 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
     """Return the topological entropy by period, from rows or counts (`Catalogue.entropy`)."""
     if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
         notes = gaps(moment, chosen, left_out=True, counted=counted)
-        lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
+        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), chosen)
         chosen = replace(chosen, statuses=(Status.ORBIT,))
         columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
     else:

@@ -20,17 +20,11 @@ from orbitdb.answers.whole_periods import (
 )
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
-from orbitdb.averages.by_period import (
-    Lyapunov,
-    every_period,
-    lyapunov_of_periods,
-    of_divisors,
-    of_pairs,
-    standing,
-)
+from orbitdb.averages.by_period import Lyapunov, lyapunov_of_periods, standing
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.fixed_points import Weight, every_period, of_divisors, of_pairs
 from orbitdb.averages.sum_rules import SumRules
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
@@ -185,9 +179,8 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
 
 def _without_orbits(a: float) -> str:
     """Write the bounds on the exponents that follow from exact means alone."""
-    means = exact_means(a)
-    low, high = means.bounds
-    scales = (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
+    low, high = exact_means(a).bounds
+    scales = (("lambda_d", Stadium(a).legs_per_bounce), ("lambda_c", Stadium(a).legs_per_length))
     ranges = (f"{low * scale:.6f} < {name} < {high * scale:.6f}" for name, scale in scales)
     return f"by exact means, without any orbit: {', '.join(ranges)}"
 

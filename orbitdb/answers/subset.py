@@ -14,8 +14,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
 from orbitdb.columns import WRITTEN, with_formulas
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.extras import drawn
+from orbitdb.orbits.batch import NUMBERS, finite
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
@@ -50,7 +52,7 @@ class Subset(ByValue):
     p, class_size, walls : ndarray of int, shape (N,)
         Period, words in the symmetry class, and straight bounces; without a class, the last two are 0.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+        As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The a of the first birth and death; NaN for an orbit from a = 0 on or without a death, or if no
         births of the period are stored.
@@ -266,19 +268,16 @@ class Subset(ByValue):
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        paths = load("orbitdb.plots.paths", "plot()", "plot")
-        draw = paths.draw_staircase
-        what: tuple[Any, ...] = (orbits.length, np.ones(len(orbits)))
+        title = self.selection.describe()
+        if kind == "lengths":
+            return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
         if kind == "sheet":
             if orbits.coordinates is None:
                 raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
-            draw, what = load("orbitdb.plots.sheet", "plot()", "plot").draw_sheet, (list(orbits),)
-        elif kind == "phase space":
-            periods = np.unique(orbits.p).tolist()
-            parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
-            draw, what = paths.draw_phase_space, (Stadium(self.selection.a), parts)
-        axes: Axes = paths.draw_titled(draw, what, self.selection.describe(), ax)
-        return axes
+            return drawn("sheet.draw_sheet", (list(orbits),), title, ax)
+        periods = np.unique(orbits.p).tolist()
+        parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
+        return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
         """Show the first rows with small pictures."""

@@ -12,7 +12,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, Orbit
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import EXISTING
 from orbitdb.orbits.svg import small_svg
 from orbitdb.plaintext import shortened
 from orbitdb.store.reading.rows import COORDINATES

@@ -16,11 +16,11 @@ from orbitdb.answers.unfilled import gaps, nothing, without_births
 from orbitdb.arrays import Floats, Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import faults_of
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_divisors, missing_periods
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.fills import moments_of
@@ -164,7 +164,7 @@ class WholePeriods:
     @property
     def missing(self) -> list[int]:
         """The periods below the highest that a zeta function needs, but that are missing."""
-        return missing_periods(self.highest, self.periods)
+        return sorted(every_period(self.highest).difference(self.periods))
 
     def why_missing(self) -> str:
         """List the `missing` periods, with the reasons."""
@@ -207,7 +207,7 @@ def told_missing(
     divided = [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
         for p in periods
-        if (gone := missing_divisors(p, periods))
+        if (gone := sorted(of_divisors(p).difference(periods)))
     ]
     zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
     return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))

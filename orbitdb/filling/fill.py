@@ -22,9 +22,11 @@ from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
+from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.file import tables
 from orbitdb.store.reading.fills import counts_when_done, status_counts

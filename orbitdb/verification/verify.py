@@ -18,11 +18,12 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError
-from orbitdb.extras import load
+from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import EXISTING, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
@@ -237,8 +238,7 @@ class Verification:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame, one row per check."""
-        frame = load("pandas", "to_pandas()", "pandas").DataFrame(map(asdict, self.checks))
-        return frame.rename(columns={"name": "check"})
+        return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
 
 
 def verification_steps(

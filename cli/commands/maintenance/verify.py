@@ -109,7 +109,7 @@ def verify(
         _report([broken], db, start, restarts, output)
         return
     missing: list[str] = []
-    with source.moment() as moment:
+    with closing(source), source.moment() as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid

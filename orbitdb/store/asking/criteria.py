@@ -13,7 +13,7 @@ from typing import Any, TypedDict, TypeVar
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import real, whole
-from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.store.asking.selection import (
     LEAST_PERIOD,
     MEASURES,

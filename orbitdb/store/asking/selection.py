@@ -8,7 +8,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.plaintext import guess, printable, several, shortened
 from orbitdb.symbols.enumeration import MAX_PERIOD
 

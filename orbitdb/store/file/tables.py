@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.database import read_alone, to_read, to_write, waiting
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Status
+from orbitdb.extras import Record
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.store.file.schema import DONE, SWEPT
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Fill:
+class Fill(Record):
     """Progress of a period at one a, and the counts of the paper's Table 1.
 
     Attributes
@@ -133,7 +134,7 @@ def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[st
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Record):
     """Progress and results of the sweep of a period at one a.
 
     Attributes
@@ -172,6 +173,21 @@ class Sweep:
     def whole(self) -> bool:
         """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
         return self.state == DONE
+
+    def row(self) -> dict[str, Any]:
+        """Return the counts by the names that they have in JSON."""
+        counts = self.tally
+        return {
+            "p": self.p,
+            "N_t": counts.words,
+            "N_c": counts.n_c,
+            "classes": counts.classes,
+            "boundary": counts.boundary,
+            "unresolved": counts.unresolved,
+            "seconds": self.seconds,
+            "processor_seconds": self.processor,
+            "selection": self.selection,
+        }
 
 
 def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:

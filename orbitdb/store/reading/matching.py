@@ -10,13 +10,13 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Masks
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.rows import ALL, Chosen, listed, orders_of
 from orbitdb.store.reading.soundness import need_words, stabiliser_of
-from orbitdb.symbols.members import ELEMENT_OF, Masks, places_of_elements
+from orbitdb.symbols.members import ELEMENT_OF, places_of_elements
 from orbitdb.symbols.patterns import Like, Pattern
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import all_images, class_of, classify, members, packed_images

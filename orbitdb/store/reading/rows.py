@@ -15,7 +15,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Masks
 from orbitdb.column_files import Column, ColumnBlock
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
@@ -23,7 +23,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.file.tables import classes, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
-from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, Masks
+from orbitdb.symbols.members import BITS_OF, ELEMENT_OF
 from orbitdb.symbols.symmetry import image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
