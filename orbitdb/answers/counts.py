@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection, written_periods
@@ -60,7 +60,7 @@ class Counted:
         """The chosen periods without a fill."""
         return self.from_sweeps + self.from_births
 
-    def cycles(self) -> NDArray[np.int64]:
+    def cycles(self) -> Integers:
         """Return the number of orbits of each period from 0 to the highest chosen; 0 if unknown."""
         found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
         for p in self.chosen:
@@ -118,8 +118,8 @@ class Histogram(ByValue):
         Whether the bins are of equal width in the logarithm.
     """
 
-    edges: NDArray[np.float64]
-    counts: NDArray[np.int64]
+    edges: Floats
+    counts: Integers
     without: int
     logarithmic: bool
 
@@ -164,7 +164,7 @@ def histogram(
     return Histogram(edges, counts, int(rows[~known].sum()), logarithmic)
 
 
-def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
+def _round_edges(low: float, high: float, bins: int) -> Floats:
     """Return successive multiples of a round number, such as 0.2 or 2.5, that enclose two values."""
     width = max((high - low) / bins, _FINEST * abs(high))
     decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
@@ -172,7 +172,7 @@ def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
     return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
 
 
-def _multiples(low: float, high: float, step: float) -> NDArray[np.float64]:
+def _multiples(low: float, high: float, step: float) -> Floats:
     first, last = math.floor(low / step), math.floor(high / step) + 1
     # 3 * 0.1 is an ulp above the 0.3 that a user would type
     return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])

@@ -6,9 +6,6 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from orbitdb.answers.counts import count
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.unfilled import gaps
@@ -20,6 +17,7 @@ from orbitdb.answers.whole_periods import (
     told_missing,
     why_missing,
 )
+from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import standing
 from orbitdb.averages.fixed_points import divisors, every_period, of_divisors
@@ -102,7 +100,7 @@ def entropy_of_rows(subset: WholePeriods) -> Result:
 
 
 def _entropy(
-    cycles: NDArray[np.int64], periods: Sequence[int], lacking: str, chosen: Selection
+    cycles: Integers, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
     """Return the entropy of whole periods, from the counts of their orbits, and notes."""
     found = by_period.entropy_of_counts(cycles)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers import subset_tables
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
 from orbitdb.columns import WRITTEN, with_formulas
@@ -142,7 +142,7 @@ class Subset(ByValue):
             return self._orbit(int(places))
         return self._part(places)
 
-    def _part(self, places: NDArray[np.intp]) -> "Subset":
+    def _part(self, places: Places) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
         arrays = {each.name: getattr(self, each.name) for each in fields(self)}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from orbitdb.answers.counts import Counted
 from orbitdb.answers.unfilled import gaps, nothing, without_births
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import faults_of
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period, of_divisors
@@ -67,9 +67,9 @@ class ChosenClasses(ByValue):
         return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
 
     @property
-    def inverse(self) -> NDArray[np.bool_]:
+    def inverse(self) -> Marks:
         """Whether the eigenvalues of M are negative."""
-        odd: NDArray[np.bool_] = self.walls % 2 == 1
+        odd: Marks = self.walls % 2 == 1
         return odd
 
 
@@ -148,7 +148,7 @@ class WholePeriods:
         rows = self.classes.rows().by_period()
         return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
 
-    def cycles(self) -> NDArray[np.int64]:
+    def cycles(self) -> Integers:
         """Return the number of chosen orbits of each period from 0 to `highest`."""
         found = np.zeros(self.highest + 1, dtype=np.int64)
         np.add.at(found, self.classes.p, self.classes.chosen)

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Integers
 from orbitdb.filling.fill import cut
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work
@@ -66,7 +67,7 @@ class SolvedBirths:
     """
 
     span: Span
-    codes: NDArray[np.int64]
+    codes: Integers
     stabiliser: NDArray[np.uint8]
     words: list[str]
     changes: Changes

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
@@ -33,7 +33,7 @@ from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
-Tilts = Mapping[int, NDArray[np.float64]]
+Tilts = Mapping[int, Floats]
 
 CLASSES = 1 << 15
 """Bound on the classes of a block, and so on memory."""
@@ -143,7 +143,7 @@ class _Sweep(Work):
         return {"sums": sums.numbers(), "moments": to_bytes(moments), "run": number}
 
 
-def _tilts_of(cursor: Cursor) -> dict[int, NDArray[np.float64]]:
+def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
     """Return the tilts of the moments, by level."""
     return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
 
@@ -225,7 +225,7 @@ def _summed(
     return tally, PeriodSums.of(of_orbits, p), moments
 
 
-def _solved(codes: NDArray[np.int64], p: int, selection: Selection) -> Iterator[Exponents]:
+def _solved(codes: Integers, p: int, selection: Selection) -> Iterator[Exponents]:
     """Yield the orbits of packed words that are in the ranges of a subset."""
     for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
         if selection.ranges:

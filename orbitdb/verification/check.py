@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
@@ -74,7 +74,7 @@ class Checked:
     checks: tuple[Check, ...]
 
 
-def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
+def judged(name: str, labels: Sequence[str], wrong: Marks | Sequence[bool]) -> Check:
     """Return a check that each labelled row passes or fails."""
     marks = np.asarray(wrong)
     first = shortened(labels[int(marks.argmax())]) if marks.any() else None
@@ -92,16 +92,14 @@ def single(name: str, label: str, wrong: Iterable[str]) -> Check:
     return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
-def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:
+def shares(deviation: Floats, allowed: Floats) -> Floats:
     """Return deviations divided by allowed ones: 0 for no deviation, infinity for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
 
 
-def measured(
-    name: str, labels: Sequence[str], deviation: NDArray[np.float64], allowed: NDArray[np.float64]
-) -> Check:
+def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
     """Return a check of deviations against allowed ones, shape (N,) each; NaN fails."""
     share = shares(deviation, allowed)
     found = judged(name, labels, share > 1)
@@ -159,7 +157,7 @@ class Block:
     """
 
     p: int
-    ids: NDArray[np.int64]
+    ids: Integers
     done: int
     total: int
 

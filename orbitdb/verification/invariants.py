@@ -10,10 +10,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import EPSILON
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
@@ -41,7 +40,7 @@ class _Path:
     """
 
     links: Links
-    curved: NDArray[np.bool_]  # whether a bounce is on a semicircle
+    curved: Marks  # whether a bounce is on a semicircle
     place: Floats  # possible distance of a bounce from its place on the orbit, in any direction
     rounding: float  # the part of it beyond the error bound of the row
     sine: Floats

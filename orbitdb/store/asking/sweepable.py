@@ -8,9 +8,8 @@ the same text; that of all orbits is empty. A sweep chooses the classes whose st
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import ordered_symmetry, parse_bound, parse_reversal
@@ -97,7 +96,7 @@ def selection_of(text: str, a: float) -> Selection:
     return found
 
 
-def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[np.int64]:
+def chosen_words(classes: LeastWords, p: int, selection: Selection) -> Integers:
     """Count the words of each class that meet the conditions on reversal, symmetry and `contains`."""
     wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
     fits = np.array([
@@ -111,9 +110,7 @@ def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[n
     return np.where(fits[classes.stabiliser], sizes, 0)
 
 
-def within_ranges(
-    codes: NDArray[np.int64], p: int, length: Floats, lyapunov: Floats, selection: Selection
-) -> NDArray[np.bool_]:
+def within_ranges(codes: Integers, p: int, length: Floats, lyapunov: Floats, selection: Selection) -> Marks:
     """Tell which of N orbits, given as packed words of period p, are in the ranges of a subset; shape (N,).
 
     Where the last digits decide, and for margins, the orbit is solved as in a fill, so that the number

@@ -15,7 +15,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Floats, Integers, Marks, Places
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import Record
@@ -164,15 +164,15 @@ class Standings(ByValue):
         geometrically pruned word, which is never an orbit.
     """
 
-    cycles: NDArray[np.int64]
-    starts: NDArray[np.intp]
-    a: NDArray[np.float64]
-    error: NDArray[np.float64]
-    born: NDArray[np.bool_]
-    places: NDArray[np.intp]
+    cycles: Integers
+    starts: Places
+    a: Floats
+    error: Floats
+    born: Marks
+    places: Places
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Marks:
         """Whether the births of each class are stored, shape (N,)."""
         return self.places < len(self.cycles)
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers, Masks
+from orbitdb.arrays import Integers, Marks, Masks
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import cycle, pruned
@@ -88,7 +87,7 @@ def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
     return words, stabiliser_of(symmetry)
 
 
-def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: NDArray[np.bool_]) -> Masks:
+def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: Marks) -> Masks:
     """Return the stabilisers of classes; those marked `full` have eight words and the trivial one."""
     found = np.ones(len(ids), dtype=np.uint8)
     small = np.flatnonzero(~full & (ids > 0))

@@ -42,7 +42,7 @@ def in_order_of_words(
     return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
-def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
+def _ranks(values: NDArray[np.generic], falling: bool) -> Integers:
     """Return the ranks of values among the distinct ones; missing values come last."""
     missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
     ranks = np.full(len(values), len(values), dtype=np.int64)
@@ -76,7 +76,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
     return [texts, later]
 
 
-def _raised(codes: NDArray[np.int64], p: int) -> Integers:
+def _raised(codes: Integers, p: int) -> Integers:
     return (codes + int("1" * p, 8)) << BITS * (MAX_KEYED - p)
 
 
@@ -84,7 +84,7 @@ def _text(word: str) -> int:
     return int(_raised(pack(from_strings([word[:MAX_KEYED]])), min(len(word), MAX_KEYED))[0])
 
 
-def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArray[np.uint8]) -> list[str]:
+def _long_words(connection: sa.Connection, ids: Integers, masks: NDArray[np.uint8]) -> list[str]:
     found = []
     for number, mask in zip(ids.tolist(), masks.tolist(), strict=True):
         words, _ = long_words(connection, number)

@@ -17,7 +17,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Masks
+from orbitdb.arrays import Integers, Masks
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
 from orbitdb.store.asking.selection import Selection
@@ -100,9 +100,7 @@ def choose(
     return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 
-def _places(
-    connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.uint8], elements: Masks
-) -> Masks:
+def _places(connection: sa.Connection, ids: Integers, sizes: NDArray[np.uint8], elements: Masks) -> Masks:
     """Turn masks by symmetry element into masks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 

@@ -15,7 +15,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers, Masks
+from orbitdb.arrays import Floats, Integers, Masks, Places
 from orbitdb.column_files import Column, ColumnBlock
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
@@ -95,7 +95,7 @@ class Chosen(ByValue):
         before = numbers - (self.ends[classes] - COUNTS[masks])
         return ChosenWords(self.ids[classes], _NTH[masks, before])
 
-    def classes(self, first: int = 0, last: int | None = None) -> NDArray[np.intp]:
+    def classes(self, first: int = 0, last: int | None = None) -> Places:
         """Return the place of the class of rows first .. last - 1, among all classes."""
         return np.searchsorted(self.ends, self._numbers(first, last), side="right")
 
@@ -136,7 +136,7 @@ def listed(ids: Integers) -> sa.Select[tuple[int]]:
     return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
-def orders_of(ids: Integers, sound: bool = True) -> NDArray[np.int64]:
+def orders_of(ids: Integers, sound: bool = True) -> Integers:
     """Return the periods of classes and pruned words by id; `MAX_KEYED` + 1 for words too long for a key.
 
     Raises `StoreError` for an id below every key; if ids need not be sound, its period is 0.
@@ -175,7 +175,7 @@ def blocks_of(
             yield ColumnBlock(_Block(shared, inverse, words.places[here]).columns(names))
 
 
-def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted: Sequence[str]) -> list[Any]:
+def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
     """Return the columns of classes or pruned words that the wanted columns need, in the order of ids."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
@@ -199,7 +199,7 @@ def _classes(connection: sa.Connection, a: float, ids: NDArray[np.int64], wanted
 class _Block:
     """Words of one block, and the columns of their classes."""
 
-    def __init__(self, shared: list[Any], inverse: NDArray[np.intp], places: NDArray[np.uint8]) -> None:
+    def __init__(self, shared: list[Any], inverse: Places, places: NDArray[np.uint8]) -> None:
         self.shared = dict(shared)
         self.rows, self.places = inverse.tolist(), places.tolist()
         self.inverse = inverse
@@ -249,10 +249,10 @@ class _Block:
         pairs = zip(self.rows, self.places, strict=True)
         return [None if (own := known[row]) is None else own[place] for row, place in pairs]
 
-    def _coordinates(self) -> list[NDArray[np.float64] | None]:
+    def _coordinates(self) -> list[Floats | None]:
         """Return those of the representative, mirrored, reversed and rotated."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
-        found: list[NDArray[np.float64] | None] = [None] * len(self.rows)
+        found: list[Floats | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}
         for row, (own, element) in enumerate(zip(self.rows, self._elements(), strict=True)):
             if blobs[own] is not None and element is not None:

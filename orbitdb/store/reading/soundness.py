@@ -5,9 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Marks
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.batch import NUMBERS
 from orbitdb.orbits.status import EXISTING, Status
@@ -57,14 +56,14 @@ def _marks(answers: Iterable[bool]) -> Marks:
     return np.fromiter(answers, np.bool_)
 
 
-def _numbers(values: Sequence[Any]) -> NDArray[np.float64]:
+def _numbers(values: Sequence[Any]) -> Floats:
     """Return numbers, with NaN for None and infinity for what is not a number."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         values = [value if isinstance(value, float | int | None) else np.inf for value in values]
     return np.array(values, dtype=np.float64)
 
 
-def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) -> Marks:
+def _have_numbers(numbers: Mapping[str, Floats], relaxed: Marks) -> Marks:
     """Tell which rows of orbits have all numbers, and possible ones; the relaxation has no error bounds."""
     bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
     bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
@@ -87,7 +86,7 @@ def is_written(word: str, p: int) -> bool:
     return len(word) == p and _WORD.fullmatch(word) is not None
 
 
-def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
+def sound_words(words: Sequence[str], p: int) -> Places:
     """Return the places of the words that are admissible, primitive, and of period p."""
     all_written = set(map(len, words)) == {p} and _WORD.fullmatch("".join(words))
     written = [i for i, word in enumerate(words) if all_written or is_written(word, p)]
@@ -105,7 +104,7 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
     raise unsound("not a word:", wrong)
 
 
-def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
+def coordinates_of(blobs: Sequence[bytes], p: int) -> Floats:
     """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` unless each holds p possible ones."""
     for blob in blobs:
         if len(blob) != 8 * p:

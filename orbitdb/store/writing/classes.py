@@ -13,6 +13,7 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Marks
 from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING
@@ -155,12 +156,12 @@ def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
     return found
 
 
-def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float]:
+def _or_null(values: Floats, kept: Marks) -> list[float]:
     found: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
     return found
 
 
-def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[bytearray | float]:
+def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
     data = bytearray(np.ascontiguousarray(coordinates, dtype="<f8").tobytes())
     width = 8 * coordinates.shape[1]
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
