@@ -894,7 +894,7 @@ class Catalogue:
     # what else is stored
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in order, all or only those with `orbits`, which sweeps count as, too."""
+        """Return the values of a in order; with `orbits`, only those with stored orbits or sweeps."""
         with self._file.moment() as moment:
             return moment.a_values(orbits)
 
