@@ -280,7 +280,6 @@ class Subset(ByValue):
         return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures."""
         shown = list(self[: subset_tables.MOST_ROWS])
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 

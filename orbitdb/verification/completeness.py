@@ -66,7 +66,6 @@ def _elements(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the number of words of every period, and the counts of every fill."""
     fills, births = audit.fill_rows(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
