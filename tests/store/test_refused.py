@@ -18,7 +18,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import chosen_by, parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
-from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings, key
 from orbitdb.verification.recomputation import certify
