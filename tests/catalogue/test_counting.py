@@ -4,7 +4,6 @@ import pytest
 
 from orbitdb import Catalogue
 
-
 SOURCES = {
     "births": lambda catalogue: catalogue.fill_births("2-6"),
     "sweep": lambda catalogue: catalogue.sweep("2-6"),
