@@ -53,7 +53,7 @@ def ran(program, *arguments):
     """Run Python in a process of its own, whose registries get a further entry."""
     command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
