@@ -175,10 +175,9 @@ def _name(name: str, thing: Any) -> str:
 def keys() -> str:
     """Return the keys of the screens of the terminal UI, as its help tells them."""
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.dialogs.keys import groups_of
+    from orbitdb.cli.tui.keys import SCROLLING, groups_of
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-    from orbitdb.cli.tui.screens import SCROLLING
     from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
     from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
     from orbitdb.cli.tui.table.paged_table import PagedTable

@@ -107,7 +107,7 @@ def test_records_with_large_arrays_have_a_one_line_repr(filled):
     )
     for record in found:
         assert "\n" not in repr(record)
-        assert repr(record).startswith((f"{type(record).__name__}(", "<length spectrum"))
+        assert repr(record).startswith((f"{type(record).__name__}(", "<"))
         assert len(repr(record)) < 1000
 
 

@@ -78,7 +78,7 @@ def draw_assessment(
     for said in [*told, found.verdict()]:
         note(said)
     with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
-        found.draw(made.add_subplot())
+        curves.draw_assessment(made.add_subplot(), found)
     return made
 
 

@@ -1,10 +1,10 @@
 """Find orbits from a trajectory that stays near them, or from a length."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -12,12 +12,18 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.extras import data_frame
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
+from orbitdb.orbits.status import Status
+from orbitdb.plaintext import several
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
+
+if TYPE_CHECKING:
+    import pandas
 
 NEAR = 1e-2
 """Default tolerance for the distance of bounces from those of an orbit, in units of the radius."""
@@ -27,6 +33,11 @@ SAME_LENGTH = 1e-3
 
 SHOWN = 10
 """Default number of shadowed orbits to report."""
+
+SHADOWED = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
+            "lyapunov", "representative", "class_size", "a", "stored",
+            "sequence", "sequence_first")  # fmt: skip
+"""The columns of a shadowed orbit."""
 
 _LEAST_LENGTH = 4.0
 """Lower bound on the length of every orbit; 13 has 4 (1 + a)."""
@@ -92,6 +103,23 @@ class Trajectory(ByValue):
     points: Floats
     shadowed: tuple[Followed, ...]
     total: int
+
+    def __repr__(self) -> str:
+        bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
+        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} here>"
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """Yield one row per shadowed orbit, with the columns `SHADOWED`."""
+        shared = {"sequence": self.sequence, "sequence_first": self.first}
+        for each in self.shadowed:
+            yield tuple(
+                shared[name] if name in shared else getattr(each if hasattr(each, name) else each.orbit, name)
+                for name in SHADOWED
+            )
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the shadowed orbits as a data frame (extra ``pandas``)."""
+        return data_frame(self.rows(), SHADOWED)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import data_frame, drawn
+from orbitdb.plaintext import several
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -21,6 +22,9 @@ PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
 
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+_NAMED = 4
+"""Columns named in a repr."""
+
 TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
@@ -42,6 +46,8 @@ class Result(ByValue):
     Examples
     --------
     >>> table = catalogue.table(p="2-4")
+    >>> table
+    <3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>
     >>> table["N_c"]
     [1, 8, 32]
     """
@@ -63,6 +69,11 @@ class Result(ByValue):
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
+        first, more = [*self.columns][:_NAMED], ", ..." if len(self.columns) > _NAMED else ""
+        rows = several(len(self), "row")
+        return f"<{rows}, {', '.join(first)}{more}: {self.selection.describe()}; print() shows them>"
+
+    def __str__(self) -> str:
         texts = [[name, *map(_short, values)] for name, values in self.columns.items()]
         widths = [max(map(len, column)) for column in texts]
         lines = ("  ".join(map(str.rjust, row, widths)) for row in zip(*texts, strict=True))
@@ -84,7 +95,7 @@ class Result(ByValue):
         ModuleNotFoundError
             If pandas is not installed (extra ``pandas``).
         """
-        frame = load("pandas", "to_pandas()", "pandas").DataFrame(dict(self.columns))
+        frame = data_frame(dict(self.columns))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
@@ -112,16 +123,13 @@ class Result(ByValue):
             If matplotlib is not installed (extra ``plot``).
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
-        drawn: str | None = kind or next(iter(known), None)
-        if drawn not in known or not len(self):
+        wanted: str | None = kind or next(iter(known), None)
+        if wanted not in known or not len(self):
             has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
             raise ValueError(f"kind {kind!r}: {has}" if kind else "draw the entropy, lambda_d or lambda_c")
-        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
-        draw, what = (
-            (curves.draw_entropy, (self,)) if drawn == "entropy" else (curves.draw_exponent, (self, drawn))
-        )
-        axes: Axes = paths.draw_titled(draw, what, self.selection.describe(), ax)
-        return axes
+        entropy = wanted == "entropy"
+        figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
+        return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}

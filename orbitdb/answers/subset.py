@@ -18,8 +18,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
 from orbitdb.columns import WRITTEN, kind_of, with_formulas
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.extras import drawn
+from orbitdb.orbits.batch import NUMBERS, finite
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.row_blocks import COORDINATES
@@ -62,7 +64,7 @@ class Subset(ByValue):
     class_size, walls : ndarray of int, shape (N,)
         Words in the symmetry class, and straight bounces; 0 for words that have no class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+        As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
         or does not die, or if no births of its period are stored.
@@ -317,19 +319,17 @@ class Subset(ByValue):
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        title, paths = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
+        title = self.selection.describe()
         if kind == "lengths":
-            return paths.draw_titled(paths.draw_staircase, (orbits.length, np.ones(len(orbits))), title, ax)
+            return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
         if kind == "sheet":
             if orbits.coordinates is None:
                 raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
-            sheet = load("orbitdb.plots.sheet", "plot()", "plot")
-            return paths.draw_titled(sheet.draw_sheet, (list(orbits),), title, ax)
+            return drawn("sheet.draw_sheet", (list(orbits),), title, ax)
         periods = [
             (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
         ]
-        what = Stadium(self.selection.a), periods
-        return paths.draw_titled(paths.draw_phase_space, what, title, ax)
+        return drawn("paths.draw_phase_space", (Stadium(self.selection.a), periods), title, ax)
 
     def _repr_html_(self) -> str:
         """Show the first rows with small pictures; solve orbits whose coordinates were not read."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, joined_ranges, missing_periods
+from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, every_period, joined_ranges
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue
 
@@ -175,21 +175,6 @@ def standing(
     }  # fmt: skip
 
 
-def of_divisors(p: int) -> set[int]:
-    """Return the periods, from 2 on, of the orbits through the fixed points of order p."""
-    return {d for d in divisors(p) if d > 1}
-
-
-def of_pairs(p: int) -> set[int]:
-    """Return the periods that a mean of orders p - 1 and p needs."""
-    return of_divisors(p - 1) | of_divisors(p)
-
-
-def every_period(p: int) -> set[int]:
-    """Return every period from 2 to p, which a zeta function or a sum rule of order p needs."""
-    return set(range(2, p + 1))
-
-
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
     """Say in one line where and why the zeta function has no usable zero; empty if it has one everywhere.
 
@@ -198,7 +183,7 @@ def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
     have = set(filled)
     periods: dict[str, list[int]] = {}
     for p, fault in zip(found.p.tolist(), found.faults, strict=True):
-        if fault and p in have and not missing_periods(p, have):
+        if fault and have >= every_period(p):
             periods.setdefault(fault, []).append(p)
     said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())
     return said and f"the zeta function gives no average {said}"

@@ -143,16 +143,6 @@ class ExactMeans:
         growth = self.growth
         return low, growth.value + growth.error
 
-    @property
-    def per_bounce(self) -> float:
-        """lambda_d divided by lambda per leg: a leg and its run have a + pi/2 bounces on average."""
-        return 1 / (self.a + math.pi / 2)
-
-    @property
-    def per_length(self) -> float:
-        """lambda_c divided by lambda per leg: one over the mean length of the path to the next run."""
-        return 1 / (math.pi * (math.pi + 4 * self.a) / 4)
-
 
 @lru_cache(maxsize=32)
 def exact_means(a: float) -> ExactMeans:

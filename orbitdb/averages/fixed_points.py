@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.equality import Batch, ByValue
 
 
@@ -56,7 +55,7 @@ class ClassRows(Batch):
     size: Integers
     length: Floats
     lyapunov: Floats
-    inverse: NDArray[np.bool_]
+    inverse: Marks
 
     def __post_init__(self) -> None:
         columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
@@ -90,19 +89,19 @@ def divisors(p: int) -> list[int]:
     return [d for d in range(1, p + 1) if p % d == 0]
 
 
-def missing_divisors(p: int, filled: Iterable[int]) -> list[int]:
-    """Return the unfilled periods that a sum over the fixed points of order p needs.
-
-    Period 1 is never needed, because no orbit of a stadium has it.
-    """
-    have = set(filled)
-    return [d for d in divisors(p) if d > 1 and d not in have]
+def of_divisors(p: int) -> set[int]:
+    """Return the periods that a sum over the fixed points of order p needs; no orbit has period 1."""
+    return set(divisors(p)) - {1}
 
 
-def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
-    """Return the unfilled periods that a zeta function of order p needs."""
-    have = set(filled)
-    return [d for d in range(2, p + 1) if d not in have]
+def of_pairs(p: int) -> set[int]:
+    """Return the periods that a mean of orders p - 1 and p needs."""
+    return of_divisors(p - 1) | of_divisors(p)
+
+
+def every_period(p: int) -> set[int]:
+    """Return the periods, all from 2 to p, that a zeta function or a sum rule of order p needs."""
+    return set(range(2, p + 1))
 
 
 HIGHEST = 20

@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
@@ -48,10 +47,7 @@ class Factors(Batch):
 
 
 def expand_by_stability(
-    factors: Factors,
-    cut: float,
-    highest: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    factors: Factors, cut: float, highest: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Expansion:
     """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 
@@ -184,7 +180,7 @@ class _Ladder:
     """The factors of one period in order of cost, with their prefix sums."""
 
     period: int
-    place: NDArray[np.intp]
+    place: Places
     cost: Floats
     sums: Floats
 

@@ -23,9 +23,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Words
 from orbitdb.averages.exact_means import ExactMeans, exact_means
 from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
@@ -94,9 +93,7 @@ class SumRules(ByValue):
     lambda_c_sum_rule_error: Floats
 
 
-def orbits_of_words(
-    words: NDArray[np.uint8], size: NDArray[np.int64], lyapunov: Floats, a: float
-) -> TiltedOrbits:
+def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) -> TiltedOrbits:
     """Return the orbits of admissible words, shape (N, p), given their class sizes and lambdas.
 
     The legs are solved by Newton's method, which is faster than reading coordinates from a database.
@@ -107,12 +104,12 @@ def orbits_of_words(
     return _orbits(size, lyapunov, terms, a)
 
 
-def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> TiltedOrbits:
+def orbits_of_exponents(size: Integers, found: Exponents, a: float) -> TiltedOrbits:
     """Return orbits that are already solved, given the sizes of their classes."""
     return _orbits(size, found.lyapunov, _terms(found.slopes), a)
 
 
-def _orbits(size: NDArray[np.int64], lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
+def _orbits(size: Integers, lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
     legs, *sums = terms
     means = exact_means(a).terms
     held = np.stack([term - mean.value * legs for term, mean in zip(sums, means, strict=True)])
@@ -274,16 +271,18 @@ def _averages(found: Floats, means: ExactMeans) -> SumRules:
     error += _OF_THE_REST * np.abs(rest) + growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)
+    stadium = Stadium(means.a)
+    per_bounce, per_length = stadium.legs_per_bounce, stadium.legs_per_length
     return SumRules(
         p=np.arange(2, len(rest) + 2),
         level=level,
         lambda_l=growth.value + rest,
         lambda_l_below=growth.value + below,
         lambda_l_error=error,
-        lambda_d_sum_rule=(growth.value + rest) * means.per_bounce,
-        lambda_d_sum_rule_error=error * means.per_bounce,
-        lambda_c_sum_rule=(growth.value + rest) * means.per_length,
-        lambda_c_sum_rule_error=error * means.per_length,
+        lambda_d_sum_rule=(growth.value + rest) * per_bounce,
+        lambda_d_sum_rule_error=error * per_bounce,
+        lambda_c_sum_rule=(growth.value + rest) * per_length,
+        lambda_c_sum_rule_error=error * per_length,
     )
 
 

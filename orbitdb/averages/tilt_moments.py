@@ -11,13 +11,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
-from orbitdb.equality import ByValue
+from orbitdb.arrays import Floats, Integers
+from orbitdb.equality import Batch, ByValue
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
 """Indices of the terms whose means are exact at each level; 0 is ln D, 1 is ln K, 2 is c2."""
@@ -55,7 +54,7 @@ class TiltedSums(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TiltedOrbits(ByValue):
+class TiltedOrbits(Batch):
     """The weights and quantities of N orbits, one by one.
 
     Attributes
@@ -73,11 +72,9 @@ class TiltedOrbits(ByValue):
     legs: Floats
 
     @classmethod
-    def joined(cls, parts: "Iterable[TiltedOrbits]") -> "TiltedOrbits":
-        """Join several."""
-        none = cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0)))
-        columns = zip(*(vars(part).values() for part in (none, *parts)), strict=True)
-        return cls(*(np.concatenate(column, axis=-1) for column in columns))
+    def joined(cls, parts: Iterable[Self]) -> Self:
+        """Return several with all three quantities as one; without any, no orbits."""
+        return super().joined([cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0))), *parts])
 
     def held(self, level: int) -> "TiltedOrbits":
         """Keep only the quantities of a level."""
@@ -155,10 +152,10 @@ class TiltMoments(ByValue):
 class _Powers(NamedTuple):
     """The powers of k variables up to `DEGREE`; each after the first is a lower one times a variable."""
 
-    exponents: NDArray[np.int64]
+    exponents: Integers
     factorials: Floats
     made_of: list[tuple[int, int]]
-    times: NDArray[np.int64]
+    times: Integers
 
 
 @cache

@@ -9,13 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve_in_doubles
-from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
@@ -121,7 +122,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     return counts, said
 
 
-def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> NDArray[np.float64]:
+def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> Floats:
     """Return the distance from rest that the final force allows for each word, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)

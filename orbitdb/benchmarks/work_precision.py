@@ -10,17 +10,16 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Words
+from orbitdb.arrays import Floats, Integers, Places, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
-from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import assess
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:
@@ -89,7 +88,7 @@ class Sample(ByValue):
     """
 
     words: Words
-    sizes: NDArray[np.int64]
+    sizes: Integers
     stadium: Stadium
     truth: "list[Enclosure]"
 
@@ -107,7 +106,7 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
     return Sample(words[rows], sizes[rows], stadium, truth)
 
 
-def _spread(n: int, count: int) -> NDArray[np.intp]:
+def _spread(n: int, count: int) -> Places:
     """Return about `count` of n row numbers, evenly spread."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 

@@ -5,7 +5,7 @@ All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 
 import numpy as np
 
-from orbitdb.arithmetic import ABOVE
+from orbitdb.arithmetic import ABOVE, EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Chain, Legs, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
@@ -84,7 +84,7 @@ def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """
     incoming = preceding(alpha_error)
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
-    allowed = np.finfo(float).eps * (26 - 18 / legs.k)
+    allowed = EPSILON * (26 - 18 / legs.k)
     first = far * incoming + near * alpha_error + allowed
     last = near * incoming + far * alpha_error + allowed
     tilt = 2 * alpha_error

@@ -21,8 +21,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats
+from orbitdb.arithmetic import ABOVE, EPSILON, check_functions
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -35,10 +35,10 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
 from orbitdb.equality import Batch, ByValue
-from orbitdb.orbits.cyclic import tridiagonal
+from orbitdb.orbits.error_bounds import steepness
+from orbitdb.orbits.newton import responses
 from orbitdb.progress import Tell
 
-EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16
 _CLEAR = 8.0
 """Ratio of f to its error at which its sign is known and its value accurate enough."""
@@ -67,7 +67,7 @@ class Corner(Batch):
     legs: Chain
     low: Floats
     high: Floats
-    marked: NDArray[np.intp]
+    marked: Places
     lean: Floats
 
 
@@ -143,6 +143,7 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
         pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
+        pressed |= problem.low == problem.high  # the outer legs are given
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         solved.alpha[:, active] = alpha
         solved.value[active], solved.error[active] = found.value, found.error
@@ -153,38 +154,24 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
             problem, slopes = problem.rows(going), slopes.rows(going)
         last = found.error[going]
-        alpha = _step(problem, alpha, slopes, pressed)
+        (step,) = responses(problem.legs, slopes, pressed, slopes.gradient)
+        alpha = np.clip(alpha + step, problem.low, problem.high)
     return solved
 
 
-def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
+def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
     """Return which windows may gain from another step."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
 
 
-def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:
-    """Return the directions after a Newton step within the limits; those pressed against a limit stay."""
-    stays = pressed[1:-1]
-    w = slopes.stiffness
-    diagonal = slopes.beyond[1:-1] + w[1:-1] + w[2:]
-    beside = np.where(stays[1:] | stays[:-1], 0.0, w[2:-1] * problem.legs.parity[1:-2])
-    rhs = np.where(stays, 0.0, slopes.gradient[1:-1])
-    alpha[1:-1] += tridiagonal(diagonal, beside, rhs[None])[0]
-    return np.clip(alpha, problem.low, problem.high)
-
-
-def _direction_error(
-    legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
-) -> Floats:
+def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
     As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
     """
-    inner = slice(1, -1)
-    size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]
-    steep = np.where(pressed[inner], np.maximum(rounding - size, 0.0), size + rounding)
-    worst: Floats = (2 * steep / slopes.beyond[inner]).max(axis=0, initial=0.0)
+    steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
+    worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)
     return ABOVE * worst
 
 
@@ -227,7 +214,7 @@ class Decision(ByValue):
     """
 
     verdict: NDArray[np.uint8]
-    extend_left: NDArray[np.bool_]
+    extend_left: Marks
 
 
 def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:

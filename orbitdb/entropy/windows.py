@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.equality import Batch, ByValue
 
 Letters = NDArray[np.uint8]
@@ -29,7 +29,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""The letters that may follow each; except for X, mirror images have mirrored lists in the same order."""
+"""The letters that may follow each."""
 
 
 def letters_of(text: str) -> Letters:
@@ -86,7 +86,7 @@ class Windows(ByValue):
     """
 
     letters: Letters
-    mark: NDArray[np.intp]
+    mark: Places
 
     def __len__(self) -> int:
         return len(self.mark)
@@ -96,7 +96,7 @@ class Windows(ByValue):
         """L, the number of edges of each window."""
         return self.letters.shape[1]
 
-    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Windows":
+    def rows(self, chosen: Places | Marks) -> "Windows":
         """Return the chosen windows."""
         return Windows(self.letters[chosen], self.mark[chosen])
 
@@ -107,7 +107,7 @@ def first_windows() -> Windows:
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 
 
-def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
+def extended(windows: Windows, at_left: Marks) -> Windows:
     """Return all extensions of the windows by one letter, at the end chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
     fits = np.where(at_left[:, None], MAY_FOLLOW.T[ends], MAY_FOLLOW[ends])
@@ -144,9 +144,9 @@ class OpenChains(Batch):
     d: Floats
     n: Floats
     s: Floats
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-    marked: NDArray[np.intp]
+    left: Places
+    right: Places
+    marked: Places
 
     @property
     def unknowns(self) -> int:
@@ -172,7 +172,7 @@ class OpenChains(Batch):
         return found
 
 
-def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains]]:
+def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:
     """Cut windows into runs and legs; for each number of unknowns, yield row indices and chains."""
     left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
     unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
@@ -181,12 +181,12 @@ def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains
         yield rows, _chains(windows.rows(rows), int(m), left[rows], right[rows])
 
 
-def _kind_of_end(letters: Letters, backwards: bool = False) -> NDArray[np.intp]:
+def _kind_of_end(letters: Letters, backwards: bool = False) -> Places:
     at_run = (ENDS_LEG if backwards else STARTS_LEG)[letters]
     return np.where(IN_RUN[letters], PART_OF_RUN, np.where(at_run, UNKNOWN_RUN, PART_OF_LEG))
 
 
-def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.intp]) -> OpenChains:
+def _chains(windows: Windows, m: int, left: Places, right: Places) -> OpenChains:
     letters = windows.letters
     count = len(windows)
     word = np.arange(count)[:, None]
@@ -196,7 +196,7 @@ def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.
     run = (leg + 1) * count + word
     size = (m + 2) * count
 
-    def tally(places: NDArray[np.intp], weights: Floats) -> Floats:
+    def tally(places: Places, weights: Floats) -> Floats:
         sums: Floats = np.bincount(places.ravel(), weights.ravel(), minlength=size).astype(float)
         return sums.reshape(m + 2, count)
 

@@ -9,17 +9,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places, Words
 from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import EXISTING
+from orbitdb.orbits.status import EXISTING
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings
-
-Symbols = NDArray[np.uint8]
-Rows = NDArray[np.intp]
 
 LONGEST = 24
 """The longest period sought in a sequence; a list of points as a whole may be a longer orbit."""
@@ -59,7 +55,7 @@ class Shadow:
 
 
 def shadows(
-    stadium: Stadium, symbols: Symbols, points: Floats, tolerance: float, whole: bool = False
+    stadium: Stadium, symbols: Words, points: Floats, tolerance: float, whole: bool = False
 ) -> list[Shadow]:
     """Find the orbits that a trajectory shadows, those it goes round most often first.
 
@@ -94,8 +90,8 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 
 
 def _candidates(
-    stadium: Stadium, symbols: Symbols, points: Floats, near: float, whole: bool
-) -> Iterator[tuple[Symbols, Rows]]:
+    stadium: Stadium, symbols: Words, points: Floats, near: float, whole: bool
+) -> Iterator[tuple[Words, Places]]:
     """Yield words of one period, shape (N, p), with the indices at which they begin, shape (N,)."""
     for p in range(2, min(LONGEST, len(symbols)) + 1):
         back = np.hypot(*(points[p:] - points[:-p]).T) <= near
@@ -114,7 +110,7 @@ def _candidates(
             yield root, start
 
 
-def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p: int) -> Symbols:
+def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p: int) -> Words:
     """Return pieces of a trajectory closed to words, shape (N, p).
 
     Symbols can change where a piece is cut out of a run, because single bounces have no sense.
@@ -126,7 +122,7 @@ def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p:
 
 
 def _stretches(
-    stadium: Stadium, words: Symbols, starts: Rows, points: Floats, tolerance: float
+    stadium: Stadium, words: Words, starts: Places, points: Floats, tolerance: float
 ) -> Iterator[Shadow]:
     """Yield the longest stretch of a trajectory near each word with an orbit, aligned with its beginning."""
     p = words.shape[1]
@@ -145,7 +141,7 @@ def _stretches(
                 yield Shadow(to_strings(turned[None])[0], first, count, least)
 
 
-def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
+def _longest_run(marks: Marks) -> tuple[int, int]:
     """Return beginning and length of the longest row of marks."""
     steps = np.arange(len(marks))
     lengths = steps - np.maximum.accumulate(np.where(marks, -1, steps))

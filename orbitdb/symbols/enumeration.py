@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Marks, Masks, Places, Words
 from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
@@ -41,7 +41,7 @@ class Span(NamedTuple):
         return cls(p, after, (1 << BITS * p) - 1)
 
 
-def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
+def primitive_words(p: int) -> Iterator[Words]:
     """Generate all primitive cyclic words of period p, pruned or not, as codes in order.
 
     Parameters
@@ -61,10 +61,7 @@ def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
 
 
 def prefixes(
-    span: Span,
-    length: int,
-    table: NDArray[np.int8] = _ANY,
-    keep: Callable[[Integers], NDArray[np.bool_]] | None = None,
+    span: Span, length: int, table: NDArray[np.int8] = _ANY, keep: Callable[[Integers], Marks] | None = None
 ) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
     """Generate the prefixes of the codes in a span, in order.
 
@@ -121,7 +118,7 @@ class LeastWords(NamedTuple):
     """Symmetry classes, given by their representatives."""
 
     codes: Integers  # the packed words, shape (N,)
-    stabiliser: NDArray[np.uint8]  # bit g is set if element g maps the cyclic word to itself
+    stabiliser: Masks  # bit g is set if element g maps the cyclic word to itself
 
 
 def least_words(span: Span) -> Iterator[LeastWords]:
@@ -155,7 +152,7 @@ def all_least_words(span: Span) -> LeastWords:
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
 
 
-def representatives(p: int) -> tuple[NDArray[np.uint8], Integers]:
+def representatives(p: int) -> tuple[Words, Integers]:
     """Return the admissible classes of period p: representatives, shape (N, p), and sizes, shape (N,)."""
     found = all_least_words(Span.whole(p))
     return unpack(found.codes, p), SIZES[found.stabiliser]
@@ -197,7 +194,7 @@ def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDA
     return prefixes(below, length, automaton()[1], lambda codes: codes <= mirrored(codes))
 
 
-def _closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArray[np.intp]:
+def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Places:
     """Return the places of the packed words that the rules also allow as cycles, given their states."""
     kept, table = automaton()
     rooted = np.array([state.left is not None for state in kept])  # 02 is not, and rule 3 forbids it

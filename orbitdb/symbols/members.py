@@ -11,11 +11,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Masks
 from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, all_images, label, members
 from orbitdb.symbols.words import unpack
-
-Masks = NDArray[np.uint8]
 
 _BATCH = 1 << 14
 """Classes at a time; they fit into the processor's cache."""
@@ -44,7 +42,7 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 """The bits of each byte, the lowest first, shape (256, 8)."""
 
 
-def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
+def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
     """Turn sets of elements into sets of places in the class.
 
     Parameters
@@ -64,7 +62,7 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
     return places
 
 
-def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:
+def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
     """Return all words of each class as one text, p symbols each.
 
     Parameters
@@ -86,9 +84,7 @@ def joined_members(word: str) -> str:
     return "".join(members(word))
 
 
-def packed_members(
-    codes: Integers, p: int, masks: Masks, stabilisers: NDArray[np.uint8]
-) -> Iterator[Integers]:
+def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) -> Iterator[Integers]:
     """Yield chosen words of classes as packed words, class by class in the order of their places.
 
     Parameters

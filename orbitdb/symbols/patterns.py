@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Marks, Masks
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES, next_symbols, packed_images
 from orbitdb.symbols.words import BITS, MAX_KEYED, SYMBOLS, least_rotation
-
-Found = NDArray[np.bool_]
 
 _UNITS = int("1" * MAX_KEYED, 8)
 
@@ -34,7 +31,7 @@ class Factor:
         """Tell whether a least rotation has the factor."""
         return self.factor in 2 * word
 
-    def fitting(self, codes: Integers, p: int) -> Found:
+    def fitting(self, codes: Integers, p: int) -> Marks:
         """Return which packed words of period p <= `MAX_KEYED`, in any rotation, have the factor."""
         symbols = self.factor[:p]
         if len(self.factor) > p and not self.fits(least_rotation(symbols)):
@@ -65,7 +62,7 @@ class Like:
         """Tell whether a word, as written, fits."""
         return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
-    def fitting(self, codes: Integers, p: int) -> Found:
+    def fitting(self, codes: Integers, p: int) -> Marks:
         """Return which packed words of period p <= `MAX_KEYED`, as written, fit."""
         where = {symbol: _where(symbol, codes, p) for symbol in set(self.pattern) - {"%", "_"}}
         places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is after the word
@@ -99,7 +96,7 @@ def _spread(places: Integers, p: int) -> None:
         step *= 2
 
 
-def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, factor: str) -> Integers:
+def words_containing(codes: Integers, stabiliser: Masks, p: int, factor: str) -> Integers:
     """Count the words of symmetry classes that contain a factor.
 
     Parameters

@@ -8,9 +8,8 @@ the walls cost no more than one and accumulate no rounding errors.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import HALF_PI
 
 _TINY = 1e-150
@@ -123,9 +122,7 @@ def advance(arcs: Arcs, a: float) -> Step:
     return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
 
 
-def _off_circle(
-    dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: NDArray[np.bool_]
-) -> tuple[Floats, ...]:
+def _off_circle(dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: Marks) -> tuple[Floats, ...]:
     """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
 
     The distance comes from the impact parameter about the centre, which is accurate at any distance. Bounces

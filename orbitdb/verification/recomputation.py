@@ -16,8 +16,9 @@ from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import certificates
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import (

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orbitdb.errors import AlteredError
-from orbitdb.extras import load
+from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
@@ -59,8 +59,7 @@ class Verification:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame, one row a check."""
-        frame = load("pandas", "to_pandas()", "pandas").DataFrame(map(asdict, self.checks))
-        return frame.rename(columns={"name": "check"})
+        return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
 
 
 def verification_steps(

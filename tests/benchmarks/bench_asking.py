@@ -100,7 +100,8 @@ async def browse(path: Path) -> None:
         await pilot.pause()  # drawing the first screen delays keys, too
         for name, (criteria, order) in BROWSE.items():
             begun, worked, before, slowest = time.perf_counter(), time.process_time(), table.source, 0.0
-            main.selection, main.ordering = chosen_by(**criteria), Ordering(order.strip("-"), "-" in order)
+            main.choices.selection = chosen_by(**criteria)
+            main.rows.ordering = Ordering(order.strip("-"), "-" in order)
             while table.source is before:
                 pressed, cursor, key = time.perf_counter(), table.cursor, "k" if table.cursor else "j"
                 app.post_message(events.Key(key, key))

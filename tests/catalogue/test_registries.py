@@ -8,6 +8,7 @@ import subprocess
 import sys
 from contextlib import closing
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -18,6 +19,7 @@ from hypothesis import strategies as st
 from orbitdb import Catalogue
 from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
 
+DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
 from orbitdb.columns import Column, add
 add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapunov * lambda_d"))
@@ -25,7 +27,7 @@ add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapu
 AVERAGE = """
 import numpy as np
 from orbitdb.answers.methods import AVERAGES, Average
-from orbitdb.averages.by_period import of_divisors
+from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):
     found = given.sums
@@ -96,10 +98,14 @@ assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
 assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
 orbit = solve_word("1232131", 1.6)
 assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.table.columns import EVERY
-print(EVERY["stretch"].brief)
+from orbitdb.cli.tui.columns import EVERY, chosen
+from program import renewed
+print(EVERY["stretch"].brief, [each.name for each in chosen(["stretch"])])
+print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
 """
-    assert ran(COLUMN + objects) == "lambda squared per bounce\n"
+    on_screen, *page = ran(f"{COLUMN}\nimport sys; sys.path.insert(0, {str(DOCS)!r})\n{objects}").splitlines()
+    assert on_screen == "lambda squared per bounce ['code', 'stretch']"
+    assert "| `stretch` | number | 1 |  | lambda squared per bounce | never |" in page
 
 
 def test_an_average_is_one_entry(small, tmp_path):

@@ -124,15 +124,3 @@ def test_latex_can_be_pasted(cli, filled):
     assert any(r" \times 10^{-" in line for line in table)
     assert table[-2:] == [r"\bottomrule", r"\end{tabular}"]
     assert all(line.count("&") == 5 for line in table if "&" in line)
-
-
-def test_the_bar_starts_from_the_announced_time():
-    from orbitdb.cli.progress import Pace
-
-    pace = Pace("words", expected=40.0)
-    for now, done in ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)):
-        pace.tell(now, "words", done, 1000.0)
-    assert pace.left(2.0) == pytest.approx(40.0, rel=0.01)
-    pace.tell(4.0, "words", 500.0, 1000.0)
-    assert pace.left(4.0) == pytest.approx(4.0, rel=0.05)
-    assert Pace("words").left(0.0) is None

@@ -21,8 +21,9 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_column_of_every_command_is_explained(cli):
+    from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.scarring import Scar
-    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
+    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.assess import COLUMNS as GAP_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
@@ -34,7 +35,7 @@ def test_every_column_of_every_command_is_explained(cli):
 
     quantum = {*LEVEL_KEYS, "exact", *SPECTRUM_KEYS, *PEAKS, *GAP_KEYS, *Statistics._fields, *Scar._fields}
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOW_KEYS, *LENGTH_KEYS, *quantum}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
     assert bounds - {"both errors"} <= set(told)

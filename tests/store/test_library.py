@@ -147,7 +147,7 @@ def test_a_missing_library_is_named_with_its_extra(catalogue, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.axes", None)
     monkeypatch.delitem(sys.modules, "orbitdb.plots.paths", raising=False)
     with pytest.raises(ModuleNotFoundError, match=r"plot\(\) needs matplotlib: pip install 'orbitdb\[plot\]"):
-        subset.plot()
+        subset.plot("lengths")
 
 
 def test_a_notebook_shows_a_subset_as_a_table_with_pictures(catalogue):

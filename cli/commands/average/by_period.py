@@ -98,7 +98,7 @@ def lyapunov(
         from orbitdb.answers.averaged import lyapunov as average
 
         def tell(done: float) -> None:
-            shown.tell("summing pseudo-cycles", done, 1.0)
+            shown(done, 1.0, "summing pseudo-cycles")
 
         found = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
     names, rows = _rows_of(found, several(a), output)

@@ -13,7 +13,7 @@ from orbitdb.cli.arguments import named, several, stored
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
-from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
     Row,
     asked_columns,
@@ -28,6 +28,7 @@ from orbitdb.cli.render import note
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -156,11 +157,11 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
     note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
 
 
-def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
+def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
     """Pass rows on, and show their number."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:
-            shown.tell(f"{count:,} rows written")
+            shown(0, 0, f"{count:,} rows written")
         yield row
 
 

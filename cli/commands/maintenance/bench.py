@@ -146,7 +146,7 @@ def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]"
         for p in periods:
 
             def show(step: int, moving: int, p: int = p) -> None:
-                shown.tell(f"p = {p}: step {step:,}, {moving} classes still move")
+                shown(0, 0, f"p = {p}: step {step:,}, {moving} classes still move")
 
             found, differing = agreement(p, stadium, show)
             with aside():
@@ -183,4 +183,5 @@ def _watched(rows: Iterable[Any]) -> Iterator[Any]:
         for row in rows:
             with aside():
                 yield row
-            shown.tell("measuring, done: " + " ".join(str(value) for value in list(asdict(row).values())[:2]))
+            first = " ".join(str(value) for value in list(asdict(row).values())[:2])
+            shown(0, 0, f"measuring, done: {first}")

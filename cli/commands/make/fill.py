@@ -34,7 +34,6 @@ EXAMPLES = {
         "sweep --p 19 --scheduler tcp://node1:8786",
     ),
 }
-SWEPT_COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
 
 def fill(
@@ -68,7 +67,7 @@ def fill(
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
     from orbitdb.filling.fill import METHODS
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
 
     Stadium(a)
     if method not in METHODS:
@@ -143,7 +142,7 @@ def sweep(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
     from orbitdb.store.asking.sweepable import swept_text
 
     chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
@@ -158,12 +157,10 @@ def sweep(
         with Catalogue(db) as catalogue, progress(span, expected=coming.seconds) as shown:
             found = catalogue.sweep(periods, chosen, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
-    subset = (text,) if (text := swept_text(chosen)) else ()
-    if subset:
+    rows = [each.row() for each in found]
+    names = list(rows[0])
+    if swept_text(chosen):
         note(replace(chosen, statuses=(Status.ORBIT,)).describe())
-    rows = []
-    for each in found:
-        counts = each.tally
-        statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
-        rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2), *subset))
-    output.write((*SWEPT_COLUMNS, "selection") if subset else SWEPT_COLUMNS, rows)
+    else:
+        names.remove("selection")
+    output.write(names, ([row[name] for name in names] for row in rows))

@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Places, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut
 from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.cells import Kind, judge
@@ -44,9 +44,7 @@ class Verdict(IntEnum):
     PROVED = 1
 
 
-def prove_all(
-    words: NDArray[np.uint8], changes: Sequence[Sequence[KnownChange]]
-) -> tuple[NDArray[np.int8], int]:
+def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[NDArray[np.int8], int]:
     """Tell whether the known changes of words are complete between `LOW` and `HIGH`.
 
     Parameters
@@ -76,9 +74,7 @@ def prove_all(
     return verdict, cells
 
 
-def stretches(
-    legs: Chain, low: float, high: float
-) -> tuple[NDArray[np.intp], NDArray[np.int8], Floats, Floats, int]:
+def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats, int]:
     """Cut [low, high] in ln a into cells in which something is proved for each word, if possible.
 
     Returns

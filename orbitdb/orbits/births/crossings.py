@@ -7,18 +7,15 @@ completeness rests on the grid.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import Station, between, hermite, slacks_and_slopes
 from orbitdb.orbits.newton import newton
-
-Indices = NDArray[np.intp]
 
 _NEAR = 0.02
 """A cubic that turns this close to zero (radians) is not trusted."""
@@ -39,8 +36,8 @@ _CLOSE = 1e-9
 class Zeros(Batch):
     """K zeros of single slacks, or cells with one, as a structure of arrays of shape (K,)."""
 
-    word: Indices  # which word
-    slack: Indices  # the smooth slack, as a row of `Station.slack`
+    word: Places  # which word
+    slack: Places  # the smooth slack, as a row of `Station.slack`
     far: Floats  # one end of the cell in x = ln a
     x: Floats  # the other end, or the zero
     alpha: Floats  # directions there (radians), shape (m, K)
@@ -64,18 +61,16 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     Zeros
         The cells.
     """
-    found, before = [], None
+    none, nothing = np.zeros(0, np.intp), np.zeros(0)
+    found, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
     for station in stations:
         if before is not None:
             found += list(_search(legs, np.arange(len(legs)), before, station, 0))
         before = station
-    if not found:
-        none, nothing = np.zeros(0, np.intp), np.zeros(0)
-        return Zeros(none, none, nothing, nothing, np.zeros((legs.k.shape[0], 0)))
-    return Zeros(*(np.concatenate([getattr(z, each.name) for z in found], axis=-1) for each in fields(Zeros)))
+    return Zeros.joined(found)
 
 
-def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
+def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
     """Search one cell of some words; yield the slacks that cross zero in it."""
     turning = start.slope * end.slope < 0
     below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
@@ -98,7 +93,7 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
         yield Zeros(word[column], slack, far, near, end.alpha[:, column])
 
 
-def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+def _judge(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
     """Tell which slacks cross zero, which words are outside throughout, and which are not clear."""
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)
@@ -148,7 +143,7 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
     return replace(cells, x=x, alpha=alpha).rows(kept)
 
 
-def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats) -> tuple[Floats, Floats]:
+def _solved(legs: Chain, slack: Places, x: Floats, start: Floats) -> tuple[Floats, Floats]:
     """Return one slack of each word at its own x, and the directions there, found from nearby ones."""
     a = np.exp(x)
     alpha = newton(legs, a, _INNER, np.clip(start, *direction_limits(legs, a))).alpha

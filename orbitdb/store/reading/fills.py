@@ -6,7 +6,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.orbits.orbit import Status
+from orbitdb.extras import Record
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium
 from orbitdb.store.reading.soundness import unsound
@@ -15,7 +16,7 @@ from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
 
 @dataclass(frozen=True)
-class Fill:
+class Fill(Record):
     """Progress of a period at one a, and the counts of the paper's Table 1.
 
     Attributes

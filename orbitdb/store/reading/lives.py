@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import Status
+from orbitdb.extras import Record
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class BirthFill:
+class BirthFill(Record):
     """Progress of the births and deaths of a period, and their counts.
 
     Attributes
@@ -74,7 +75,7 @@ class BirthFill:
 
 
 @dataclass(frozen=True)
-class Life:
+class Life(Record):
     """One life of a symmetry class.
 
     Attributes

@@ -1,12 +1,13 @@
 """The counts and sums of sweeps: all orbits of a period or a subset, without stored rows."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
 from orbitdb.errors import InputError
+from orbitdb.extras import Record
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.store.file.schema import DONE, SWEPT
@@ -21,7 +22,7 @@ if TYPE_CHECKING:  # imported only if there are sums
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Record):
     """Progress and results of the sweep of a period at one a.
 
     Attributes
@@ -52,14 +53,29 @@ class Sweep:
     blocks: int
     seconds: float
     processor: float
-    sums: "PeriodSums | None"
-    moments: "Mapping[int, TiltMoments]"
+    sums: "PeriodSums | None" = field(repr=False)
+    moments: "Mapping[int, TiltMoments]" = field(repr=False)
     selection: str = ""
 
     @property
     def whole(self) -> bool:
         """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
         return self.state == DONE
+
+    def row(self) -> dict[str, Any]:
+        """Return the counts by the names that they have in JSON."""
+        counts = self.tally
+        return {
+            "p": self.p,
+            "N_t": counts.words,
+            "N_c": counts.n_c,
+            "classes": counts.classes,
+            "boundary": counts.boundary,
+            "unresolved": counts.unresolved,
+            "seconds": self.seconds,
+            "processor_seconds": self.processor,
+            "selection": self.selection,
+        }
 
 
 def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
