@@ -37,7 +37,9 @@ def read_package(folder: Path) -> list[dict[str, Any]]:
             return found
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
-    raise ExportError(f"{folder} holds no dataset of orbitdb: it lacks a sound {PACKAGE}")
+    raise ExportError(
+        f"{folder} holds no dataset of orbitdb: it lacks a sound {PACKAGE} (--db names a catalogue)"
+    )
 
 
 def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
