@@ -133,7 +133,7 @@ def columns(shown: Sequence[Column]) -> str:
     lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
-        means = re.sub(r"'([^']+)'", r"`\1`", each.means)
+        means = re.sub(r"(?<!\w)'([^']+)'", r"`\1`", each.means).replace("|", r"\|")
         lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
     return "\n".join(lines)
 

@@ -203,6 +203,8 @@ OF_LEVELS = [
            "1/radius", "error"),
     Column("parity", "text",
            "two letters, 'e' for even and 'o' for odd; under x -> -x, then under y -> -y"),
+    Column("number", "integer", "number of a stored level in its parity; from 1"),
+    Column("error", "number", "estimate of the error of k", "1/radius"),
     Column("exact", "number",
            "the stored level with the same number, beside one from orbits", "1/radius",
            empty="none is stored"),
@@ -245,6 +247,49 @@ OF_SPECTRA = [
 ]  # fmt: skip
 """What `spectrum` tells of lengths and peaks."""
 
+OF_COUNTS = [
+    Column("N_t", "integer", "words that the geometric rules allow"),
+    Column("N_c", "integer", "words that are orbits"),
+    Column("N", "integer", "points on orbits of period p or a divisor of p", empty="a divisor not filled"),
+    Column("K_0", "number", "topological entropy by period, ln N / p", "1", empty="N is empty or 0"),
+    Column("classes", "integer", "orbits up to symmetry"),
+    Column("boundary", "integer", "orbits through a joint of wall and semicircle; not counted in N_c"),
+    Column("unresolved", "integer", "words that are not decided"),
+]
+"""What `table` tells of a period, as in the paper's Table 1."""
+
+OF_LIVES = [
+    Column("born", "number", "where the class begins to be an orbit as a grows; from a = 0 on: 0 in files, "
+           "NULL in SQL", "radius", "born_error"),
+    Column("born_error", "number", "bound on the error of born", "radius", "itself"),
+    Column("dies", "number", "where the class next ceases to be one", "radius", "dies_error", "no end"),
+    Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "no end"),
+]  # fmt: skip
+"""What the view ``life`` tells of a stretch of a over which a class is an orbit."""
+
+OF_BOUNDS = [
+    Column("window", "integer", "edges of the longest windows"),
+    Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
+    Column("upper", "number", "proved upper bound", "1", "proved"),
+    Column("windows", "integer", "windows examined; mirror images and reversals count once"),
+    Column("undecided", "integer", "windows of the longest length that are not decided"),
+    Column("proof", "text", "what decided the windows; 'doubles' with error bounds or 'balls'"),
+]
+"""What `bounds` tells of the entropy at one a."""
+
+OF_ENSEMBLES = [
+    Column("lambda_d", "number", "lambda per bounce, mean over random trajectories", "1", "lambda_d_error"),
+    Column("lambda_d_error", "number", "its standard error", "1"),
+    Column("lambda_c", "number", "lambda per length, mean over them", "1/radius", "lambda_c_error"),
+    Column("lambda_c_error", "number", "its standard error", "1/radius"),
+    Column("mean_free_path", "number", "mean path between bounces", "radius", "mean_free_path_error"),
+    Column("mean_free_path_error", "number", "its standard error", "radius"),
+    Column("bounces", "integer", "total number of bounces"),
+    Column("groups", "integer", "number of independent starts"),
+    Column("seed", "integer", "seed of the random numbers"),
+]
+"""What `simulate` stores of random trajectories."""
+
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
 
@@ -266,11 +311,15 @@ GROUPS = (
     ("level", OF_LEVELS),
     ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
+    ("table", OF_COUNTS),
+    ("life", OF_LIVES),
+    ("entropy", OF_BOUNDS),
+    ("simulation", OF_ENSEMBLES),
 )
 """All of them, each group with what its columns are of."""
 
-EVERY = {column.name: column for _, group in GROUPS for column in group}
-"""The columns by name; of two with one name, the later group's."""
+EVERY = {column.name: column for _, group in reversed(GROUPS) for column in group}
+"""The columns by name; of two with one name, the earlier group's."""
 
 
 def add(column: Column) -> None:
