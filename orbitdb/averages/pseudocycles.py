@@ -24,23 +24,14 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class Factors(Batch):
-    """The N different factors (1 - t z^p)^count of 1/zeta.
+    """The N different factors (1 - t z^p)^count of 1/zeta."""
 
-    Attributes
-    ----------
-    period, count : ndarray of int, shape (N,)
-    cost : ndarray, shape (N,)
-        Logarithm of the multiplier to which the cut applies; positive.
-    weight : ndarray, shape (N,)
-        t, with its sign.
-    observables : ndarray, shape (k, N)
-    """
-
+    # shape (N,)
     period: Integers
     count: Integers
-    cost: Floats
-    weight: Floats
-    observables: Floats
+    cost: Floats  # logarithm of the multiplier to which the cut applies; positive, shape (N,)
+    weight: Floats  # t, with its sign, shape (N,)
+    observables: Floats  # shape (k, N)
 
     def __len__(self) -> int:
         return len(self.period)

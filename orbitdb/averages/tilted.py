@@ -21,21 +21,11 @@ _ROUNDING = 1e-14
 
 
 class Tilted(NamedTuple):
-    """The tilted sum and its derivatives in mu.
+    """The tilted sum and its derivatives in mu."""
 
-    Attributes
-    ----------
-    log_sum : float
-        ln sum w e^(mu x).
-    means : ndarray, shape (k,)
-        Its gradient, the means of the quantities.
-    spread : ndarray, shape (k, k)
-        Its Hessian, their covariances.
-    """
-
-    log_sum: float
-    means: Floats
-    spread: Floats
+    log_sum: float  # ln sum w e^(mu x)
+    means: Floats  # its gradient, the means of the quantities, shape (k,)
+    spread: Floats  # its Hessian, their covariances, shape (k, k)
 
 
 def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:

@@ -25,18 +25,11 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Expansion(ByValue):
-    """A truncated power series of 1/zeta in z.
+    """A truncated power series of 1/zeta in z."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n + 1,)
-        Coefficients of z^0 .. z^n at beta = 0; the first is 1.
-    slopes : ndarray, shape (k, n + 1)
-        Their derivatives in the exponents beta of k observables.
-    """
-
+    # Coefficients of z^0 .. z^n at beta = 0; the first is 1, shape (n + 1,).
     coefficients: Floats
-    slopes: Floats
+    slopes: Floats  # their derivatives in the exponents beta of k observables, shape (k, n + 1)
 
     def cut(self, order: int) -> "Expansion":
         """Return the series up to z^order."""
@@ -121,23 +114,14 @@ def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
 
 @dataclass(frozen=True)
 class ZetaAverages:
-    """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero.
+    """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero."""
 
-    Attributes
-    ----------
-    z0 : float
-        The leading zero; 1 for all orbits of a closed system.
-    lambda_d, lambda_c, mean_path : float
-        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
-    fault : str
-        Why they are NaN; empty if they are numbers or if there is no orbit.
-    """
-
-    z0: float
+    z0: float  # the leading zero; 1 for all orbits of a closed system
+    # <lambda>/<p>, <lambda>/<L> and <L>/<p>
     lambda_d: float
     lambda_c: float
     mean_path: float
-    fault: str = ""
+    fault: str = ""  # why they are NaN; empty if they are numbers or if there is no orbit
 
     @classmethod
     def none(cls, fault: str = "") -> "ZetaAverages":

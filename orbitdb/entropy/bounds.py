@@ -184,21 +184,11 @@ def search(
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one a.
+    """Bounds on the entropy at one a."""
 
-    Attributes
-    ----------
-    levels : tuple of EntropyBounds
-        The bounds, one per window length.
-    proof : Proof or None
-        Counts of the decisions that balls confirmed, if they were used.
-    arithmetic : str
-        The software that computed the bounds (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    levels: tuple[EntropyBounds, ...]
-    proof: "Proof | None"
-    arithmetic: str
+    levels: tuple[EntropyBounds, ...]  # the bounds, one per window length
+    proof: "Proof | None"  # counts of the decisions that balls confirmed, if they were used
+    arithmetic: str  # the software that computed the bounds (`orbitdb.arithmetic.arithmetic`)
 
 
 def enclose(

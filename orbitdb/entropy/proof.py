@@ -113,19 +113,12 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, keeps the decisions that balls prove, and counts them.
+    """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
 
-    Attributes
-    ----------
-    proved, left_open : int
-        Numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal.
-    seconds : float
-        Time spent in balls.
-    """
-
+    # numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal
     proved: int = 0
     left_open: int = 0
-    seconds: float = 0.0
+    seconds: float = 0.0  # time spent in balls
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
         """Decide windows like `orbitdb.entropy.verdicts.decide`, but keep only proved decisions."""

@@ -50,24 +50,15 @@ ROUNDING = 12 * EPSILON
 
 @dataclass(frozen=True, eq=False)
 class Corner(Batch):
-    """N windows with an extreme push at each end.
+    """N windows with an extreme push at each end."""
 
-    Attributes
-    ----------
-    legs : Chain
-        Runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push.
-    low, high : ndarray, shape (m + 2, N)
-        Limits of the directions; equal for the outer legs.
-    marked : ndarray of intp, shape (N,)
-        The row of the marked junction.
-    lean : ndarray, shape (N,)
-        c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg.
-    """
-
-    legs: Chain
+    legs: Chain  # runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push
+    # limits of the directions; equal for the outer legs, shape (m + 2, N)
     low: Floats
     high: Floats
-    marked: Places
+    marked: Places  # the row of the marked junction, shape (N,)
+    # c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg,
+    # shape (N,)
     lean: Floats
 
 
@@ -107,20 +98,11 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 @dataclass(frozen=True, eq=False)
 class Condition(ByValue):
-    """The condition f > 0 of the marked junction at directions near the maximum of the length.
+    """The condition f > 0 of the marked junction at directions near the maximum of the length."""
 
-    Attributes
-    ----------
-    alpha : ndarray, shape (m + 2, N)
-        The directions.
-    value : ndarray, shape (N,)
-        f, in radians.
-    error : ndarray, shape (N,)
-        Bound on the difference between f and its value at the maximum, rounding included.
-    """
-
-    alpha: Floats
-    value: Floats
+    alpha: Floats  # the directions, shape (m + 2, N)
+    value: Floats  # f, in radians, shape (N,)
+    # bound on the difference between f and its value at the maximum, rounding included, shape (N,)
     error: Floats
 
 
@@ -203,17 +185,11 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Decision(ByValue):
-    """Verdicts on N windows.
+    """Verdicts on N windows."""
 
-    Attributes
-    ----------
-    verdict : ndarray of uint8, shape (N,)
-        `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one.
-    extend_left : ndarray of bool, shape (N,)
-        Whether the left end of an undecided window changes f more than the right end.
-    """
-
+    # `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one, shape (N,)
     verdict: NDArray[np.uint8]
+    # whether the left end of an undecided window changes f more than the right end, shape (N,)
     extend_left: Marks
 
 

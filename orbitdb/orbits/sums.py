@@ -100,23 +100,12 @@ def _decided(
 
 @dataclass(frozen=True)
 class Tally:
-    """Numbers of words by status.
+    """Numbers of words by status."""
 
-    Attributes
-    ----------
-    words : int
-        All admissible words.
-    n_c : int
-        Orbits.
-    classes : int
-        Symmetry classes of the orbits.
-    boundary, unresolved : int
-        Words with these statuses. All others are dynamical.
-    """
-
-    words: int = 0
-    n_c: int = 0
-    classes: int = 0
+    words: int = 0  # all admissible words
+    n_c: int = 0  # orbits
+    classes: int = 0  # symmetry classes of the orbits
+    # Words with these statuses. All others are dynamical.
     boundary: int = 0
     unresolved: int = 0
 

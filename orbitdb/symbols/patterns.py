@@ -45,17 +45,10 @@ class Factor:
 
 @dataclass(frozen=True)
 class Like:
-    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one.
-
-    Attributes
-    ----------
-    pattern : str
-    wanted : bool, optional
-        False to find the words that do not fit.
-    """
+    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one."""
 
     pattern: str
-    wanted: bool = True
+    wanted: bool = True  # False to find the words that do not fit
     cyclic = False
 
     def fits(self, word: str) -> bool:

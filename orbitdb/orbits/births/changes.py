@@ -40,34 +40,18 @@ _BATCH = 1 << 14
 
 @dataclass(frozen=True, eq=False)
 class Changes(ByValue):
-    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a.
+    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a."""
 
-    Attributes
-    ----------
-    always : ndarray of bool, shape (N,)
-        Whether the word is an orbit from a = 0 on.
-    word : ndarray of int, shape (K,)
-        The word that changes.
-    a, error : ndarray, shape (K,)
-        The place, and the proved bound on its error.
-    born : ndarray of bool, shape (K,)
-        True if it begins to be an orbit as a grows, False if it ceases.
-    bounce : ndarray of int, shape (K,)
-        The bounce of the word, counted from 1, that passes through a joint; one of them if several do.
-    joint : ndarray of int, shape (K,)
-        The joint, as a place in `JOINTS`.
-    slope : ndarray, shape (K,)
-        Speed of this bounce at the joint: d slack / d ln a (radians).
-    """
-
-    always: Marks
-    word: Integers
+    always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)
+    word: Integers  # the word that changes, shape (K,)
+    # the place, and the proved bound on its error, shape (K,)
     a: Floats
     error: Floats
-    born: Marks
+    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
+    # the bounce of the word, from 1, that passes through a joint; one of them if several do, shape (K,)
     bounce: Integers
-    joint: Integers
-    slope: Floats
+    joint: Integers  # the joint, as a place in `JOINTS`, shape (K,)
+    slope: Floats  # speed of this bounce at the joint: d slack / d ln a (radians), shape (K,)
 
     def lives(self) -> list[list[Stretch]]:
         """Return the ranges of a in which each word is an orbit, with None for no end."""
