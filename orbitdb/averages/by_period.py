@@ -93,7 +93,6 @@ def lyapunov_of_periods(
         The sums by period; a period without an entry has no orbit.
     highest : int
         At most `HIGHEST`.
-    weight : Weight, optional
 
     Notes
     -----

@@ -64,7 +64,6 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
 
     Parameters
     ----------
-    a : float
     tolerance : float, optional
         Largest total change that the last halving of the panels may make. The returned error is eight times
         the sum of the absolute changes, because near a kink a change can be small by chance.

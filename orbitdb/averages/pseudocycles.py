@@ -44,7 +44,6 @@ def expand_by_stability(
 
     Parameters
     ----------
-    factors : Factors
     cut : float
         Largest sum of costs of a term (pseudo-cycle).
     highest : int, optional

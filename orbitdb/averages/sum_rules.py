@@ -160,11 +160,9 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
 
     Parameters
     ----------
-    a : float
     moments : sequence of Moments
         For the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN. No level can be
         higher than the highest of the orbits up to `EXACT`.
-    highest : int
     """
     last = min(highest, EXACT)
     start = beginning(a, last)

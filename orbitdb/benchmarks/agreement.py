@@ -59,7 +59,6 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     ----------
     relaxed : Orbits
         The result of `relax` for admissible words; only words, status, coordinates and iterations are used.
-    stadium : Stadium
     epsilon : float, optional
         The force at which the relaxation stopped.
 

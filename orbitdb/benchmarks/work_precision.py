@@ -90,7 +90,6 @@ def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
 
     Parameters
     ----------
-    cases : Sample
     slow : int, optional
         Number of words for the methods that work word by word, ``root`` and ``balls``.
 

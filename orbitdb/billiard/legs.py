@@ -99,17 +99,9 @@ def following(rows: NDArray[Any]) -> NDArray[Any]:
 
 
 def cut(words: Words) -> list[tuple[Places, Legs]]:
-    """Cut admissible words into runs and legs.
+    """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words, in any rotation.
-
-    Returns
-    -------
-    list of (ndarray of intp, Legs)
-        One entry for each number of runs: the rows of ``words`` with it, and their structure.
+    For each number of runs, return the rows of the words that have it, and their structure.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]

@@ -99,7 +99,6 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
 
     Parameters
     ----------
-    stadium : Stadium
     tell : callable, optional
         Receives progress.
     judge : callable, optional
@@ -156,7 +155,6 @@ def search(
 
     Parameters
     ----------
-    stadium : Stadium
     window : int, optional
         Edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional

@@ -57,8 +57,7 @@ class Corner(Batch):
     low: Floats
     high: Floats
     marked: Places  # the row of the marked junction, shape (N,)
-    # c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg,
-    # shape (N,)
+    # c in its condition f = h + c o > 0, h = psi/2k of the run and o the direction of the leg, shape (N,)
     lean: Floats
 
 
@@ -75,7 +74,6 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
     Parameters
     ----------
-    chains : OpenChains
     a : float
         Half length of a straight wall.
     left, right : ndarray, shape (N,)
@@ -113,8 +111,6 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
 
     Parameters
     ----------
-    problem : Corner
-    a : float
     enough : ndarray, shape (N,)
         Error of f that is always small enough.
     """

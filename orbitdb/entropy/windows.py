@@ -120,8 +120,8 @@ class OpenChains(Batch):
     leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
     """
 
-    # Bounces and sense (+1 up) of each run, shape (m + 2, N). A cut run has only its bounces in the window. A single bounce has
-    # no sense; before the mark, d is then the sign of the next wall.
+    # Bounces and sense (+1 up) of each run, shape (m + 2, N). A cut run has only its bounces in the window. A
+    # single bounce has no sense; before the mark, d is then the sign of the next wall.
     k: Floats
     d: Floats
     # Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none), shape (m + 2, N). A cut leg

@@ -112,7 +112,6 @@ def certificates(words: Words, stadium: Stadium, precision: int | None = None) -
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
     precision : int, optional
         Bits at first; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
 

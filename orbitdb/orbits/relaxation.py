@@ -42,7 +42,6 @@ def relax(
     ----------
     words : ndarray of uint8, shape (N, p)
         Admissible primitive words of one order, in any rotation.
-    stadium : Stadium
     epsilon : float, optional
         The dynamics of a word stops when all its forces, differences of two cosines, are smaller.
     max_steps : int, optional
@@ -106,7 +105,6 @@ def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
     coordinates : ndarray, shape (N, p)
         Those of the words at rest.
     """

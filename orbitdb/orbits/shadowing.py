@@ -49,7 +49,6 @@ def shadows(
 
     Parameters
     ----------
-    stadium : Stadium
     symbols : ndarray of uint8, shape (T,)
         The bounces of the trajectory.
     points : ndarray, shape (T, 2)

@@ -66,7 +66,6 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
 
     Parameters
     ----------
-    legs : Chain
     a : float or ndarray, shape (N,)
     alpha : ndarray, shape (m, N)
         Directions of the legs at (or near) the maximum of the length, between the limits.

@@ -52,8 +52,6 @@ def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
     Parameters
     ----------
     codes : ndarray of int64, shape (N,)
-    p : int
-    stadium : Stadium
 
     Yields
     ------

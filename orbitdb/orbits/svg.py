@@ -21,7 +21,6 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
 
     Parameters
     ----------
-    stadium : Stadium
     points : ndarray, shape (p, 2)
         The bounces in their order, in units of the radius.
     title : str
@@ -121,7 +120,6 @@ def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, 
 
     Parameters
     ----------
-    stadium : Stadium
     points : ndarray, shape (p, 2)
         The bounces in their order.
 

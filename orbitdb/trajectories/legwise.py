@@ -106,7 +106,6 @@ def simulate_legs(
 
     Parameters
     ----------
-    stadium : Stadium
     bounces : int
         Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
     known : (float, float)
@@ -176,10 +175,8 @@ def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 
     Parameters
     ----------
-    runs : Runs
     beams : Beams
         Bounds on the convergence at the beginning of the runs.
-    a : float
 
     Returns
     -------

@@ -38,7 +38,6 @@ def bounce(rays: Rays, a: float) -> Bounce:
 
     Parameters
     ----------
-    rays : Rays
     a : float
         Half the length of a straight wall.
 
@@ -99,7 +98,6 @@ def advance(arcs: Arcs, a: float) -> Step:
 
     Parameters
     ----------
-    arcs : Arcs
     a : float
         Half the length of a straight wall.
 

@@ -58,7 +58,6 @@ def enclose_all(
 
     Parameters
     ----------
-    legs : Legs
     stadium : Stadium
         Its a is taken as the exact value of the double.
     start : ndarray, shape (m, N), optional

@@ -97,7 +97,6 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
 
     Parameters
     ----------
-    legs : Chain
     a : ndarray, shape (N,)
     alpha : ndarray, shape (m, N)
         Directions near the maximum; the verdicts do not depend on them.

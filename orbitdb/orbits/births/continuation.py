@@ -66,7 +66,6 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
 
     Parameters
     ----------
-    legs : Chain
     grid : ndarray, shape (J,)
 
     Yields

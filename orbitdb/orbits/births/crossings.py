@@ -119,7 +119,6 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
     ----------
     legs : Chain
         The N words of the cells.
-    cells : Zeros
     """
     part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
     far, x = cells.far - beyond, cells.x + beyond
