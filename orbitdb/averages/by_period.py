@@ -35,15 +35,9 @@ class Entropy(ByValue):
 def entropy_of_counts(cycles: Integers) -> Entropy:
     """Return the topological entropy at p = 2 .. n.
 
-    Parameters
-    ----------
-    cycles : ndarray of int, shape (n + 1,)
-        Number of cyclic words that are orbits, for each period 0 .. n.
-
-    Notes
-    -----
-    The numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
-    Its leading zero combines all periods up to p and settles sooner than K_0.
+    The cycles, shape (n + 1,), are the numbers of cyclic words that are orbits, for each period 0 .. n. The
+    numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p). Its
+    leading zero combines all periods up to p and settles sooner than K_0.
 
     Source: Biham and Kvale, Table 1.
     """
@@ -85,17 +79,10 @@ class Lyapunov(ByValue):
 def lyapunov_of_periods(
     periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
 ) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest.
+    """Return the Lyapunov averages at p = 2 .. highest, at most `HIGHEST`.
 
-    Parameters
-    ----------
-    periods : mapping of int to PeriodSums
-        The sums by period; a period without an entry has no orbit.
-    highest : int
-        At most `HIGHEST`.
+    A period without sums has no orbit.
 
-    Notes
-    -----
     Source: Biham and Kvale, eqs. (5) and (6), whose weights are `Weight.EXPONENTIAL`.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
@@ -131,14 +118,9 @@ def standing(
 ) -> dict[str, list[Any]]:
     """Return averages by period as lists, with None where there is no value or a period is missing.
 
-    Parameters
-    ----------
-    p : ndarray of int, shape (n,)
-    columns : mapping of str to ndarray, shape (n,)
-    needs : callable
-        Returns the periods that an average of order p needs.
-    filled : iterable of int
-        The periods whose orbits are all among those averaged over, if they were chosen.
+    The periods p and the columns have shape (n,). `needs` returns the periods that an average of order p
+    needs. Missing are those not in `filled`, the periods whose orbits are all among those averaged over, if
+    they were chosen.
     """
     have = set(filled)
     stands = [have >= needs(order) for order in p.tolist()]

@@ -158,11 +158,8 @@ def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int)
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
     """Return the averages of all orbits up to period p for p = 2 .. highest from swept periods.
 
-    Parameters
-    ----------
-    moments : sequence of Moments
-        For the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN. No level can be
-        higher than the highest of the orbits up to `EXACT`.
+    The moments are those of the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN.
+    No level can be higher than the highest of the orbits up to `EXACT`.
     """
     last = min(highest, EXACT)
     start = beginning(a, last)

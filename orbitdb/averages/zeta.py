@@ -91,20 +91,11 @@ def zero_fault(coefficients: Floats, zero: float) -> str:
 
 
 def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
-    """Return the cycle averages at the leading zero; NaN without one.
+    """Return z0, <p> and <A> of each observable, shape (k,), at the leading zero; NaN without one.
 
-    Returns
-    -------
-    float
-        z0, the leading zero; 1 for a closed system whose weights conserve probability.
-    float
-        <p>, the mean period.
-    ndarray, shape (k,)
-        <A> of each observable; <A> / <p> is its average per bounce.
-
-    Notes
-    -----
-    <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0 (Artuso et al.).
+    z0 is the leading zero; 1 for a closed system whose weights conserve probability. <p> is the mean period,
+    and <A> / <p> the average per bounce. <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0
+    (Artuso et al.).
     """
     z0 = leading_zero(expansion.coefficients)
     orders = np.arange(len(expansion.coefficients))

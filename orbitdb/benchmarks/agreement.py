@@ -55,18 +55,8 @@ def agreement(
 def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
     """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
 
-    Parameters
-    ----------
-    relaxed : Orbits
-        The result of `relax` for admissible words; only words, status, coordinates and iterations are used.
-    epsilon : float, optional
-        The force at which the relaxation stopped.
-
-    Returns
-    -------
-    Agreement
-    list of str
-        A sentence on each word to which one method gives a wrong status, in the order of the words.
+    The relaxation stopped at the force epsilon; only words, status, coordinates and iterations are used. The
+    sentences name each word to which one method gives a wrong status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)

@@ -86,17 +86,9 @@ def _spread(n: int, count: int) -> Places:
 
 
 def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
-    """Measure all methods on the same words.
+    """Measure all methods on the same words; yield each method and setting as soon as it is measured.
 
-    Parameters
-    ----------
-    slow : int, optional
-        Number of words for the methods that work word by word, ``root`` and ``balls``.
-
-    Yields
-    ------
-    WorkPrecision
-        For each method and setting, as soon as it is measured.
+    `slow` is the number of words for the methods that work word by word, ``root`` and ``balls``.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))

@@ -74,10 +74,7 @@ class Automaton(ByValue):
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     """Build the automaton of patterns, their mirror images and their reversals.
 
-    Parameters
-    ----------
-    patterns : list of (ndarray of uint8, shape (N, L), int)
-        Edge words of equal length, and their kind: a power of 2 below 256.
+    Each array, shape (N, L), has edge words of equal length; their kind is a power of 2 below 256.
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)

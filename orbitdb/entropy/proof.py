@@ -35,22 +35,9 @@ _OFTEN = 256
 
 
 def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None) -> Marks:
-    """Return whether each window's verdict is proved in balls.
+    """Return which verdicts on N windows are proved in balls, shape (N,).
 
-    Parameters
-    ----------
-    windows : Windows
-        N windows.
-    verdict : ndarray of uint8, shape (N,)
-        The `Verdict` of each window; undecided ones are never proved.
-    a : float
-        Half length of a straight wall, taken as exact.
-    tell : callable, optional
-        Receives progress.
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
+    Undecided ones never are. The half length a is taken as exact; `tell` receives progress.
     """
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)

@@ -107,12 +107,8 @@ class Condition(ByValue):
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     """Find the sign of the marked junction's condition by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is at most `enough`, small beside f, or no longer shrinks.
-
-    Parameters
-    ----------
-    enough : ndarray, shape (N,)
-        Error of f that is always small enough.
+    A window leaves the batch when its error bound is at most `enough`, shape (N,), small beside f, or no
+    longer shrinks.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
@@ -146,7 +142,7 @@ def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
 def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
+    As in `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
     """
     steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
     worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)

@@ -47,16 +47,9 @@ class Exponents(ByValue):
 
 
 def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
-    """Find the orbits among packed admissible words of period p <= 20, and their exponents.
+    """Find the orbits among packed admissible words, shape (N,), of period p <= 20, and their exponents.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-
-    Yields
-    ------
-    Exponents
-        Some of the words at a time, until all are done.
+    Yields some of the words at a time, until all are done.
     """
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):

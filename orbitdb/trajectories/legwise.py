@@ -173,16 +173,8 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg after it.
 
-    Parameters
-    ----------
-    beams : Beams
-        Bounds on the convergence at the beginning of the runs.
-
-    Returns
-    -------
-    tuple
-        The next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
-        the path minus two for every wall, and the number of bounces.
+    Returns the next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
+    the path minus two for every wall, and the number of bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift

@@ -65,10 +65,7 @@ class Changes(ByValue):
 def find_changes(words: Words) -> Changes:
     """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation.
+    The words, shape (N, p), are admissible and primitive, of one order, in any rotation.
 
     Raises
     ------
@@ -105,11 +102,7 @@ def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, F
 def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
     """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    slack : ndarray of int, shape (N,)
-        Rows of `orbitdb.orbits.births.continuation.Station.slack`.
+    The slacks are rows of `orbitdb.orbits.births.continuation.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -178,16 +171,9 @@ def _inconsistent(found: Bracketed, always: Marks) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes from 1 by rising a; changes with touching brackets share an event.
+    """Number the events among changes of words of one order, shape (K,), from 1 by rising a.
 
-    Parameters
-    ----------
-    a, error : ndarray, shape (K,)
-        Changes of words of one order, in any order.
-
-    Returns
-    -------
-    ndarray of int, shape (K,)
+    Changes with touching brackets share an event. They may come in any order.
     """
     order = np.argsort(a, kind="stable")
     reach = np.maximum.accumulate((a + error)[order])

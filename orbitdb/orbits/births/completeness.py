@@ -114,14 +114,8 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
     """Tell whether known changes are all changes that the segments allow.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Adjacent ones, by rising a.
-    changes : sequence of KnownChange
-        By rising a; changes outside the segments do not matter.
-    alive : bool or None
-        Whether the word is an orbit where the segments begin; None if unknown.
+    Segments, which are adjacent, and changes come by rising a; changes outside the segments do not matter.
+    `alive` tells whether the word is an orbit where the segments begin; None if unknown.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True
