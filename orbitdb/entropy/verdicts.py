@@ -117,7 +117,6 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
         pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
-        pressed |= problem.low == problem.high  # the outer legs are given
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         solved.alpha[:, active] = alpha
         solved.value[active], solved.error[active] = found.value, found.error

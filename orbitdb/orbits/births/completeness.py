@@ -136,12 +136,12 @@ def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: boo
         if here:
             alive = way
         elif alive is not way:
-            behind = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
-            if behind not in _CONSTANT:
+            after = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
+            if after not in _CONSTANT:
                 alive, sure = None, False
-            elif (behind == Kind.ALIVE) is way and alive is not None:
+            elif (after == Kind.ALIVE) is way and alive is not None:
                 return Verdict.WRONG
             else:
-                sure = sure and (behind == Kind.ALIVE) is not way
-                alive = behind == Kind.ALIVE
+                sure = sure and (after == Kind.ALIVE) is not way
+                alive = after == Kind.ALIVE
     return Verdict.PROVED if sure and not left else Verdict.UNDECIDED
