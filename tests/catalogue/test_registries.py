@@ -95,7 +95,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 found = screen.statistics(Reader(Path({str(small)!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
-print("lambda_c_third" in screen.rows.columns(), [each.name for each in curves])
+print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """
     assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE, shown))
 
