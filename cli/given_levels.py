@@ -19,7 +19,9 @@ _LIGHT = 299_792_458.0
 """Speed of light in metres per second."""
 _UNITS = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
 
-Range = Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")]
+_RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+Range = Annotated[str, _RANGE]
+SomeRange = Annotated[str | None, _RANGE]
 Parities = Annotated[
     str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
 ]
@@ -39,7 +41,9 @@ class GivenLevels:
     energies: Annotated[
         bool, typer.Option("--energies", help="The file holds energies k^2 (in csv, a column energy).")
     ] = False
-    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo, of the levels [default: all].")] = None
+    parity: Annotated[
+        str | None, typer.Option(help="ee, eo, oe or oo, if the levels are of one [default: all].")
+    ] = None
 
     def of_one(self) -> "Parity | None":
         """Return the parity, or None if none is named; raise for several."""

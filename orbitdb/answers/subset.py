@@ -16,9 +16,10 @@ from orbitdb.answers.gaps import lacking_births, unfilled
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
-from orbitdb.columns import WRITTEN, kind_of, with_formulas
+from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
+from orbitdb.formulas import with_formulas
 from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment

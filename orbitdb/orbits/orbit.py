@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import with_formulas
 from orbitdb.equality import ByValue
 from orbitdb.extras import Drawn
+from orbitdb.formulas import with_formulas
 from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF

@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import Parities, Range, read_parities, read_range
+from orbitdb.cli.given_levels import Parities, SomeRange, read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
@@ -27,7 +27,7 @@ COLUMNS = ("k", "error", "parity")
 def levels(
     *,
     context: typer.Context,
-    k: Range | None = None,
+    k: SomeRange = None,
     method: Annotated[
         str, typer.Option(help="elements, or orbits: from the stored orbits alone, with larger errors.")
     ] = "elements",
