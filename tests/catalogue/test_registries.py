@@ -17,7 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
+from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
