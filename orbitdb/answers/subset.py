@@ -12,9 +12,10 @@ from orbitdb.answers import subset_tables
 from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.column_files import Column
-from orbitdb.columns import WRITTEN, with_formulas
+from orbitdb.columns import WRITTEN
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
+from orbitdb.formulas import with_formulas
 from orbitdb.orbits.batch import NUMBERS, finite
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import EXISTING, Status

@@ -17,7 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
+from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
@@ -55,7 +56,7 @@ def ran(program, *arguments):
     """Run Python in a process of its own, whose registries get a further entry."""
     command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -149,6 +149,17 @@ def test_the_data_dictionary_has_every_status_and_rule():
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
 
 
+def test_the_gallery_has_every_figure_with_its_command():
+    from orbitdb.cli.figures import FIGURES
+
+    page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
+    assert len(shown) == page.count("![")
+    assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
+    drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]
+    assert {kind for kinds in drawn for kind in kinds} == set(FIGURES)
+
+
 def test_every_page_is_in_the_table_of_contents():
     index = (pages.ROOT / "docs/index.md").read_text(encoding="utf-8")
     trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)

@@ -11,7 +11,8 @@ All tables are STRICT.
 import re
 from pathlib import Path
 
-from orbitdb.columns import IN_CATALOGUE, sql_of
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.formulas import sql_of
 
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
