@@ -135,9 +135,7 @@ class Subset(ByValue):
     ) -> "Orbit | Subset":
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
-            raise TypeError(
-                f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
-            )
+            raise TypeError(f"rows are found by number, not by {rows!r:.40}: ask the catalogue for a word")
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))

@@ -67,7 +67,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
     unknown = sa.select(cycle.c.p).join_from(change, cycle).where(~known).distinct().order_by(cycle.c.p)
     for p in connection.scalars(unknown).all():
-        yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
+        yield Check("births", 0, 1, first=f"p = {p}: births without a row on their progress")
     for found in whole_births(connection, selections):
         rows = audit.change_rows(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]

@@ -111,7 +111,7 @@ def test_a_class_number_must_encode_a_word_of_its_period(varied):
     one = classes.number.copy()
     for digit in (6, 7):
         one[4] = one[4] & ~7 | digit
-        with pytest.raises(StoreError, match=f"no admissible word's: '{one[4]}'"):
+        with pytest.raises(StoreError, match=f"without an admissible word: '{one[4]}'"):
             list(read_terms(replace(classes, number=one), 1.6))
 
 

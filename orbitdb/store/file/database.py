@@ -59,7 +59,7 @@ def check_file(path: Path) -> int | None:
         if stat.S_ISDIR(found.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
         if not stat.S_ISREG(found.st_mode):
-            raise StoreError(f"{path} is no ordinary file: name another with --db")
+            raise StoreError(f"{path} is not an ordinary file: name another with --db")
         if found.st_size == 0:
             return None
     except OSError as error:

@@ -60,7 +60,7 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
         faults = [" ".join(which) for which in _OURS if _OURS[which] != found.get(which)]
     if faults:
         raise TamperedError(
-            f"{path} is not as orbitdb made it ({faults[0]}), and nothing of it was run: restore a copy, "
+            f"{path} is not as orbitdb made it ({faults[0]}); nothing in it was run: restore a copy, "
             "or fill a new one",
             len(schema),
             faults,
