@@ -48,7 +48,7 @@ def test_classes_are_orbits_by_default(varied):
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
     assert orbits.chosen.sum() == catalogue.count(chosen_by(1.0, p=6, status="orbit"))
     assert boundary.chosen.sum() == catalogue.count(chosen_by(1.0, p=6, status="boundary")) > 0
-    with pytest.raises(SelectionError, match="status dynamical has none"):
+    with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
 
 
@@ -275,7 +275,7 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
         ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
         ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' describes it"),
         ({"status": Status.FAMILY}, "never stored"),
-        ({"symmetry": "T,xT"}, "the smallest that holds it is x,T,xT$"),
+        ({"symmetry": "T,xT"}, "the smallest group that contains it is x,T,xT$"),
         ({"symmetry": "yT, xT"}, "'yT, xT' is not a group: .* is xy,xT,yT$"),
         ({"status": []}, "status"),
         ({"p": "4-2"}, "run backwards: write 2-4"),
