@@ -25,7 +25,7 @@ query --range colour=1:2 | 2 | colour
 query --range length=long: | 2 | length=3:10
 query -P =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
-entropy --status dynamical | 2 | of orbits (and boundary): leave out status dynamical
+entropy --status dynamical | 2 | only orbits (and boundary) have averages and lengths: leave out status dynamical
 lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
 lyapunov --weight x | 2 | 'x' | exp | det
 lyapunov --cut 0 | 2 | cut 0 | 1000
