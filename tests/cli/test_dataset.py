@@ -102,7 +102,7 @@ def test_everything_in_the_folder_is_described(folder, tmp_path):
     assert told(orbits, "length") == ("length of one traversal, L", "radius", "length_error")
     assert told("levels.csv", "error") == ("estimate of the error of k", "1/radius", None)
     assert told("averages.csv", "lambda_c_zeta")[:2] == (
-        "lambda per length, lambda/L; zeta function to order p",
+        "average lambda_c; zeta function to order p",
         "1/radius",
     )
     assert resources[orbits]["title"] == "96 words of period 5 at a = 1.6"
@@ -218,7 +218,7 @@ def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("orbitdb.answers.dataset.writing.tables", stop)
+    monkeypatch.setattr("orbitdb.answers.dataset.writing.others", stop)
     assert cli(*asked, str(tmp_path / "x")).code == 130
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
@@ -227,7 +227,7 @@ def test_force_replaces_a_dataset_or_keeps_it_whole(known, folder, cli, monkeypa
     asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
     before = files_of(folder)
     with monkeypatch.context() as patched:
-        patched.setattr("orbitdb.answers.dataset.writing.tables", lambda *_: 1 / 0)
+        patched.setattr("orbitdb.answers.dataset.writing.others", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             cli(*asked)
     assert files_of(folder) == before
@@ -260,6 +260,6 @@ from orbitdb.answers.dataset import writing
 def wait(*_):
     print("writing", flush=True)
     time.sleep(60)
-writing.tables = wait
+writing.others = wait
 run()
 """
