@@ -17,7 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
+from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
@@ -26,7 +27,7 @@ add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapu
 """
 AVERAGE = """
 import numpy as np
-from orbitdb.answers.methods import AVERAGES, Average
+from orbitdb.answers.lyapunov import AVERAGES, Average
 from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):

@@ -24,6 +24,7 @@ from orbitdb.answers.spectrum import read_classes
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.cli.advice import remember
 from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, levels, subsets
 from orbitdb.errors import InputError
@@ -39,6 +40,7 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
+    remember(())  # the options of a command that another test ran in this process
     more = {"limit": limit} if kind == "sheet" else {}
     module = averages if kind in ("entropy", "lyapunov") else subsets
     return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
