@@ -48,7 +48,7 @@ ALL = "all"
 """The value of --a for every stored a."""
 
 
-def several(asked: Sequence[str] | None) -> bool:
+def many_a(asked: Sequence[str] | None) -> bool:
     """Tell whether there may be several values of a, so that rows must name theirs."""
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 

@@ -15,6 +15,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.render import note
+from orbitdb.columns import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.store.file.database import check_file, default_path
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
 _NATURAL = ("p", "representative", "element")
 """The last sort keys of rows."""
-
-Row = tuple[Any, ...]
 
 
 def asked_columns(
@@ -44,7 +43,7 @@ def asked_columns(
 
         known = COLUMNS
     names = tuple(usual if columns is None else parse_names(columns, known))
-    if "a" in names or not arguments.several(a):
+    if "a" in names or not arguments.many_a(a):
         return names
     place = 1 if names[:1] in (("code",), ("word",)) else 0
     return (*names[:place], "a", *names[place:])

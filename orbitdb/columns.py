@@ -5,7 +5,12 @@ column that is computed from others is one entry with a formula (`add`); no file
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+Row: TypeAlias = Sequence[Any]
+"""One value per column; None for a missing one."""
 
 
 @dataclass(frozen=True)

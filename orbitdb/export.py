@@ -16,11 +16,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from orbitdb.columns import kind_of
+from orbitdb.columns import Row, kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
-Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
 

@@ -24,7 +24,7 @@ class Drawing:
     shows: str
 
 
-FIGURES: dict[Kind, Drawing] = {
+DRAWINGS: dict[Kind, Drawing] = {
     "orbit": Drawing("orbits.draw_orbit", OF_WORD, "the path of WORD in the stadium (Fig. 1 of the paper)"),
     "reverse": Drawing("orbits.draw_reverse", OF_WORD, "WORD above its time reverse (Fig. 4)"),
     "life": Drawing(

@@ -15,7 +15,7 @@ from orbitdb.answers import subset_tables
 from orbitdb.answers.gaps import lacking_births, unfilled
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column
+from orbitdb.column_files import Values
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
@@ -345,10 +345,10 @@ class Subset(ByValue):
                 shown[place] = replace(orbit, coordinates=solved.coordinates)
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, Column]:
+    def _columns(self) -> dict[str, Values]:
         """Return the columns by name, with None for what a word without a class lacks."""
         missing = (self.representative == "").tolist()
-        columns: dict[str, Column] = {"code": self.codes.tolist(), "a": np.full(len(self), self.selection.a)}
+        columns: dict[str, Values] = {"code": self.codes.tolist(), "a": np.full(len(self), self.selection.a)}
         for name in _TOLD:
             values, kind = getattr(self, name), kind_of(name)
             if kind == "text":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column, arrow_batch, arrow_schema
+from orbitdb.column_files import Values, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
@@ -27,11 +27,8 @@ _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
 """Set for each cell, because notebooks align every cell to the right."""
 
-Columns = Mapping[str, Column]
-"""Columns by name; None or NaN for a missing value."""
 
-
-def to_pandas(columns: Columns) -> "pandas.DataFrame":
+def to_pandas(columns: Mapping[str, Values]) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
     Coordinates are an array for each row, or None.
@@ -48,7 +45,7 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
     return pandas.DataFrame(table)
 
 
-def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
+def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarrow.Table":
     """Return an Arrow table with the types of an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
     schema = arrow_schema(tuple(columns), notes)

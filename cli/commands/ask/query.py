@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, primitive, several
+from orbitdb.cli.arguments import given_codes, many_a, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
 from orbitdb.cli.reading import (
@@ -129,11 +129,11 @@ def _show_words(
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
-    in_rows = columns is not None or not output.table or several(a)
+    in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys, found, catalogue = _find(codes, a, db, columns, usual)
     if bounces:
-        return _show_bounces(keys, found, several(a), output)
+        return _show_bounces(keys, found, many_a(a), output)
     if in_rows:
         return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
     for orbit in found:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import several
+from orbitdb.cli.arguments import many_a
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -46,7 +46,7 @@ def table(
 
     with reading(db, a, Choice(p=p)) as (moment, stadiums):
         found = [counts(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, several(a), output))
+    output.write(*_rows_of(found, many_a(a), output))
 
 
 def entropy(
@@ -67,7 +67,7 @@ def entropy(
 
     with progress("reading orbits"), reading(db, a, averaged(choice)) as (moment, stadiums):
         found = [of_orbits(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, several(a), output, hidden=PROVED if output.table else ()))
+    output.write(*_rows_of(found, many_a(a), output, hidden=PROVED if output.table else ()))
 
 
 def lyapunov(
@@ -101,7 +101,7 @@ def lyapunov(
             shown(done, 1.0, "summing pseudo-cycles")
 
         found = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
-    names, rows = _rows_of(found, several(a), output)
+    names, rows = _rows_of(found, many_a(a), output)
     if not output.table or cut is not None:
         output.write(names, rows)
         return

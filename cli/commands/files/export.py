@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import named, several, stored
+from orbitdb.cli.arguments import many_a, named, stored
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
-    Row,
     asked_columns,
     described,
     in_order,
@@ -25,7 +24,7 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
-from orbitdb.columns import WRITTEN
+from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.progress import Tell
@@ -126,7 +125,7 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, provenance(moment, stadiums, several(a)))
+            files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
     note(f"{described(stadiums)}, in {file}")
 
 
