@@ -62,6 +62,12 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
         note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
 
 
+_HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
+Highest = Annotated[str, _HIGHEST]
+SomeHighest = Annotated[str | None, _HIGHEST]
+Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
+"""Read together by `asked_periods`."""
+
 _MOST_JOBS = 1024
 
 _JOBS = "Worker processes [default: all cores if there is enough work]."
