@@ -122,8 +122,9 @@ def _epilog(text: str) -> Iterator[str]:
     if lines:
         yield "<!-- not run: examples of the help -->\n```console\n" + "\n".join(lines) + "\n```"
     for part in parts:
-        if part.startswith("\b"):
-            yield "\nThe columns are those of the page [Columns](columns.md).\n"
+        kept = part.strip().removeprefix("\b").strip()
+        if kept != part.strip():  # its lines stay as they are
+            yield f"\n```text\n{kept}\n```\n"
         elif not part.startswith("  "):
             yield "\n" + _plain(part) + "\n"
 
