@@ -50,7 +50,7 @@ def facts(
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Describe the values of a at which a word is an orbit."""
+    """Say at which a a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
         (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")

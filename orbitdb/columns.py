@@ -76,8 +76,8 @@ _END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.
 
 OF_WORDS = [
     Column("code", "text",
-           "the cyclic word as its least rotation; 'query --code' gives it in the rotation that was asked "
-           "for", sql=_CODE, single=True),
+           "the cyclic word as its least rotation; 'query --code' gives it in the rotation that you "
+           "asked for", sql=_CODE, single=True),
     Column("word", "text", "the same as code", sql=_CODE, single=True, written=False),
     Column("p", "integer", "period: the number of bounces", sql="cycle.p"),
     Column("representative", "text",
@@ -90,7 +90,7 @@ OF_WORDS = [
            "with commas between, or '1' for none: 'x' mirrors left and right, 'y' up and down, 'T' reverses "
            "time", empty=_PRUNED, sql="cycle.symmetry"),
     Column("time_reversal", "text",
-           "'self' if it retraces its path, else 'pair'; its reverse is then another word, counted, too",
+           "'self' if it retraces its path, else 'pair'; its reverse is then another word, which counts too",
            empty=_PRUNED, sql="cycle.time_reversal"),
     Column("born", "number",
            "first a at which the word becomes an orbit; every birth and its error is in the view "
@@ -116,12 +116,12 @@ OF_WORDS = [
            "symmetry that carries the representative to the word; 1 for x, 2 for y, 4 for T, and their sums",
            empty=_PRUNED, sql="element.element", single=True, written=False),
 ]  # fmt: skip
-"""What does not depend on a."""
+"""Columns that do not depend on a."""
 
 OF_ORBITS = [
     Column("a", "number", "half the length of a straight wall", "radius", "exact", sql="stadium.a"),
     Column("status", "text",
-           "what has become of the word; 'orbit', 'dynamical', 'geometric', 'boundary' or 'unresolved'",
+           "the status of the word; 'orbit', 'dynamical', 'geometric', 'boundary' or 'unresolved'",
            bound="proved", sql="orbit.status"),
     Column("length", "number", "length of one traversal, L", "radius", "length_error", _NONE,
            sql="orbit.length"),
@@ -129,7 +129,7 @@ OF_ORBITS = [
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
            "1", "lyapunov_error", _NONE, sql="orbit.lyapunov"),
     Column("lambda_d", "number",
-           "lambda per bounce, lambda/p; so is the bound", "1", "lyapunov_error", _NONE,
+           "lambda per bounce, lambda/p; its bound is divided by p too", "1", "lyapunov_error", _NONE,
            formula="lyapunov / p"),
     Column("lambda_c", "number", "lambda per length, lambda/L", "1/radius", "lambda_c_error", _NONE,
            formula="lyapunov / length"),
@@ -154,7 +154,7 @@ OF_ORBITS = [
            "'newton' or 'relaxation'; the paper's relaxation knows no error bounds", empty=_PRUNED,
            sql="orbit.solver"),
 ]  # fmt: skip
-"""What is of one word at one a; all words of a class share it."""
+"""Columns of a word at one a; the words of a class share them."""
 
 OF_BOUNCES = [
     Column("n", "integer", "number of the bounce; from 1, in the order of the code"),
@@ -162,8 +162,8 @@ OF_BOUNCES = [
     Column("coordinate", "number",
            "the bounce on its wall; x on a straight wall, from -a to a, on a semicircle the angle from the "
            "outward horizontal, from -pi/2 to pi/2", _PLACE, "error"),
-    Column("x", "number", "where it is, from the centre to the right", "radius", "error"),
-    Column("y", "number", "where it is, from the centre upwards", "radius", "error"),
+    Column("x", "number", "its distance from the centre to the right", "radius", "error"),
+    Column("y", "number", "its distance from the centre upwards", "radius", "error"),
     Column("arclength", "number",
            "its place along the boundary; anticlockwise from the left end of the bottom wall",
            "radius", "error"),
@@ -171,35 +171,35 @@ OF_BOUNCES = [
            "sine of the angle between the path that leaves and the normal; positive where it goes "
            "anticlockwise", "1"),
 ]  # fmt: skip
-"""One row a bounce, of orbits that have coordinates; bounds but for the rounding of the last digit."""
+"""Columns of a bounce; the bounds leave out the rounding of the last digit."""
 
 OF_ANSWERS = [
     Column("coordinates", "numbers", "the coordinates of all bounces", _PLACE, "error", _NONE),
-    Column("stored", "yes or no", "whether it comes from the catalogue; else it was solved on the spot"),
+    Column("stored", "yes or no", "whether it comes from the catalogue; otherwise it was solved on the spot"),
     Column("exists", "pairs",
            "the ranges of a in which the word is an orbit; null for no end", "radius", "", "unknown"),
 ]  # fmt: skip
-"""What `query --code` tells besides; coordinates are in files, too, if asked for."""
+"""Further columns of `query --code`; files have the coordinates on request."""
 
 OF_TRAJECTORIES = [
     Column("first", "integer",
            "number of the first bounce that is near the orbit; 1 is the first one after a start, or the "
            "first point, 0 and less are before a start"),
-    Column("last", "integer", "number of the last bounce that is"),
+    Column("last", "integer", "number of the last bounce near the orbit"),
     Column("bounces", "integer", "bounces in a row from the first to the last"),
-    Column("turns", "number", "how often they go round the orbit; bounces/p", "1"),
-    Column("distance", "number", "least distance of one of them from that of the orbit", "radius"),
-    Column("sequence", "text", "symbols of all bounces of the trajectory; no cyclic word"),
-    Column("sequence_first", "integer", "number of the first of them"),
+    Column("turns", "number", "how often the bounces go round the orbit; bounces/p", "1"),
+    Column("distance", "number", "least distance between one of the bounces and that of the orbit", "radius"),
+    Column("sequence", "text", "symbols of all bounces of the trajectory; not a cyclic word"),
+    Column("sequence_first", "integer", "number of its first bounce"),
 ]  # fmt: skip
-"""What `identify` tells of an orbit that a trajectory shadows, besides."""
+"""Further columns of an orbit that a trajectory shadows (`identify`)."""
 
 OF_LENGTHS = [
     Column("repetitions", "integer", "number of traversals, r"),
-    Column("total", "number", "length of them all, rL", "radius"),
-    Column("difference", "number", "that less the length that was asked for", "radius"),
+    Column("total", "number", "length of all traversals, rL", "radius"),
+    Column("difference", "number", "total less the length that you asked for", "radius"),
 ]  # fmt: skip
-"""What `identify` tells of an orbit with a length, besides."""
+"""Further columns of an orbit with a given length (`identify`)."""
 
 OF_LEVELS = [
     Column("k", "number",
@@ -222,7 +222,7 @@ OF_LEVELS = [
            "strength less the mean of the levels of its parity in the range, in standard deviations", "1",
            empty="fewer than five levels"),
 ]  # fmt: skip
-"""What `levels`, `assess` and `scars` tell of a level, with the estimate of its error."""
+"""Columns of `levels`, `assess` and `scars`."""
 
 OF_STATISTICS = [
     Column("balls", "text",
@@ -236,7 +236,7 @@ OF_STATISTICS = [
     *(Column(f"variance_{n}", "number", f"variance of the number of levels in L = {n} mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
 ]  # fmt: skip
-"""What `assess --statistics` tells of the levels of a parity."""
+"""Columns of `assess --statistics`."""
 
 OF_SPECTRA = [
     Column("quantum_re", "number",
@@ -247,7 +247,7 @@ OF_SPECTRA = [
     Column("orbits_im", "number", "its imaginary part", "1"),
     Column("height", "number", "|F| at a peak; of levels if there are some, else of orbits", "1"),
 ]  # fmt: skip
-"""What `spectrum` tells of lengths and peaks."""
+"""Columns of `spectrum`, for lengths and peaks."""
 
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
@@ -257,7 +257,7 @@ WRITTEN = [
     "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
     "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
-"""What is written where no columns are named, in order; programs may rely on these names as keys of JSON."""
+"""Columns written by default, in order; programs may rely on these names as keys of JSON."""
 WRITTEN += [each.name for each in IN_CATALOGUE if each.written and each.name not in WRITTEN]
 
 GROUPS = (
@@ -271,19 +271,19 @@ GROUPS = (
     ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
 )
-"""All of them, each group with what its columns are of."""
+"""Every group, with what its columns describe."""
 
 EVERY = {column.name: column for _, group in GROUPS for column in group}
-"""The columns by name; of two with one name, the later group's."""
+"""Every column by name; the later group wins."""
 
 
 def add(column: Column) -> None:
-    """Add a column of orbits with a formula; the rest of the program must not be imported yet.
+    """Add a column of orbits with a formula, before anything else of the program is imported.
 
     Raises
     ------
     ValueError
-        If there is such a column, or the formula names one that does not exist.
+        If the name is taken, or the formula names a column that does not exist.
     """
     known = {each.name for each in IN_CATALOGUE}
     if column.name in EVERY or not column.needs or not known.issuperset(column.needs):
@@ -295,5 +295,5 @@ def add(column: Column) -> None:
 
 
 def kind_of(name: str) -> str:
-    """Return the kind of a column; a number where nothing is known of it."""
+    """Return the kind of a column; an unknown one is a number."""
     return EVERY[name].kind if name in EVERY else "number"

@@ -77,16 +77,17 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     dataset: Annotated[
-        bool, typer.Option("--dataset", help="Write a folder FILE with everything, described, to be cited.")
+        bool,
+        typer.Option("--dataset", help="Write a documented folder FILE with everything, to be cited."),
     ] = False,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Write words and all that is known of them to a file, with every digit.
+    """Write words, and everything known about them, to a file with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
     their periods were only partly filled. With --dataset, FILE is a folder with all whole periods and
-    everything else that is stored, described after the Frictionless standard.
+    everything else that is stored, described as the Frictionless standard asks.
     """
     from orbitdb import export as files
 
@@ -153,7 +154,7 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
         return
     first = "" if limit is None or limit >= total else f"the first {limit} of "
     have = "has" if total == 1 or (first and limit == 1) else "have"
-    note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
+    note(f"{first}{told} {have} no bounces; only orbits do (--status orbit): nothing is written")
 
 
 def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
@@ -165,7 +166,7 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format for stdout, which must be given and allow row by row output."""
+    """Return the format for stdout; it must be given, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:

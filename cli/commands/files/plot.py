@@ -79,7 +79,7 @@ def plot(
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
     given: GivenLevels,
-    k: Annotated[float | None, options.number_option(help="The level to draw: the next one is.")] = None,
+    k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -93,7 +93,7 @@ def plot(
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Draw an orbit, or a figure of the chosen subset, into a file.
+    """Draw an orbit, or a figure of a chosen subset, to a file.
 
     orbit, reverse and life draw the orbit of one WORD, a sheet draws several; the others draw a subset.
     """

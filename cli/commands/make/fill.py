@@ -53,7 +53,7 @@ def fill(
     first: Lowest = 2,
     a: HalfLength = 1.6,
     code: Annotated[
-        list[str] | None, typer.Option(help="Store this word only; repeatable; - reads words from stdin.")
+        list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
     ] = None,
     geometric: Annotated[
         bool,
