@@ -24,8 +24,6 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 _BINS = 120
-_LENGTHS = (1.0, 12.0)
-_PLACES = 2000
 
 
 def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
