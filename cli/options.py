@@ -48,7 +48,7 @@ def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
     """Offer the statuses of rows."""
-    from orbitdb.orbits.orbit import STORED
+    from orbitdb.orbits.status import STORED
 
     rows = ((status.value, status.sentence) for status in STORED)
     return _in_list(incomplete, [*rows, ("all", "every one")])

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
+from orbitdb.answer_columns import OF_BOUNCES
 from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
-from orbitdb.columns import OF_BOUNCES, OF_ORBITS, OF_WORDS
+from orbitdb.columns import OF_ORBITS, OF_WORDS
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several

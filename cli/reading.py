@@ -15,7 +15,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.render import note
-from orbitdb.columns import Row
+from orbitdb.column import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.store.file.database import check_file, default_path

@@ -15,7 +15,8 @@ from enum import Enum
 from functools import partial
 from typing import Any
 
-from orbitdb.columns import GROUPS, OF_ORBITS, Column
+from orbitdb.column import Column
+from orbitdb.columns import GROUPS, OF_ORBITS
 
 _NAMES = "<!-- here: names -->"
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
@@ -134,7 +135,7 @@ def columns(shown: Sequence[Column]) -> str:
     lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
-        means = re.sub(r"'([^']+)'", r"`\1`", each.means)
+        means = re.sub(r"(?<!\w)'([^']+)'", r"`\1`", each.means).replace("|", r"\|")
         lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
     return "\n".join(lines)
 
@@ -176,10 +177,9 @@ def _name(name: str, thing: Any) -> str:
 def keys() -> str:
     """Return the keys of the screens of the terminal UI, as its help tells them."""
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.dialogs.keys import groups_of
+    from orbitdb.cli.tui.keys import SCROLLING, groups_of
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
-    from orbitdb.cli.tui.screens import SCROLLING
     from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
     from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
     from orbitdb.cli.tui.table.paged_table import PagedTable

@@ -16,7 +16,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
-from orbitdb.columns import Row, kind_of
+from orbitdb.column import Row
+from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 

@@ -3,7 +3,8 @@
 import re
 from typing import Any, TypeVar
 
-from orbitdb.columns import IN_CATALOGUE, NAME, Column
+from orbitdb.column import NAME, Column
+from orbitdb.columns import IN_CATALOGUE
 
 
 def sql_of(column: Column) -> str:

@@ -95,7 +95,7 @@ def draw_spacings(
         wigner = np.pi / 2 * s * np.exp(-np.pi / 4 * s**2)
         ax.plot(s, wigner, color=INK, label="random matrices (Wigner)")
         ax.plot(s, np.exp(-s), color=GREY, linestyle="--", label="random numbers (Poisson)")
-        ax.set(xlabel="spacing, in units of its mean", ylabel="density", xlim=(0, _BINS[-1]))
+        ax.set(xlabel="spacing, in its mean", ylabel="density", xlim=(0, _BINS[-1]))
     return made
 
 

@@ -10,34 +10,29 @@ from typing import Any, ClassVar
 
 from textual import work
 from textual.app import SystemCommand
-from textual.binding import Binding
 from textual.events import Key
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import get_current_worker
 
-from orbitdb.cli.tui.dialogs.fill import FillState, Wish, fill_steps
+from orbitdb.cli.tui.catalogue_file import CatalogueFile
+from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, fill_steps
 from orbitdb.cli.tui.ending import OrderlyApp
-from orbitdb.cli.tui.keeping import Kept
+from orbitdb.cli.tui.export import Export
+from orbitdb.cli.tui.kept import Kept
+from orbitdb.cli.tui.keys import ORBITDB, Keys, bindings
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.facts import Certificate
-from orbitdb.cli.tui.screens import ActionsDialog, Field, Keys, QuestionDialog, bindings, key
+from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.single_word import solve_word
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.database import check_file
-from orbitdb.store.file.tables import driver
-from orbitdb.store.reading.lookup import certificate_of
-from orbitdb.store.reading.moment import Reader
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
-class BrowseApp(OrderlyApp):
+class BrowseApp(Working, OrderlyApp):
     """Browse a catalogue, which need not exist, starting with a subset and optionally a word.
 
     The state file keeps columns, filters and marked words; without one, they last for the session.
@@ -47,15 +42,8 @@ class BrowseApp(OrderlyApp):
     CSS_PATH = "style.tcss"
     HORIZONTAL_BREAKPOINTS = _WIDTHS
     VERTICAL_BREAKPOINTS = _HEIGHTS
-    KEYS: ClassVar[Keys] = {
-        "orbitdb": [
-            Binding("question_mark", "keys", "keys", tooltip="these keys"),
-            key("ctrl+p", "command_palette", tooltip="all actions, themes"),
-            Binding("q", "quit", "quit"),
-            key("ctrl+q,ctrl+c", "quit"),
-        ]
-    }
-    BINDINGS = bindings(KEYS)
+    KEYS: ClassVar[Keys] = ORBITDB
+    BINDINGS = bindings(ORBITDB)
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
 
@@ -63,17 +51,16 @@ class BrowseApp(OrderlyApp):
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
     ) -> None:
         super().__init__()
-        self.path = path
+        self.file = CatalogueFile(path)
         self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
-        self._catalogue = _opened(path)
         self._selection, self._code = selection, code
         self.exports: set[Path] = set()  # files being written
         self._shown_at = 0.0
 
     def get_default_screen(self) -> Screen[None]:
         """Begin with the main screen."""
-        return MainScreen(self._selection, self._code)
+        return MainScreen(self.file, self.kept, self._selection, self._code)
 
     @property
     def _main(self) -> MainScreen:
@@ -87,48 +74,18 @@ class BrowseApp(OrderlyApp):
             event.prevent_default()
             self.focused.replace(event.character, *self.focused.selection)
 
-    # the catalogue, for the screens
-
-    @property
-    def catalogue(self) -> Reader | None:
-        """The stored catalogue; None as long as there is no file."""
-        self._catalogue = self._catalogue or _opened(self.path)
-        return self._catalogue
-
-    def find(self, word: str, a: float) -> Orbit:
-        """Return a stored word, or solve it."""
-        stored = None
-        if self.catalogue is not None:
-            with self.catalogue.moment() as moment:
-                stored = moment.find(word, a)
-        return solve_word(word, a) if stored is None else stored
-
-    def a_values(self) -> list[float]:
-        """Return the values of a in the catalogue."""
-        if self.catalogue is None:
-            return []
-        with self.catalogue.moment() as moment:
-            return moment.a_values()
-
-    def certificate(self, orbit: Orbit) -> Certificate:
-        """Return the stored proof of an orbit, if there is one."""
-        if self.catalogue is None or not orbit.stored or orbit.length is None:
-            return None
-        with self.catalogue.moment() as moment:
-            return certificate_of(driver(moment.connection), orbit.representative, orbit.a)
-
-    # filling
+    # filling and writing
 
     @property
     def fills(self) -> bool:
         """Whether a fill is running."""
         return self.fill_state is not None and self.fill_state.runs
 
-    def begin_fill(self, wish: Wish) -> None:
+    def on_fill_dialog_begin(self, message: FillDialog.Begin) -> None:
         """Begin a fill, unless one runs."""
         if not self.fills:
-            self.fill_state = FillState(wish)
-            self._main.go_along(wish.a)
+            self.fill_state = FillState(message.wish)
+            self._main.go_along(message.wish.a)
             self._fill(self.fill_state)
 
     @work(thread=True, group="fill")
@@ -136,7 +93,7 @@ class BrowseApp(OrderlyApp):
         worker, end, message = get_current_worker(), "done", ""
         self.take_in_hand()
         try:
-            with closing(fill_steps(self.path, state)) as steps:
+            with closing(fill_steps(self.file.path, state)) as steps:
                 for state in steps:
                     if worker.is_cancelled:
                         end = "stopped"
@@ -153,25 +110,42 @@ class BrowseApp(OrderlyApp):
             self.fill_state = state
         if self.leaving:
             return
-        self._main.say_choices()
         rested = time.monotonic() - self._shown_at > _SECONDS_BETWEEN_LOOKS
         if not state.runs or (rested and not self._main.rows.reads):
             self._shown_at = time.monotonic()
-            self._main.refresh_catalogue()
+            self._main.action_look_again()
         if not state.runs:
             severity = "error" if state.state == "failed" else "information"
             self.notify(f"fill {state.sentence()}", severity=severity)
 
     def leave(self) -> None:
         """Stop the fill, if one runs, and leave."""
-        self.action_stop_fill()
+        self.on_fill_dialog_stop()
         super().leave()
 
-    def action_stop_fill(self) -> None:
+    def on_fill_dialog_stop(self) -> None:
         """Stop the fill after the current batch."""
         if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
+
+    def on_export(self, message: Export) -> None:
+        """Write a file in a thread, unless that is being done already."""
+        path = message.path
+        if path in self.exports:
+            self.failed(f"{path} is still being written: wait for it, or name another file")
+            return
+        self.exports.add(path)
+        self.notify(f"writing {path} ...")
+
+        def write(_: object) -> str:
+            try:
+                self.take_in_hand()
+                return message.write(lambda: self.leaving)
+            finally:
+                self.exports.discard(path)
+
+        self.in_thread(f"export {path}", write, self.notify)
 
     # habits
 
@@ -214,7 +188,3 @@ class BrowseApp(OrderlyApp):
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
         yield from (each for each in super().get_system_commands(screen) if each.title not in own)
-
-
-def _opened(path: Path) -> Reader | None:
-    return None if check_file(path) is None else Reader(path)

@@ -3,15 +3,19 @@
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from textual.message import Message
 
 from orbitdb.answers.gaps import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import Format, code_text, write_data
 from orbitdb.cli.tui.dialogs.lines import LineDialog
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
@@ -28,37 +32,47 @@ ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png", ".pdf")
 _WIDTH = 800
 
+Write = Callable[[Path, Callable[[], bool]], str]
+"""Writes a file unless it is cancelled, and says what was written."""
+
+
+@dataclass
+class Export(Message):
+    """Asks the application to write a file by a function, which gets one that says when to stop."""
+
+    path: Path
+    write: Callable[[Callable[[], bool]], str]
+
 
 def path_of(name: str) -> Path:
     """Return the file of a name that is typed, in which ~ is the home folder."""
     return Path(os.path.expanduser(name))
 
 
-def ask_for_file(
-    screen: OwnScreen[Any], name: str, write: Callable[[Path], str], figure: str, rows: bool = False
-) -> None:
-    """Ask for a file and write to it in a thread, unless that is being done already.
+class Shown(NamedTuple):
+    """What the main screen shows: rows in some order, and an orbit, or several in phase space."""
 
-    It takes what the figure is called, or rows if there are some.
-    """
-    browser = screen.browser
+    catalogue: Reader | None
+    selection: Selection
+    ordering: Ordering
+    orbit: Orbit | None
+    in_phase_space: Sequence[Orbit] = ()
+
+
+def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
+    """Ask for a file of what is shown; propose one of rows, or else of the orbit."""
+    orbit = shown.orbit
+    name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
+    figure = "the bounces in phase space" if shown.in_phase_space else "the orbit in its stadium"
+    ask_for_file(screen, name, partial(export, shown), figure, rows=True)
+
+
+def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bool = False) -> None:
+    """Ask for a file and have it written; it takes what the figure is called, or rows if there are some."""
 
     def take(name: str) -> None:
         path = path_of(name).absolute()
-        if path in browser.exports:
-            screen.failed(f"{path} is still being written: wait for it, or name another file")
-            return
-        browser.exports.add(path)
-        screen.notify(f"writing {path} ...")
-
-        def work(_: object) -> str:
-            try:
-                browser.take_in_hand()
-                return write(path_of(name))
-            finally:
-                browser.exports.discard(path)
-
-        screen.in_thread(f"export {name}", work, screen.notify)
+        screen.post_message(Export(path, partial(write, path)))
 
     def check(name: str) -> str:
         return kind_told(name, figure, rows)
@@ -76,20 +90,13 @@ def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = 
     return f"{path} exists and will be replaced: {told}" if os.path.exists(path) else told
 
 
-def export(
-    path: Path,
-    catalogue: Reader | None,
-    selection: Selection,
-    ordering: Ordering,
-    orbit: Orbit | None,
-    cancelled: Callable[[], bool] = never,
-    in_phase_space: Sequence[Orbit] = (),
-) -> str:
+def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> str:
     """Write the rows, or if the file is a picture what is drawn, and say what was written.
 
     ``cancelled`` is asked now and then whether to stop, so that nothing is left of the file.
     """
     kind_told(str(path))
+    catalogue, selection, ordering, orbit, in_phase_space = shown
     if path.suffix in PICTURES:
         return _draw(path, orbit, in_phase_space)
     if catalogue is None:

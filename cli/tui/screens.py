@@ -1,88 +1,35 @@
-"""The base of all screens and dialogs: keys in groups, work in threads, and closing once."""
+"""The base of all screens and dialogs: work in threads, and closing once."""
 
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
+from typing import Any, ClassVar, TypeVar
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
+from textual.dom import DOMNode
 from textual.events import Key
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
+from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.confinement import CancelledError
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.app import BrowseApp
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
 
-Keys = Mapping[str, Sequence[Binding]]
-"""The keys of a screen or widget by heading; the help shows the tooltip or the description."""
 
-key = partial(Binding, show=False)
-"""A key that the footer does not show."""
+class Working(DOMNode):
+    """A screen, widget or application that works in threads, and asks in dialogs."""
 
-ESCAPE = key("escape", "dismiss(None)", "Close")
-
-
-def bindings(keys: Keys) -> list[BindingType]:
-    """Return keys as Textual takes them."""
-    return [each for group in keys.values() for each in group]
-
-
-SCROLLING: Keys = {
-    "scrolling": [
-        key("j,down", "scroll_down", "down"),
-        key("k,up", "scroll_up", "up"),
-        key("pagedown", "page_down", "next page"),
-        key("pageup", "page_up", "previous page"),
-        key("g,home", "scroll_home", "to the top"),
-        key("G,end", "scroll_end", "to the end"),
-        key("l,right", "scroll_right", "right"),
-        key("h,left", "scroll_left", "left"),
-    ]
-}
-RETURN = (
-    Binding("escape", "dismiss", "back", tooltip="back to the orbits"),
-    key("q", "dismiss", tooltip="back to the orbits"),
-)
-
-
-class ScrollBox(ScrollableContainer):
-    """A box with the movement keys of the table."""
-
-    KEYS: ClassVar[Keys] = SCROLLING
-    BINDINGS = bindings(SCROLLING)
-
-
-class Field(Input):
-    """A line of text that gets its letters in order with all other keys (`BrowseApp.on_key`)."""
-
-    def on_key(self, event: Key) -> None:
-        """Leave letters to the application, which handles all other keys."""
-        if event.is_printable:
-            event.prevent_default()
-
-
-class OwnScreen(Screen[Result]):
-    """A screen that ignores early keys, closes once, and reports errors."""
-
-    def __init__(self, name: str | None = None, id: str | None = None, classes: str | None = None) -> None:
-        super().__init__(name, id, classes)
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
         self._latest: dict[str, Worker[None]] = {}
-
-    @property
-    def browser(self) -> "BrowseApp":
-        """The application, which holds the catalogue."""
-        return cast("BrowseApp", self.app)
 
     def in_thread(
         self,
@@ -115,6 +62,15 @@ class OwnScreen(Screen[Result]):
 
         worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
+    def give_up(self, group: str) -> None:
+        """Cancel the work in a group."""
+        if (worker := self._latest.pop(group, None)) is not None:
+            worker.cancel()
+
+    def failed(self, reason: str) -> None:
+        """Show the error of a worker."""
+        self.app.notify(reason, severity="error")
+
     def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
         """Open a dialog, and take any answer."""
 
@@ -124,18 +80,33 @@ class OwnScreen(Screen[Result]):
 
         self.app.push_screen(dialog, hear)
 
-    def give_up(self, group: str) -> None:
-        """Cancel the work in a group."""
-        if (worker := self._latest.pop(group, None)) is not None:
-            worker.cancel()
 
-    def failed(self, reason: str) -> None:
-        """Show the error of a worker."""
-        self.notify(reason, severity="error")
+class ScrollBox(ScrollableContainer):
+    """A box with the movement keys of the table."""
+
+    KEYS: ClassVar[Keys] = SCROLLING
+    BINDINGS = bindings(SCROLLING)
+
+
+class Field(Input):
+    """A line of text that gets its letters in order with all other keys (`BrowseApp.on_key`)."""
+
+    def on_key(self, event: Key) -> None:
+        """Leave letters to the application, which handles all other keys."""
+        if event.is_printable:
+            event.prevent_default()
+
+
+class OwnScreen(Working, Screen[Result]):
+    """A screen that ignores early keys, closes once, and reports errors."""
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Ignore a key that comes before its widgets."""
         return self.is_mounted and super().check_action(action, parameters)
+
+    async def action_to(self, part: str, action: str) -> None:
+        """Pass an action on to the widget that does it."""
+        await self.app.run_action(action, self.query_one(f"#{part}"))
 
     def dismiss(self, result: Result | None = None) -> AwaitComplete:
         """Close, unless it is closed already, or another screen is above it."""
@@ -145,8 +116,10 @@ class OwnScreen(Screen[Result]):
 class Dialog(ModalScreen[Result], OwnScreen[Result]):
     """A dialog: the screen below stays visible, but gets no keys."""
 
+    BINDINGS: ClassVar[list[BindingType]] = [key("escape", "dismiss(None)", "Close")]
 
-class QuestionDialog(Dialog[bool]):
+
+class QuestionDialog(Dialog[bool | None]):
     """Ask before something that cannot be undone."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("y", "dismiss(True)"), key("n,escape", "dismiss(False)")]

@@ -21,15 +21,15 @@ from orbitdb.answers.whole_periods import (
     why_no_sum_rules_of,
 )
 from orbitdb.averages import by_period, pseudocycles
-from orbitdb.averages.by_period import every_period, faults_of, of_divisors, standing
+from orbitdb.averages.by_period import faults_of, standing
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import Weight, divisors, missing_divisors, missing_periods
+from orbitdb.averages.fixed_points import Weight, divisors, every_period, of_divisors
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.periods import written_periods
 from orbitdb.store.asking.selection import Selection
@@ -48,7 +48,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
     counted = count(moment, chosen)
     notes = gaps(moment, chosen, left_out=True, counted=counted)
     for p in counted.chosen:
-        if missing := missing_divisors(p, counted.known):
+        if missing := sorted(of_divisors(p) - counted.known.keys()):
             notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
@@ -74,7 +74,7 @@ def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list
     """Return the columns of Table 1 for some periods, from the counts of these periods and their divisors."""
     rows = []
     for p in periods:
-        here, whole = known[p], not missing_divisors(p, known)
+        here, whole = known[p], known.keys() >= of_divisors(p)
         points = sum(d * known[d].n_c for d in divisors(p) if d > 1) if whole else None
         entropy = math.log(points) / p if points else None
         rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
@@ -98,7 +98,7 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
     """Return the topological entropy by period, from rows or else from counts (`Catalogue.entropy`)."""
     if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
         notes = gaps(moment, chosen, left_out=True, counted=counted)
-        lacking = why_missing(missing_periods(max(counted.chosen), counted.chosen), chosen)
+        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), chosen)
         chosen = replace(chosen, statuses=(Status.ORBIT,))
         columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
     else:
@@ -134,7 +134,7 @@ def _told(
     divided = [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
         for p in periods
-        if (gone := missing_divisors(p, periods))
+        if (gone := sorted(of_divisors(p).difference(periods)))
     ]
     zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
     return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))
@@ -220,9 +220,8 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
 
 def _without_orbits(a: float) -> str:
     """Give the bounds on the exponents that follow from exact means, without any orbit."""
-    means = exact_means(a)
-    low, high = means.bounds
-    scales = (("lambda_d", means.per_bounce), ("lambda_c", means.per_length))
+    low, high = exact_means(a).bounds
+    scales = (("lambda_d", Stadium(a).legs_per_bounce), ("lambda_c", Stadium(a).legs_per_length))
     ranges = (f"{low * scale:.6f} < {name} < {high * scale:.6f}" for name, scale in scales)
     return f"by exact means, without any orbit: {', '.join(ranges)}"
 

@@ -13,8 +13,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import data_frame
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
+from orbitdb.orbits.status import Status
 from orbitdb.plaintext import several
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment

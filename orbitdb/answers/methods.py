@@ -10,8 +10,8 @@ from functools import cached_property
 
 from orbitdb.answers.whole_periods import WholePeriods, sum_rules_of
 from orbitdb.arrays import Floats
-from orbitdb.averages.by_period import Lyapunov, every_period, lyapunov_of_periods, of_divisors, of_pairs
-from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.by_period import Lyapunov, lyapunov_of_periods
+from orbitdb.averages.fixed_points import Weight, every_period, of_divisors, of_pairs
 from orbitdb.averages.sum_rules import SumRules
 
 EXPONENTS = ("lambda_d", "lambda_c")

@@ -20,7 +20,9 @@ from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
 from orbitdb.formulas import with_formulas
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.orbits.batch import NUMBERS, finite
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.row_blocks import COORDINATES
@@ -63,7 +65,7 @@ class Subset(ByValue):
     class_size, walls : ndarray of int, shape (N,)
         Words in the symmetry class, and straight bounces; 0 for words that have no class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+        As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
         or does not die, or if no births of its period are stored.

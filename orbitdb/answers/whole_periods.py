@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from orbitdb.answers.counts import Counted
 from orbitdb.answers.gaps import without_births
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
@@ -162,7 +162,7 @@ class WholePeriods:
     @property
     def missing(self) -> list[int]:
         """The missing periods below the highest, which a zeta function needs."""
-        return missing_periods(self.highest, self.periods)
+        return sorted(every_period(self.highest).difference(self.periods))
 
     def why_missing(self) -> str:
         """Return the `missing` periods, and why they are missing (`why_missing`)."""

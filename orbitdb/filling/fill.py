@@ -20,9 +20,11 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.resuming import Step, Work, resume
 from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.tables import fill
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.reading.lookup import find_or_solve

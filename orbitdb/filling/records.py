@@ -45,8 +45,7 @@ def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tel
         tell(done, 1.0, f"lambda_d = {with_error(found.lambda_d, found.lambda_d_error)}")
 
     if legwise:
-        growth = exact_means(stadium.a).growth
-        return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
+        return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
     return simulate_bounces(stadium, bounces, seed, progress=show)
 
 

@@ -12,15 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
 
-EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512
 """Longest word whose p x p Hessian is checked."""
 

@@ -16,8 +16,9 @@ from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import certificates
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import (
@@ -166,7 +167,13 @@ def certify(
     Step
         After every stored batch.
     """
-    source = Reader(path)
+    with closing(Reader(path)) as source:
+        yield from _certified(source, selection, sample, seed, again)
+
+
+def _certified(
+    source: Reader, selection: Selection, sample: int | None, seed: int, again: bool
+) -> Generator[Step]:
     with source.moment() as moment:
         connection = moment.connection
         chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
@@ -176,7 +183,7 @@ def certify(
         proofs = ids_in(connection, certificate.c.cycle, certificate.c.stadium == number)
     known = proofs[:0] if again else proofs
     todo = {p: np.setdiff1d(those, known) for p, those in chosen.items()}
-    with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
+    with closing(Writer(source.path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.moment() as moment:
                 stored = load_orbits(moment.connection, number, block.ids)

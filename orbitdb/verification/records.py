@@ -173,5 +173,4 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
 def _new_run(a: float) -> Reference:
     if a < _LEGWISE_FROM:
         return simulate(Stadium(a), _BOUNCES)
-    growth = exact_means(a).growth
-    return simulate_legs(Stadium(a), _BOUNCES, (growth.value, growth.error))
+    return simulate_legs(Stadium(a), _BOUNCES, exact_means(a).growth)

@@ -13,7 +13,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, within_ranges

@@ -16,8 +16,9 @@ import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import EXISTING, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows

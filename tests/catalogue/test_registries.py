@@ -17,18 +17,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.column import Column
+from orbitdb.columns import IN_CATALOGUE, add
 from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
-from orbitdb.columns import Column, add
+from orbitdb.column import Column
+from orbitdb.columns import add
 add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapunov * lambda_d"))
 """
 AVERAGE = """
 import numpy as np
 from orbitdb.answers.methods import AVERAGES, Average
-from orbitdb.averages.by_period import of_divisors
+from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):
     found = given.sums
@@ -56,7 +58,7 @@ def ran(program, *arguments):
     """Run Python in a process of its own, whose registries get a further entry."""
     command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -99,7 +101,7 @@ assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
 assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
 orbit = solve_word("1232131", 1.6)
 assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.table.columns import EVERY, chosen
+from orbitdb.cli.tui.columns import EVERY, chosen
 from program import renewed
 print(EVERY["stretch"].brief, [each.name for each in chosen(["stretch"])])
 print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))

@@ -27,8 +27,8 @@ from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference
@@ -136,8 +136,7 @@ def simulated(found: Reference, a: float) -> Columns:
 
 
 def legwise(_: Catalogue) -> Columns:
-    growth = exact_means(0.7).growth
-    return simulated(simulate_legs(Stadium(0.7), 20_000, (growth.value, growth.error), 3), 0.7)
+    return simulated(simulate_legs(Stadium(0.7), 20_000, exact_means(0.7).growth, 3), 0.7)
 
 
 def checked(catalogue: Catalogue) -> Columns:

@@ -6,7 +6,7 @@ import re
 from functools import cache
 from importlib.metadata import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pages
 import program
@@ -147,6 +147,17 @@ def test_the_data_dictionary_has_every_status_and_rule():
     page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
+
+
+def test_the_gallery_has_every_figure_with_its_command():
+    from orbitdb.cli.figures import Kind
+
+    page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
+    assert len(shown) == page.count("![")
+    assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
+    drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]
+    assert {kind for kinds in drawn for kind in kinds} == set(get_args(Kind))
 
 
 def test_every_page_is_in_the_table_of_contents():

@@ -29,7 +29,7 @@ from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, levels, subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.quantum.amplitudes import weyl
 from orbitdb.quantum.lengths import family_count
 from orbitdb.quantum.spectrum import Spectrum

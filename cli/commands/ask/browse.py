@@ -48,7 +48,7 @@ def browse(
         if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
             raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.keeping import state_path
+    from orbitdb.cli.tui.kept import state_path
 
     app = BrowseApp(db, replace(chosen, a=meant(db, a)[0]), code, state_path())
     if chosen.where is not None:

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from textwrap import wrap
 
 from orbitdb.cli.output import Output
-from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
+from orbitdb.column import Column
+from orbitdb.columns import GROUPS, IN_CATALOGUE
 
 EXAMPLES = ("columns", "columns --json")
 

@@ -144,7 +144,7 @@ def _show_length(
     from orbitdb.answers.gaps import describe_fills
     from orbitdb.answers.identification import identify_length
     from orbitdb.numerals import exact
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit

@@ -110,7 +110,7 @@ def verify(
         _report([broken], db, start, restarts, output)
         return
     missing: list[str] = []
-    with source.moment() as moment:
+    with closing(source), source.moment() as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
@@ -129,7 +129,7 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the sums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset.checking import wrong_files
 
     found = list(wrong_files(folder))
     wrong = [f"{name} {what}" for name, what in found if what]

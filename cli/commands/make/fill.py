@@ -74,7 +74,7 @@ def fill(
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
     from orbitdb.filling.fill import METHODS
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
 
     Stadium(a)
     if method not in METHODS:
@@ -146,7 +146,7 @@ def sweep(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
     from orbitdb.store.asking.sweepable import swept_text
 
     chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)

@@ -1,24 +1,26 @@
 """The dialog that asks what to fill, gives an estimate, and shows the progress."""
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from textual.app import ComposeResult
-from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
+from textual.message import Message
 from textual.widgets import Button, Input, Label, ProgressBar
 
-from orbitdb.cli.tui.choices import half_length
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, QuestionDialog
+from orbitdb.cli.tui.dialogs.lines import half_length
+from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.store.asking.parsing import periods_up_to
 from orbitdb.store.asking.periods import fillable
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
 
@@ -119,15 +121,26 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
 
 
 class FillDialog(Dialog[None]):
-    """Ask what to fill, starting with an a and periods; show the progress of a running fill."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
+    """Ask what to fill, at first the next period or those chosen; show the progress of a running fill."""
 
     AUTO_FOCUS = "#periods"  # a later focus would come after the first keys
 
-    def __init__(self, a: str, periods: str) -> None:
+    @dataclass
+    class Begin(Message):
+        """Asks the application to fill."""
+
+        wish: Wish
+
+    class Stop(Message):
+        """Asks the application to stop the fill after the current batch."""
+
+    def __init__(self, path: Path, selection: Selection, filled: Sequence[int]) -> None:
         super().__init__()
-        self._values = {"a": a, "periods": periods, "codes": ""}
+        wanted = [high for _, high in selection.periods if high not in filled]
+        top = min(max(wanted, default=max(filled, default=10) + 1), MAX_PERIOD)
+        self._path = path
+        self._values = {"a": exact(selection.a), "periods": f"2-{top}", "codes": ""}
+        self._fills = False
 
     def compose(self) -> ComposeResult:
         """Show the fields, the estimate, and the progress."""
@@ -146,12 +159,12 @@ class FillDialog(Dialog[None]):
 
     def on_mount(self) -> None:
         """Follow any running fill."""
-        if self.browser.fills:
-            self.query_one("#stop").focus()
         self.watch(self.app, "fill_state", self._follow)
+        if self._fills:
+            self.query_one("#stop").focus()
 
     def _follow(self, state: FillState | None) -> None:
-        runs = self.browser.fills
+        self._fills = runs = state is not None and state.runs
         self.query_one("#start", Button).disabled = runs
         self.query_one("#stop", Button).disabled = not runs
         self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill goes on' * runs}"
@@ -177,11 +190,11 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self.browser.action_stop_fill()
+            self.post_message(self.Stop())
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Compute the estimate for the fields; then start if requested."""
-        if self.browser.fills:
+        if self._fills:
             return
         self.query_one("#bar").display = False  # the last fill no longer matters
         self.query_one("#told", Label).update("")
@@ -193,7 +206,7 @@ class FillDialog(Dialog[None]):
             return
         self.in_thread(
             "cost",
-            lambda _: cost_of(self.browser.path, wish),
+            lambda _: cost_of(self._path, wish),
             lambda cost: self._take_cost(wish, cost, begin),
             lambda told: self._say(told, wrong=True),
         )
@@ -204,14 +217,16 @@ class FillDialog(Dialog[None]):
 
         told, words = cost
         self._say(told)
-        if not begin or not words or self.browser.fills:
+        if not begin or not words or self._fills:
             return
         if words < LARGE:
-            self.browser.begin_fill(wish)
+            self.post_message(self.Begin(wish))
             return
         question = f"{told}. You can stop it at any time and resume it later."
-        dialog = QuestionDialog(question, "Fill", "Cancel")
-        self.app.push_screen(dialog, lambda sure: self.browser.begin_fill(wish) if sure else None)
+        self.ask(
+            QuestionDialog(question, "Fill", "Cancel"),
+            lambda sure: sure and self.post_message(self.Begin(wish)),
+        )
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

@@ -11,32 +11,12 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal
 from textual.dom import DOMNode
-from textual.keys import format_key
 from textual.widgets import Static
 
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, Keys, ScrollBox, key
-from orbitdb.columns import IN_CATALOGUE, Column
-
-Group = tuple[str, Sequence[tuple[str, str]]]
-"""A heading, with names and their meanings."""
-
-_WORDS = ("enter", "escape", "backspace")
-
-
-def groups_of(parts: Iterable[Keys]) -> list[Group]:
-    """Return the keys of widgets and screens under their headings, each with its action."""
-    groups: dict[str, dict[str, list[str]]] = {}
-    heard: set[str] = set()
-    for title, each in ((title, each) for keys in parts for title, group in keys.items() for each in group):
-        new = [pressed for pressed in each.key.split(",") if pressed not in heard]
-        heard.update(new)  # only the first receiver hears a key
-        if new and (told := each.tooltip or each.description):
-            plain = [name if name in _WORDS else format_key(name) for name in new]
-            names = [each.key_display] if each.key_display else plain
-            groups.setdefault(title, {}).setdefault(told, []).extend(names)
-    return [
-        (title, [(" ".join(names), told) for told, names in group.items()]) for title, group in groups.items()
-    ]
+from orbitdb.cli.tui.keys import Group, groups_of, key
+from orbitdb.cli.tui.screens import Dialog, ScrollBox
+from orbitdb.column import Column
+from orbitdb.columns import IN_CATALOGUE
 
 
 def columns_told() -> Group:
@@ -54,7 +34,7 @@ def _told(column: Column) -> str:
 class KeysDialog(Dialog[None]):
     """The keys of widgets and screens, and the columns if there is a table."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("question_mark,q", "dismiss(None)")]
+    BINDINGS: ClassVar[list[BindingType]] = [key("question_mark,q", "dismiss(None)")]
 
     def __init__(self, nodes: Iterable[DOMNode | None], columns: bool) -> None:
         super().__init__()

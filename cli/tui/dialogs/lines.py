@@ -1,26 +1,22 @@
-"""Dialogs with a line of text, checked as it is typed; the rows of a filter follow."""
+"""Ask for a line of text, checked as it is typed."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
-from textual.timer import Timer
 from textual.widgets import Input, Label, OptionList
 
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.lists import NameList
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, Field, key
+from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.screens import Dialog, Field
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.where import unfinished
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.panels import Panels
-
-_PAUSE = 0.25
-"""Seconds without a key before rows are read."""
+from orbitdb.numerals import real
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 
 class LineDialog(Dialog[str | None]):
@@ -32,7 +28,7 @@ class LineDialog(Dialog[str | None]):
     AUTO_FOCUS = "Input"
     EMPTY: str | None = None
     """The meaning of an empty line."""
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE, key("up", "older(1)"), key("down", "older(-1)")]
+    BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
         self,
@@ -104,45 +100,16 @@ class LineDialog(Dialog[str | None]):
             listed.highlighted = place if place < listed.option_count else None
 
 
-class FilterDialog(LineDialog):
-    """Ask for a filter, and try it as it is typed: the main screen shows its rows and reports.
+def half_length(text: str) -> float:
+    """Read a half length, or explain how to write one."""
+    try:
+        value = real(text.strip())
+    except ValueError:
+        raise InputError(f"a = {text!r}: write a number such as 1.6") from None
+    return Stadium(value).a
 
-    The cursor stays on its word if that is among the rows, and at the top if it was there.
-    """
 
-    EMPTY = ""
-
-    def __init__(self, main: "Panels", where: str, others: Sequence[str]) -> None:
-        placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
-        super().__init__("filter, as in --where", where, placeholder, main.check_filter, others)
-        row = main.rows.table.row if main.rows.table.cursor else None
-        self._main, self.word = main, row[0] if row else None
-        self._tried, self._note = where.strip(), ""
-        self._timer: Timer | None = None
-
-    def on_mount(self) -> None:
-        """Follow the shown rows."""
-        self.watch(self._main.rows, "report", self._say)
-
-    def _say(self) -> None:
-        self.tell("; ".join(filter(None, (self._main.rows.report, self._note))))
-
-    def follow(self, text: str) -> None:
-        """Try the line after a moment without keys; until then, the last valid rows stay."""
-        if self._timer is not None:
-            self._timer.stop()
-            self._timer = None
-        if text.strip() != self._tried:
-            self._main.rows.stop_reading()
-        told, wrong = self.checked(text)
-        if wrong and not unfinished(text, told):
-            self.tell(told, wrong)
-            return
-        self._note = "the line is not complete yet" if wrong else told
-        self._say()
-        if not wrong:
-            self._timer = self.set_timer(_PAUSE, partial(self._try, text.strip()))
-
-    def _try(self, where: str) -> None:
-        self._timer, self._tried = None, where
-        self._main.try_filter(where, self.word)
+def code_told(code: str) -> str:
+    """Describe a code."""
+    word = primitive_root(parse(code))
+    return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"

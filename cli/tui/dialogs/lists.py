@@ -10,8 +10,9 @@ from textual.containers import Vertical
 from textual.events import Key
 from textual.widgets import OptionList
 
-from orbitdb.cli.tui.screens import ESCAPE, Dialog, Result, key
-from orbitdb.cli.tui.table.columns import EVERY, USUAL
+from orbitdb.cli.tui.columns import EVERY, USUAL
+from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.screens import Dialog, Result
 from orbitdb.plaintext import printable
 
 KEEP = ""
@@ -28,8 +29,6 @@ class NameList(OptionList):
 
 class ListDialog(Dialog[Result]):
     """A list of names with their texts; the cursor starts at one of them."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [ESCAPE]
 
     def __init__(self, title: str, hint: str, texts: Mapping[str, str], current: str | None = None) -> None:
         super().__init__()

@@ -73,11 +73,11 @@ class OrbitDrawing(PictureWidget):
         if self.particle is not None:
             self.particle = 0.0
 
-    def toggle_phase(self) -> None:
+    def action_view(self) -> None:
         """Change between the stadium and phase space."""
         self.phase = not self.phase
 
-    def toggle_particle(self) -> None:
+    def action_particle(self) -> None:
         """Send a particle along the orbit, in the stadium, or stop it."""
         self.phase = False
         if self._timer is None:

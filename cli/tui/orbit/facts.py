@@ -9,15 +9,15 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 from textual import events
-from textual.geometry import Size
-from textual.scroll_view import ScrollView
-from textual.strip import Strip
+from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
-from orbitdb.cli.tui.screens import SCROLLING, Keys, bindings
+from orbitdb.cli.tui.catalogue_file import Certificate, Partners
+from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings
 from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import run_notation
 
 _MOST_BOUNCES = 60
@@ -28,10 +28,11 @@ _ALL_OF_A_BOUNCE = 66
 """Columns."""
 _HEADS = ("coordinate", "x", "y", "arclength", "sine")
 
-Certificate = tuple[float, int] | None
-"""Radius and bits of a proof."""
-Partners = Sequence[tuple[float, list[str]]]
-"""Births, each with the representatives of the classes on the same path there."""
+ELEMENT_NAMES = {
+    MIRROR_X: "mirrored left-right",
+    MIRROR_Y: "mirrored up-down",
+    REVERSE: "reversed in time",
+}
 
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
@@ -88,38 +89,26 @@ def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
 
 
-class FactsPanel(ScrollView, can_focus=True):
+class FactsPanel(RichLog):
     """Facts about the current orbit, drawn once, because drawing dominates the cost of a key."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
 
     def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id)
+        super().__init__(min_width=0, wrap=True, auto_scroll=False, id=id)
         self._known: Sequence[RenderableType] = ()
-        self._lines: list[Strip] = []
 
     def show(self, *parts: RenderableType) -> None:
         """Show some parts below one another, from the first line on."""
         self._known = parts
-        self._fold()
         self.scroll_to(y=0, animate=False, immediate=True)
+        self._fold()
 
     def on_resize(self, event: events.Resize) -> None:
         """Fold the lines to the available width."""
         self._fold()
 
     def _fold(self) -> None:
-        width = self.scrollable_content_region.width
-        options = self.app.console_options.update(width=width, highlight=False)
-        lines = self.app.console.render_lines(Group(*self._known), options)
-        self._lines = [Strip(line, width) for line in lines]
-        self.virtual_size = Size(width, len(lines))
-        self.refresh()
-
-    def render_line(self, y: int) -> Strip:
-        """Draw one line."""
-        place = self.scroll_offset.y + y
-        if place < len(self._lines):
-            return self._lines[place].apply_style(self.rich_style)
-        return Strip.blank(self.scrollable_content_region.width, self.rich_style)
+        self.clear()
+        self.write(Group(*self._known))

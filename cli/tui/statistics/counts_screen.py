@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
-from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.bar import Bar
+from rich.console import Group, RenderableType
+from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
@@ -17,9 +18,10 @@ from textual.widgets import Footer, Header, Static
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
 from orbitdb.answers.gaps import partial_fills
 from orbitdb.cli.render import number
+from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
-from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings, key
-from orbitdb.cli.tui.table.columns import EVERY
+from orbitdb.cli.tui.keys import COUNTS, Keys, bindings
+from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
@@ -27,8 +29,8 @@ from orbitdb.store.reading.moment import Reader
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
 _LEAST_BINS = 8
-_EIGHTHS = " ▏▎▍▌▋▊▉█"
-_LEAST_BAR = 4
+_LEAST_SHARE = 0.01
+"""Length of the least bar, compared to the longest."""
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
@@ -36,16 +38,6 @@ Counts = Sequence[tuple[str, int]]
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns worth counting, without those that name a word or a class."""
-
-
-class Bars(NamedTuple):
-    """Counts as lines with bars, as wide as possible, and the number of rows without a value."""
-
-    counts: Counts
-    without: int = 0
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        yield Text("\n".join(lines_of(self.counts, options.max_width, self.without)))
 
 
 def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
@@ -61,44 +53,30 @@ def counts_in(histogram: Histogram) -> Counts:
     return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
-def lines_of(counts: Counts, width: int, without: int = 0) -> list[str]:
+def bars(counts: Counts, without: int = 0) -> RenderableType:
     """Return one line per count: its label, the number, and a bar as long as possible.
 
-    The last line gives the number of rows without a value.
+    Even a small count has a bar. The last line gives the number of rows without a value.
     """
-    every = [*counts, *([("without", without)] if without else [])]
-    if not every:
-        return ["none"]
-    label = max(len(text) for text, _ in every)
-    figures = max(len(f"{count:,}") for _, count in every)
+    if not counts and not without:
+        return "none"
     most = max((count for _, count in counts), default=0)
-    room = max(width - label - figures - 2, 0)
-    room = room if room >= _LEAST_BAR else 0
-    bars = [*(_bar(count, most, room) for _, count in counts), ""]
-    lines = (f"{text:>{label}} {n:>{figures},} {bar}" for (text, n), bar in zip(every, bars, strict=False))
-    return [line.rstrip() for line in lines]
-
-
-def _bar(count: int, most: int, room: int) -> str:
-    """Return a bar in eighths of cells; even a small count is visible."""
-    eighths = max(round(8 * room * count / most), 1) if count and room else 0
-    return "█" * (eighths // 8) + (_EIGHTHS[eighths % 8] if eighths % 8 else "")
+    table = Table.grid(padding=(0, 1, 0, 0), expand=True)
+    table.add_column(justify="right", no_wrap=True)
+    table.add_column(justify="right", no_wrap=True)
+    table.add_column(ratio=1)
+    for label, count in counts:
+        table.add_row(label, f"{count:,}", Bar(most, 0, max(count, _LEAST_SHARE * most)) if count else "")
+    if without:
+        table.add_row("without", f"{without:,}")
+    return table
 
 
 class CountsScreen(OwnScreen[None]):
     """The numbers of words of a subset of each kind, and a histogram of a column."""
 
-    KEYS: ClassVar[Keys] = {
-        "counts": [
-            *RETURN,
-            key("d", "dismiss"),
-            Binding("s", "column", "column", tooltip="histogram of another column"),
-            Binding("right_square_bracket", "next_column(1)", "next column"),
-            key("left_square_bracket", "next_column(-1)", "column before"),
-            Binding("e", "export", "export", tooltip="export the histogram as a figure"),
-        ]
-    }
-    BINDINGS = bindings(KEYS)
+    KEYS: ClassVar[Keys] = COUNTS
+    BINDINGS = bindings(COUNTS)
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
@@ -123,7 +101,7 @@ class CountsScreen(OwnScreen[None]):
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
-        self.in_thread("counts", self._count, partial(self._take, "#tallies"))
+        self.in_thread("counts", self._count, partial(self._show, "#tallies"))
 
     def on_resize(self) -> None:
         """Use as many bins as there are lines."""
@@ -141,8 +119,7 @@ class CountsScreen(OwnScreen[None]):
         known, bins = _COLUMNS[column], self._bins
         unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
         self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
-        take = partial(self._take, "#histogram")
-        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), take)
+        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
         """Return the counts by some columns, and the partial periods."""
@@ -152,24 +129,27 @@ class CountsScreen(OwnScreen[None]):
         parts: list[RenderableType] = []
         for place, name in enumerate(_BY):
             counts = marginal(found, place)
-            parts += [Text(name, "bold"), Bars(counts_by(name, counts), counts.get(None, 0)), ""]
+            parts += [Text(name, "bold"), bars(counts_by(name, counts), counts.get(None, 0)), ""]
         return Group(*parts), f"p = {partly}: partial" if partly else ""
 
-    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Bars, str]:
+    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
+        """Return the counts of the values of a column, the number of rows without one, and a note."""
         with self._catalogue.moment() as moment:
             if _COLUMNS[column].kind != "number":  # integers or texts
                 values = marginal(tally(moment, self._selection, (column,), cancelled), 0)
-                return Bars(counts_by(column, values), values.get(None, 0)), ""
+                return counts_by(column, values), values.get(None, 0), ""
             found = histogram(moment, self._selection, column, bins, cancelled)
         if found is None:
-            return Bars(()), ""
+            return (), 0, ""
         even = "bins even in the logarithm" if found.logarithmic else ""
-        return Bars(counts_in(found), found.without), even
+        return counts_in(found), found.without, even
 
-    def _take(self, box: str, found: tuple[RenderableType, str]) -> None:
+    def _take_values(self, found: tuple[Counts, int, str]) -> None:
+        self._drawn, without, note = found
+        self._show("#histogram", (bars(self._drawn, without), note))
+
+    def _show(self, box: str, found: tuple[RenderableType, str]) -> None:
         drawn, self.query_one(box).border_subtitle = found
-        if isinstance(drawn, Bars):
-            self._drawn = drawn.counts
         self.query_one(f"{box} Static", Static).update(drawn)
 
     def action_export(self) -> None:
@@ -181,7 +161,7 @@ class CountsScreen(OwnScreen[None]):
             self.notify("there is nothing to draw")
             return
 
-        def write(path: Path) -> str:
+        def write(path: Path, _: object) -> str:
             return save_figure(path, lambda figures: figures.draw_counts(counts, column, title))
 
         ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")

@@ -10,7 +10,6 @@ from typing import ClassVar
 import numpy as np
 from rich.table import Table
 from textual.app import ComposeResult
-from textual.binding import Binding
 from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 
@@ -20,9 +19,10 @@ from orbitdb.answers.results import PROVED, Result
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
+from orbitdb.cli.tui.keys import STATISTICS, Keys, bindings
 from orbitdb.cli.tui.orbit.drawing import Plot
 from orbitdb.cli.tui.orbit.pictures import Curve
-from orbitdb.cli.tui.screens import RETURN, Keys, OwnScreen, ScrollBox, bindings
+from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
 from orbitdb.store.asking.selection import Selection
@@ -105,15 +105,8 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
 class StatisticsScreen(OwnScreen[None]):
     """Averages over the chosen orbits by period, as tables and curves."""
 
-    KEYS: ClassVar[Keys] = {
-        "statistics": [
-            *RETURN,
-            Binding("w", "weight", "weight", tooltip="the other weight"),
-            Binding("e", "export", "export", tooltip="export the curves as a figure"),
-            Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
-        ]
-    }
-    BINDINGS = bindings(KEYS)
+    KEYS: ClassVar[Keys] = STATISTICS
+    BINDINGS = bindings(STATISTICS)
 
     def __init__(self, catalogue: Reader, selection: Selection) -> None:
         super().__init__()
@@ -220,7 +213,7 @@ class StatisticsScreen(OwnScreen[None]):
             return
         curves, title = curves_of(self.found, self.reference), self._selection.describe()
 
-        def write(path: Path) -> str:
+        def write(path: Path, _: object) -> str:
             return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
 
         ask_for_file(self, "statistics.png", write, "the three curves, below one another")

@@ -1,21 +1,19 @@
 """Follow the current orbit in *a* by keys, and the rows with it as far as births are stored."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 from orbitdb.answers.gaps import describe_lacking
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.table.pages import Pages
+from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.reading.lookup import with_existence
 from orbitdb.symbols.enumeration import MAX_PERIOD
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.panels import Panels
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
@@ -55,13 +53,22 @@ def told(lives: Lives, before: float, after: float) -> str | None:
 
 
 class Following:
-    """Following on the main screen, at an *a* that can differ from that of its rows."""
+    """Following of the shown orbit, at an *a* that can differ from `home`, that of its rows."""
 
-    def __init__(self, screen: "Panels") -> None:
-        self._screen = screen
+    def __init__(
+        self, file: CatalogueFile, rows: RowsPanel, home: float, show: Callable[[Orbit], object]
+    ) -> None:
+        self._file, self._rows, self._show = file, rows, show
+        self.home = home
         self.away: float | None = None
+        self._orbit: Orbit | None = None
         self._steps: list[bool] = []
         self._under_way = False
+
+    @property
+    def here(self) -> float:
+        """The current a: that of the rows, or the one they are followed to."""
+        return self.home if self.away is None else self.away
 
     def step(self, up: bool) -> None:
         """Follow the orbit to a greater or smaller *a*, past its births and deaths."""
@@ -70,8 +77,8 @@ class Following:
 
     def take_orbit(self, orbit: Orbit | None) -> None:
         """Follow another orbit; drop the steps queued for the previous one."""
-        self._steps = []
-        if orbit is None or orbit.a == self._screen.selection.a:
+        self._orbit, self._steps = orbit, []
+        if orbit is None or orbit.a == self.home:
             self.come_back()
         else:
             self.away = orbit.a
@@ -80,60 +87,63 @@ class Following:
     def come_back(self) -> None:
         """Show the rows as stored."""
         self.away = None
-        panel = self._screen.rows
-        panel.say_standing(None)
-        if panel.table.source.a is not None:
-            panel.show(panel.table.source.pages, panel.table.cursor)
-
-    def stop(self) -> None:
-        """Stop following after an error."""
-        self._under_way, self._steps = False, []
+        source = self._rows.table.source
+        self._rows.say_standing(None)
+        if source.a is not None:
+            self._rows.show(source.pages, self._rows.table.cursor)
 
     def go_on(self) -> None:
         """Follow the orbit by all queued steps, unless a worker already does."""
-        orbit, screen, source = self._screen.orbit, self._screen, self._screen.rows.table.source
+        orbit, source = self._orbit, self._rows.table.source
         rows = source.pages if source.catalogue is not None else None
         lag = rows is not None and self.away not in (None, source.a)
         if self._under_way or orbit is None or not (self._steps or lag):
             return
         self._under_way, steps, self._steps = True, tuple(self._steps), []
-        screen.set_timer(_SECONDS_UNTOLD, partial(self._say_following, rows))
-        screen.in_thread("follow", lambda _: self._follow(orbit, steps, rows), partial(self._arrive, orbit))
+        self._rows.set_timer(_SECONDS_UNTOLD, partial(self._say_following, rows))
+        follow, arrive = partial(self._follow, orbit, steps, rows), partial(self._arrive, orbit)
+        self._rows.in_thread("follow", lambda _: follow(), arrive, self._fail)
 
     def _say_following(self, rows: Pages | None) -> None:
         if self._under_way:
-            self._screen.rows.say("following …" if "births" in vars(rows or self) else "reading births …")
+            self._rows.say("following …" if "births" in vars(rows or self) else "reading births …")
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
         """Follow an orbit by some steps, and find the rows there."""
         if steps:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:
-                a = next_a(lives or (), a, up, self._screen.selection.a)
-            orbit = replace(self._screen.browser.find(orbit.code, a), exists=lives)
+                a = next_a(lives or (), a, up, self.home)
+            orbit = replace(self._file.find(orbit.code, a), exists=lives)
         return orbit, None if rows is None else rows.followed(orbit.a)
 
     def _arrive(self, begun: Orbit, found: tuple[Orbit, Pages | None]) -> None:
         """Show the orbit and the rows at the new a, unless others are on screen."""
-        (orbit, rows), screen, steps = found, self._screen, self._steps
-        if begun is screen.orbit is not orbit:
-            screen.orbit, self._steps = orbit, steps  # its rows follow
+        (orbit, rows), steps = found, self._steps
+        if begun is self._orbit is not orbit:
+            self._show(orbit)  # its rows follow
+            self._steps = steps
             if happened := told(orbit.exists or (), begun.a, orbit.a):
-                screen.notify(happened)
+                self._rows.app.notify(happened)
         self._under_way = False
-        screen.rows.say()
-        if rows is not None and rows.stored is screen.rows.table.source.pages and rows.a == self.away:
+        self._rows.say()
+        if rows is not None and rows.stored is self._rows.table.source.pages and rows.a == self.away:
             self._show_rows(rows)
         self.go_on()
 
+    def _fail(self, reason: str) -> None:
+        self._under_way, self._steps = False, []
+        self._rows.failed(reason)
+        self._rows.say()
+
     def _show_rows(self, rows: Pages) -> None:
         """Show the rows at another a, or why they stay."""
-        panel, (standings, without) = self._screen.rows, rows.pages.births
+        panel, (standings, without) = self._rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():
-            panel.say_standing(f"the rows stay at a = {exact(self._screen.selection.a)}: {lacking}")
+            panel.say_standing(f"the rows stay at a = {exact(self.home)}: {lacking}")
             self.away = None
-            self._screen.leave_the_row()
+            panel.leave()
         else:
             others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
             panel.say_standing("; ".join(filter(None, (", ".join(others) or "no other", lacking))))

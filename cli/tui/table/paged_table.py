@@ -15,8 +15,8 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.screens import Keys, bindings, key
-from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, Column
+from orbitdb.cli.tui.columns import COLUMNS, EVERY, Column
+from orbitdb.cli.tui.keys import TABLE, Keys, bindings
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
@@ -28,19 +28,8 @@ class PagedTable(ScrollView, can_focus=True):
     """Rows of `Pages` with a cursor; a click on the heading sorts."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--dim"}
-    KEYS: ClassVar[Keys] = {
-        "moving": [
-            key("j,down", "move(1)", "next row"),
-            key("k,up", "move(-1)", "previous row"),
-            key("pagedown,ctrl+f", "page(1)", "next page"),
-            key("pageup,ctrl+b", "page(-1)", "previous page"),
-            key("g,home", "first", "first row"),
-            key("G,end", "last", "last row"),
-            key("l,right", "shift(1)", "columns to the right"),
-            key("h,left", "shift(-1)", "columns to the left"),
-        ]
-    }
-    BINDINGS = bindings(KEYS)
+    KEYS: ClassVar[Keys] = TABLE
+    BINDINGS = bindings(TABLE)
 
     cursor: reactive[int] = reactive(0, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering())

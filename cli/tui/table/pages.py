@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from textual.cache import LRUCache
 
-from orbitdb.cli.tui.table.columns import USUAL
+from orbitdb.cli.tui.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.chosen import Chosen
@@ -51,7 +52,7 @@ class Pages:
     standing: NDArray[np.uint8] | None = None
 
     def __post_init__(self) -> None:
-        self._blocks: dict[int, list[Row]] = {}  # a cached method would keep the object in memory
+        self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep the object
 
     def __len__(self) -> int:
         return len(self.chosen)
@@ -70,8 +71,6 @@ class Pages:
         """Return one row."""
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
-            if len(self._blocks) == _KEPT:
-                del self._blocks[next(iter(self._blocks))]
             self._blocks[number] = self._read(number)
         return self._blocks[number][within]
 

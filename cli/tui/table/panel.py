@@ -1,7 +1,7 @@
 """The panel of the rows: the table, notes on gaps, and the position of the cursor."""
 
 from collections.abc import Callable, Iterator
-from typing import cast
+from dataclasses import replace
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -9,20 +9,21 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.answers.gaps import lacking_births, partial_fills, unfilled
-from orbitdb.cli.tui.screens import OwnScreen
-from orbitdb.cli.tui.table.jumping import Jumping
+from orbitdb.cli.tui.catalogue_file import CatalogueFile
+from orbitdb.cli.tui.columns import COLUMNS, EVERY, Column, chosen, fields_of
+from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, ColumnDialog, Names
+from orbitdb.cli.tui.kept import Kept
+from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
+from orbitdb.cli.tui.table.position import Position
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment, Reader
+from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import least_rotation
 
 _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
-
-Asked = tuple[Selection, Ordering]
-"""A subset, and the order of its rows."""
 
 _Found = tuple[Pages, tuple[str, str], int | None]
 """Rows, notes on gaps, and the number of rows without a filter, None for the first rows."""
@@ -32,50 +33,89 @@ _SHOWN = 12
 """Most symbols to show of a word without a row."""
 
 
-class RowsPanel(Vertical):
+class RowsPanel(Working, Vertical):
     """The rows of a subset in some order, shown or being read.
 
-    The total is the number of rows without a filter, once they are counted.
+    The total is the number of rows without a filter, once they are counted. The cursor goes to the `wanted`
+    word when the rows arrive. `left` is the word of the row under the cursor while another word is shown.
     """
 
+    wanted: str | None = None
+    left: str | None = None
+    ordering: reactive[Ordering] = reactive(Ordering(), init=False, repaint=False)
+    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, init=False, repaint=False)
+    marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
+    total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
 
-    def __init__(self, table: PagedTable) -> None:
+    def __init__(self, file: CatalogueFile, kept: Kept, take: Callable[[Pages], object]) -> None:
         super().__init__(id="rows")
-        self.table, self.jumping = table, Jumping(self)
+        self._file, self._kept, self._take = file, kept, take
+        self.table = PagedTable(id="table")
+        self.position = Position(self.table, lambda: self.reads)
         self.border_title = "words"
-        self.asked: Asked | None = None
-        self.total: int | None = None
-        self._aside = ""
+        self.asked: Selection | None = None
+        self._shown: str | None = None  # the word of the current orbit, as its least rotation
+        self.set_reactive(RowsPanel.columns, chosen(kept.state.columns))
+        self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
 
     def compose(self) -> ComposeResult:
         """Lay out the table and the lines below it."""
-        yield self.table
+        yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
         yield Static(id="unfilled", markup=False)
         yield Static(id="standing", markup=False)
-        yield Static(id="position", markup=False)
+        yield self.position.data_bind(RowsPanel.total)
+
+    # choosing
+
+    def action_sort(self) -> None:
+        """Choose the column to sort by."""
+        every = dict.fromkeys((*self.columns, *EVERY.values()))
+        named = {column.name: column.name for column in every}
+        self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
+
+    def _sort_by(self, column: str) -> None:
+        falls = column == self.ordering.column and not self.ordering.descending
+        self.ordering = Ordering(column, falls)
+
+    def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
+        """Sort by the column; a second click reverses the order."""
+        self._sort_by(message.column)
+
+    def action_reverse_order(self) -> None:
+        """Reverse the order."""
+        self.ordering = replace(self.ordering, descending=not self.ordering.descending)
+
+    def action_columns(self) -> None:
+        """Choose the columns of the table."""
+
+        def take(names: Names) -> None:
+            with self._kept.changing() as state:
+                state.columns = ["code", *names]
+            self.table.first_column = 1
+            self.columns = chosen(names)
+
+        self.ask(ColumnDialog([column.name for column in self.columns]), take)
+
+    def watch_ordering(self) -> None:
+        """Read the rows in another order, or with other columns."""
+        if self.asked is not None:
+            self.read(self.asked)
+
+    watch_columns = watch_ordering
 
     # reading
 
-    @property
-    def screen(self) -> OwnScreen[object]:
-        """The main screen."""
-        return cast(OwnScreen[object], super().screen)
-
-    def read(
-        self,
-        catalogue: Reader,
-        asked: Asked,
-        fields: tuple[str, ...],
-        begin: Callable[[Pages], None],
-        take: Callable[[Pages], None],
-    ) -> None:
+    def read(self, selection: Selection) -> None:
         """Read rows in a worker, and pass them on unless others are wanted by then.
 
-        If there were none before, the first rows go to `begin` until all are there.
+        If there were none before, the first rows are shown until all are there.
         """
-        (selection, ordering), total = asked, self.total
-        self.asked = asked
+        if (catalogue := self._file.reader) is None:
+            return
+        ordering, total = self.ordering, self.total
+        fields = fields_of(self.columns, ordering.column)
+        self.asked = selection
         self.report = _AT_WORK[ordering != self.table.ordering]
         self.say(self.report)
         everything, nothing = Selection(selection.a), self.table.source is NONE
@@ -83,7 +123,7 @@ class RowsPanel(Vertical):
         def find(cancelled: Callable[[], bool]) -> Iterator[_Found]:
             with catalogue.moment() as moment:
                 gaps = _gaps(moment, selection)
-                if nothing and asked == (everything, Ordering()):
+                if nothing and (selection, ordering) == (everything, Ordering()):
                     yield Pages(catalogue, moment.choose(selection, most=_FIRST), fields), gaps, None
                 chosen = moment.choose(selection, str(ordering), cancelled=cancelled)
                 every = chosen if selection == everything else None
@@ -96,20 +136,20 @@ class RowsPanel(Vertical):
             rows, gaps, self.total = found
             self.table.ordering = ordering
             self.say_gaps(*gaps)
-            if self.total is None:
-                begin(rows)
-                return
-            self.report = f"{len(rows):,} of {self.total:,} words"
-            take(rows)
+            if self.total is not None:
+                self.report = f"{len(rows):,} of {self.total:,} words"
+                self._take(rows)
+            elif self._shown is None:  # else the current word has another row
+                self.table.show(rows)
 
-        self.screen.in_thread("rows", find, show, self._fail)
+        self.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
         """Show the error, and no rows, because the old ones belong to another subset."""
         self.show(NONE)
         self.report = reason
         if self.screen.is_current:  # a filter line shows it itself
-            self.notify(reason, severity="error")
+            self.failed(reason)
 
     @property
     def reads(self) -> bool:
@@ -119,16 +159,55 @@ class RowsPanel(Vertical):
     def stop_reading(self) -> None:
         """Stop reading, because the choice is about to change."""
         if self.reads:
-            self.screen.give_up("rows")
+            self.give_up("rows")
             self.report, self.asked = "", None
             self.say()
 
-    # saying
+    # the cursor
 
     def show(self, rows: Pages, cursor: int = 0) -> None:
         """Show rows, without the note that they are being read."""
         self.table.show(rows, cursor)
         self.say()
+
+    @property
+    def alone(self) -> str | None:
+        """The word of the current orbit if that is not the row under the cursor."""
+        row = self.table.row
+        return None if row is not None and row[0] == self._shown else self._shown
+
+    def take(self, rows: Pages) -> bool:
+        """Show rows, and return whether a word was wanted there in vain.
+
+        The cursor stays on its word if it is among them, and at the top if it was there. A shown word
+        without a row moves to its row once it has one.
+        """
+        row, alone = self.table.row, self.alone
+        word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)
+        place, asked_for = rows.position(word) if word else None, self.wanted == alone
+        self.wanted = self.left = None
+        self.show(rows, place or 0)
+        if alone is None or place is not None:
+            return False
+        self.leave()
+        return asked_for
+
+    def go_to(self, word: str) -> bool:
+        """Put the cursor on the row of a word, now or once it arrives; return whether it has one now."""
+        place = self.table.source.position(word)
+        if place is not None:
+            self.left, self.table.cursor = None, place
+        else:
+            self.wanted = word if self.reads else None
+            self.leave()
+        return place is not None
+
+    def leave(self) -> None:
+        """Let another word be shown until the cursor moves."""
+        row = self.table.row
+        self.left = None if row is None else row[0]
+
+    # saying
 
     def say(self, what: str = "") -> None:
         """Show the current work; otherwise describe the rows, with the number of orbits at another a."""
@@ -154,23 +233,16 @@ class RowsPanel(Vertical):
 
     def say_orbit(self, orbit: Orbit | None) -> None:
         """If the current orbit has no row, say so in place of the cursor's position."""
+        self._shown = None if orbit is None else least_rotation(orbit.code)
         told = ""
-        if orbit is not None and (self.table.row or ("",))[0] != least_rotation(orbit.code):
+        if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
             told = f"{code} is not {'among these' if orbit.stored else 'stored'}"
-        if told != self._aside:
-            self._aside = told
-            self.say_position()
+        self.position.aside = told
 
-    def say_position(self) -> None:
-        """Show the position of the cursor and the target of digits, or that the word has no row."""
-        rows = len(self.table.source)
-        known = "…" if self.total is None else f"{rows:,}"
-        place = f"row {self.table.cursor + 1:,} of {known}" if rows else "no rows"
-        told = " │ ".join(filter(None, (self.jumping.note, self._aside or place)))
-        self.query_one("#position", Static).update(told, layout=False)
-
-    on_paged_table_moved = say_position
+    def on_paged_table_moved(self) -> None:
+        """Show where the cursor is."""
+        self.position.refresh()
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import Any, TypedDict, TypeVar
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.parsing import (
     parse_exists,
     parse_periods,

@@ -9,7 +9,7 @@ from difflib import get_close_matches
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import real, whole
-from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.store.asking.periods import LEAST_PERIOD
 from orbitdb.store.asking.selection import MEASURES, REVERSALS, Bounds, SelectionError
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group

@@ -8,7 +8,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import STORED, Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.plaintext import printable, several, shortened
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.symbols.enumeration import MAX_PERIOD, LeastWords

@@ -7,7 +7,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.extras import Record
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium
 from orbitdb.store.reading.soundness import unsound

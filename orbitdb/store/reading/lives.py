@@ -20,7 +20,7 @@ from orbitdb.arrays import Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import Record
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life

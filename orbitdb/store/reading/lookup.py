@@ -13,7 +13,9 @@ import numpy as np
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
+from orbitdb.orbits.batch import NUMBERS
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.database import asking
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.columns import kind_of
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Marks
 from orbitdb.errors import AlteredError
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
+from orbitdb.orbits.batch import NUMBERS
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plaintext import printable, shortened
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings

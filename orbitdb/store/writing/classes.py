@@ -13,8 +13,9 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
 from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer

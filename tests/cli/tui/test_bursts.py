@@ -101,8 +101,8 @@ def test_keys_sent_at_once_edit_a_line_in_order(browse):
 
 _FAILING = """
 import sys
-from orbitdb.cli.tui.main_screen import MainScreen
-MainScreen.action_reverse_order = lambda self: 1 / 0
+from orbitdb.cli.tui.table.panel import RowsPanel
+RowsPanel.action_reverse_order = lambda self: 1 / 0
 from orbitdb.cli.main import run
 run()
 """

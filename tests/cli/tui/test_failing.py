@@ -13,8 +13,8 @@ from textual.widgets import OptionList
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.ending import OrderlyApp
-from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.keeping import Kept
+from orbitdb.cli.tui.export import Shown, export
+from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
@@ -22,7 +22,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.table import jumping
+from orbitdb.cli.tui.table import position
 from orbitdb.cli.tui.table.pages import NONE, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.single_word import solve_word
@@ -45,7 +45,7 @@ def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path,
         monkeypatch.setitem(sys.modules, module, None)
         path = tmp_path / f"x.{ending}"
         with pytest.raises(InputError, match=told):
-            export(path, catalogue, Selection(periods=((2, 3),)), Ordering(), orbit)
+            export(Shown(catalogue, Selection(periods=((2, 3),)), Ordering(), orbit), path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -122,23 +122,23 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         failed, marked = await told("asterisk")
         assert failed == f"{state} cannot be read (Is a directory)"
         assert marked.startswith("marked 13, 1 in all")
-        assert main.marked == {"13"}  # for this session
+        assert main.rows.marked == {"13"}  # for this session
 
 
 @pytest.mark.slow
 async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, monkeypatch):
-    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
+    monkeypatch.setattr(position, "PAUSE", float("inf"))
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         # digits typed while rows are still being read take effect afterwards
         await press(pilot, "g")
         pages = table.source
         table.show(NONE)
-        main.action_jump("8")
-        assert (table.cursor, main.rows.jumping.note) == (0, "8 …")
+        main.rows.position.action_type(8)
+        assert (table.cursor, main.rows.position.note) == (0, "8 …")
         main.take_rows(pages)
         await settle(pilot)
-        assert (len(row_of(app)[0]), main.rows.jumping.note) == (8, "period 8")
+        assert (len(row_of(app)[0]), main.rows.position.note) == (8, "period 8")
 
 
 @pytest.mark.slow
@@ -147,11 +147,11 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
         main, table = app.screen, table_of(app)
         drawing = main.query_one(OrbitDrawing)
         # the frame around the rows is not a row
-        row, ordering = table.cursor, main.ordering
+        row, ordering = table.cursor, main.rows.ordering
         around = table.outer_size
         await pilot.click(table, offset=(around.width - 1, around.height - 1))
         await settle(pilot)
-        assert (table.cursor, main.ordering) == (row, ordering)
+        assert (table.cursor, main.rows.ordering) == (row, ordering)
         # no picture without room for it; the next one is complete again
         size = app.size
         await pilot.resize_terminal(24, 10)
@@ -196,10 +196,10 @@ async def test_a_new_catalogue_is_read_and_unexpected_errors_are_raised(filled_o
 
     with pytest.raises(ZeroDivisionError):  # noqa: PT012  # raised when the session ends
         async with browsing(path) as (app, pilot):
-            assert not app.catalogue
+            assert not app.file.reader
             shutil.copy(filled_once, path)
             await press(pilot, "ctrl+r")
-            assert len(table_of(app).source) == Catalogue(app.path).count(Selection()) > 0
+            assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 0
             app.call_later(lambda: 1 / 0)
             await pilot.pause()
 

@@ -59,7 +59,7 @@ async def test_the_first_key_already_goes_into_the_periods(tmp_path):
             focused.append(event.widget.id)
 
     async with browsing(tmp_path / "new.db") as (app, pilot):
-        app.push_screen(Watched("1.6", "2-11"))
+        app.push_screen(Watched(app.file.path, Selection(), ()))
         await settle(pilot)
         await press(pilot, *"23")
         assert app.screen.query_one("#periods", Input).value == "23"
@@ -127,7 +127,7 @@ async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path
         assert "done" not in shown(app)
         await press(pilot, "escape")
         main = app.screen
-        assert len(table_of(app).source) == Catalogue(app.path).count(Selection()) > 1101
+        assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 1101
         assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"
         assert "not stored" not in "".join(note.message for note in app._notifications)

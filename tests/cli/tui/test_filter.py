@@ -8,7 +8,7 @@ from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.lines import LineDialog
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.confinement import Patience
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check, unfinished
@@ -160,7 +160,7 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count and told(app) == "reading …")
         await press(pilot, "escape")
-        assert len(table_of(app).source) == Catalogue(app.path).count(Selection())
+        assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection())
 
 
 BEGUN = [
@@ -199,7 +199,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         await press(pilot, "enter")
         assert app.screen is main
         assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
-        assert len(table_of(app).source) == Catalogue(app.path).count(main.selection) < everything
+        assert len(table_of(app).source) == Catalogue(app.file.path).count(main.selection) < everything
         await press(pilot, "O", "j", "space", "escape")
         assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
         await press(pilot, "O", "space", "j", "j", "space", "enter")

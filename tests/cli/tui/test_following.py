@@ -12,7 +12,7 @@ from there import there
 
 from orbitdb.answers.gaps import lacking_births, unfilled
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
@@ -73,12 +73,12 @@ def test_the_bar_shows_lives_and_position():
 @pytest.mark.slow
 async def test_the_table_follows_the_orbit_over_a_and_back(born):
     async with browsing(born) as (app, pilot):
-        screen, table, catalogue = app.screen, table_of(app), app.catalogue
+        screen, table, catalogue = app.screen, table_of(app), app.file.reader
         stored = [table.source.row(place) for place in range(len(table.source))]
         await press(pilot, "less_than_sign", "less_than_sign")
-        assert table.source.a == screen.orbit.a == screen.here < 1.54
+        assert table.source.a == screen.orbit.a == screen.following.here < 1.54
         await press(pilot, "G", "T")
-        assert screen.orbit.a == screen.here < 1.54
+        assert screen.orbit.a == screen.following.here < 1.54
         assert least_rotation(screen.orbit.code) == row_of(app)[0]
         await press(pilot, "R")
         assert table.source.a is not None
@@ -88,21 +88,21 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
         assert screen.orbit.stored
         assert [table.source.row(place) for place in range(len(table.source))] == stored
         assert "orbits at a" not in shown(app)
-        screen.orbit = app.find("13", 0.7)
+        screen.side.orbit = app.file.find("13", 0.7)
         await press(pilot, "less_than_sign")
         rows = [table.source.row(place) for place in range(len(table.source))]
         alive = [row[0] for row in rows if row[3] == "orbit"]
         with catalogue.moment() as moment:
-            assert len(alive) == counts_at(moment.connection, screen.here, 5).n_c
+            assert len(alive) == counts_at(moment.connection, screen.following.here, 5).n_c
         assert all(row[2] is row[4] is row[10] is None for row in rows)
-        assert f"{len(alive)} orbits at a = {screen.here:.9g}" in shown(app)
-        assert f"facts at a = {screen.here:.9g}" in shown(app)
+        assert f"{len(alive)} orbits at a = {screen.following.here:.9g}" in shown(app)
+        assert f"facts at a = {screen.following.here:.9g}" in shown(app)
         assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
         assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
         await press(pilot, "escape")
         assert table.source.a is None
-        assert screen.orbit.a == screen.here == 1.6
-        screen.selection = Selection(where="p = 3")
+        assert screen.orbit.a == screen.following.here == 1.6
+        screen.choices.selection = Selection(where="p = 3")
         await settle(pilot)
         for _ in range(2):
             await press(pilot, "greater_than_sign")
@@ -118,13 +118,13 @@ async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, m
     """Steps made meanwhile are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
-    def slow(app, word, a, find=BrowseApp.find):
+    def slow(file, word, a, find=CatalogueFile.find):
         if threading.current_thread() is not threading.main_thread():
             sought.set()
             assert go_on.wait(60)
-        return find(app, word, a)
+        return find(file, word, a)
 
-    monkeypatch.setattr(BrowseApp, "find", slow)
+    monkeypatch.setattr(CatalogueFile, "find", slow)
 
     def of_one_a(app):
         main, table = app.screen, table_of(app)
@@ -161,7 +161,7 @@ def stadiums_of(app):
     """Return every a shown on screen."""
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
-    orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.compared) if orbit is not None]
+    orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.side.compared) if orbit is not None]
     rows = [source.chosen.selection.a] if len(source) else []
     return {screen.selection.a, drawing.a, *orbits, *rows}
 
@@ -176,7 +176,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert len(table_of(app).source) == 0
         assert app.screen.orbit is None
         text = shown(app)
-        assert there(answer(app.path, unfilled, Selection(a=2.0))) in text
+        assert there(answer(app.file.path, unfilled, Selection(a=2.0))) in text
         assert "so does the key f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
@@ -186,18 +186,18 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert len(table_of(app).source) == 41
         assert stadiums_of(app) == {3.0}
         assert "not filled" not in shown(app)
-        main.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
+        main.choices.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
         await settle(pilot)
-        assert there(answer(app.path, lacking_births, main.selection)) in shown(app)
+        assert there(answer(app.file.path, lacking_births, main.selection)) in shown(app)
 
 
 async def test_another_stadium_drops_the_comparison(varied):
     async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "m", "j", "m")
-        assert len(app.screen.compared) == 2
+        assert len(app.screen.side.compared) == 2
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
-        assert app.screen.compared == ()
+        assert app.screen.side.compared == ()
 
 
 @pytest.mark.slow
@@ -206,7 +206,7 @@ async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
         await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
-        assert app.screen.compared == ()
+        assert app.screen.side.compared == ()
         app.screen.take_found(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}

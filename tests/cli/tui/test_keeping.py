@@ -8,13 +8,13 @@ from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.export import export
-from orbitdb.cli.tui.keeping import Kept, State, among_marked, criteria_of, selection_of
-from orbitdb.cli.tui.table.columns import COLUMNS, EVERY, USUAL
+from orbitdb.cli.tui.columns import COLUMNS, EVERY, USUAL
+from orbitdb.cli.tui.export import Shown, export
+from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selection_of
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 
@@ -30,34 +30,34 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
         assert "[ ] element" in shown(app)
         await press(pilot, "K", "J", "enter")  # moving a column shows it
-        names = [column.name for column in app.screen.columns]
+        names = [column.name for column in app.screen.rows.columns]
         assert names == ["code", "status", "length", *USUAL[4:], "element"]
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
         await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
-        assert app.screen.ordering == Ordering("cycle")
+        assert app.screen.rows.ordering == Ordering("cycle")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
         await press(pilot, "l")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
         await press(pilot, "C", "enter")
         assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
-        last = next(Catalogue(app.path).rows(Selection(), ("code", "cycle"), "cycle desc", 1))
+        last = next(Catalogue(app.file.path).rows(Selection(), ("code", "cycle"), "cycle desc", 1))
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last
     async with browsing(filled_once, state=state) as (app, pilot):
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]
         await press(pilot, "C", "R", "enter")
-        assert app.screen.columns == COLUMNS
+        assert app.screen.rows.columns == COLUMNS
     assert json.loads(state.read_text())["columns"] == list(USUAL)
 
 
 async def test_typing_letters_finds_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "s", *"lyapunov_", "enter")
-        assert app.screen.ordering == Ordering("lyapunov_error")
+        assert app.screen.rows.ordering == Ordering("lyapunov_error")
         await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name starts with lenp: p starts anew
-        assert app.screen.ordering == Ordering("code")
+        assert app.screen.rows.ordering == Ordering("code")
         await press(pilot, "C", *"wal", "space", "enter")
-        assert app.screen.columns[-1].name == "walls"
+        assert app.screen.rows.columns[-1].name == "walls"
 
 
 @pytest.mark.slow
@@ -71,7 +71,7 @@ async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = export(file, app.catalogue, app.screen.selection, Ordering(), None)
+        told = export(Shown(app.file.reader, app.screen.selection, Ordering(), None), file)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]
@@ -153,14 +153,14 @@ def test_a_filter_with_a_comment_can_be_limited_to_marked_orbits(filled_once, wh
 def test_choices_cycle():
     chosen, seen = Selection(), []
     for _ in range(6):
-        chosen = choices.turned(chosen, "statuses", choices.STATUSES)
+        chosen = choices.turned(chosen, "statuses", choices.RINGS["statuses"])
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
     several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
-    assert choices.turned(several, "statuses", choices.STATUSES).statuses == (Status.ORBIT,)
+    assert choices.turned(several, "statuses", choices.RINGS["statuses"]).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
-        chosen = choices.turned(chosen, "time_reversal", choices.REVERSALS)
+        chosen = choices.turned(chosen, "time_reversal", choices.RINGS["time_reversal"])
         assert chosen.time_reversal == reversal
     ring = ((), ((2, 2),), ((4, 4),), ((5, 5),))
     for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
@@ -175,17 +175,20 @@ def test_choices_cycle():
 
 def test_choices_link_to_their_actions():
     plain = choices.chips(Selection(), [1.6])
-    assert re.sub(r"\[@click=screen\.([^\]]*)\]|\[/\]", "", plain) == (
+    assert re.sub(r"\[@click=([^\]]*)\]|\[/\]", "", plain) == (
         "a = 1.6 │ p all │ every status │ any reversal │ no filter"
     )
     assert "a = 3, not filled[/]" in choices.chips(Selection(3.0), [1.0, 1.6])
     statuses = (Status.ORBIT, Status.BOUNDARY)
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
-    links = re.findall(r"\[@click=screen\.([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
+    links = re.findall(r"\[@click=([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
-        ("choose_a", "a = 1, one of 2 stadiums"), ("period(1)", "p 2-4, 7"), ("status", "orbit, boundary"),
-        ("reversal", "self-retracing"), ("filter", r"where code like '\[1]'"),
-    ]  # fmt: skip
+        ("screen.choose_a", "a = 1, one of 2 stadiums"),
+        ("turn('periods')", "p 2-4, 7"),
+        ("turn('statuses')", "orbit, boundary"),
+        ("turn('time_reversal')", "self-retracing"),
+        ("screen.filter", r"where code like '\[1]'"),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -13,13 +13,13 @@ from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.table.columns import COLUMNS, Column, fields_of
-from orbitdb.cli.tui.table.jumping import place_of
+from orbitdb.cli.tui.columns import COLUMNS, Column, fields_of
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering, Pages
+from orbitdb.cli.tui.table.position import place_of
 from orbitdb.errors import StoreError
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection, SelectionError

@@ -7,29 +7,35 @@ from typing import Any
 import pytest
 from screens import ask, browsing, press, row_of, screen_lines, settle, shown, table_of, until
 from textual import events
+from textual.actions import parse
 from textual.command import CommandList
-from textual.widgets import Input, Static
+from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.choices import Choices
 from orbitdb.cli.tui.dialogs.fill import FillState, Wish, cost_of, fill_steps
-from orbitdb.cli.tui.dialogs.keys import columns_told, groups_of
+from orbitdb.cli.tui.dialogs.keys import columns_told
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.dialogs.lists import NameList
+from orbitdb.cli.tui.keys import groups_of
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
+from orbitdb.cli.tui.orbit.panel import OrbitPanel
 from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.table import jumping
+from orbitdb.cli.tui.table import position
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.cli.tui.table.panel import RowsPanel
+from orbitdb.cli.tui.table.position import Position
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
@@ -60,13 +66,31 @@ def test_columns_are_explained_with_their_headings():
     assert len(names) == len(IN_CATALOGUE)
 
 
+def target(part, action) -> tuple[Any, str]:
+    """Return who does an action, and the name of the method, on the main screen or in its widgets too."""
+    widgets: dict[Any, Any] = {
+        "position": Position,
+        "drawing": OrbitDrawing,
+        "side": OrbitPanel,
+        "chips": Choices,
+        "rows": RowsPanel,
+        "table": PagedTable,
+    }
+    _, name, parameters = parse(action)
+    if name == "main":
+        return target(MainScreen, *parameters)
+    if name == "to":
+        return target(widgets[parameters[0]], parameters[1])
+    return part, f"action_{name}"
+
+
 def test_every_key_of_a_screen_is_listed_in_its_group():
     own: list[Any] = [PagedTable, MainScreen, BrowseApp]
     parts = [*own, CountsScreen, StatisticsScreen, WholeOrbitScreen, ScrollBox]
     every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
     untold = [each.key for _, each in every if not (each.tooltip or each.description)]
     assert untold == [*"123456789", "ctrl+q,ctrl+c", "d", "enter"]
-    assert all(hasattr(part, f"action_{each.action.partition('(')[0]}") for part, each in every)
+    assert all(hasattr(*target(part, each.action)) for part, each in every)
     groups = groups_of(part.KEYS for part in own)
     told = {title: dict(lines) for title, lines in groups}
     assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
@@ -88,7 +112,7 @@ def test_long_codes_and_orbits_are_abbreviated():
 @pytest.fixture
 def path(varied, tmp_path, monkeypatch):
     """A copy of the varied catalogue; typed digits never time out."""
-    monkeypatch.setattr(jumping, "PAUSE", float("inf"))
+    monkeypatch.setattr(position, "PAUSE", float("inf"))
     return shutil.copy(varied, tmp_path / "orbits.db")
 
 
@@ -99,24 +123,23 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
         assert main.selection == chosen
-        assert len(table.source) == Catalogue(app.path).count(chosen)
-        main.selection = Selection()
+        assert len(table.source) == Catalogue(app.file.path).count(chosen)
+        main.choices.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        assert (
-            main.rows.report == f"{len(table.source):,} of {Catalogue(app.path).count(Selection()):,} words"
-        )
+        everything = Catalogue(app.file.path).count(Selection())
+        assert main.rows.report == f"{len(table.source):,} of {everything:,} words"
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
         await press(pilot, "j", "j", "k", "enter")  # from p to length
-        assert main.ordering == table.ordering == Ordering("length")
+        assert main.rows.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
-        longest = next(Catalogue(app.path).rows(Selection(), ("code",), "length desc", 1))[0]
+        longest = next(Catalogue(app.file.path).rows(Selection(), ("code",), "length desc", 1))[0]
         assert main.orbit.code == longest
         assert "length▼" in headings(app)
         await click(pilot, 13, 0)  # after a code of twelve symbols
-        assert main.ordering == Ordering("p")
+        assert main.rows.ordering == Ordering("p")
         await click(pilot, 3, 6)
         assert main.orbit.code == table.source.row(5)[0]
 
@@ -125,7 +148,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
 async def test_the_cursor_and_the_orbit_move_by_keys(path):
     async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
-        words = [code for (code,) in Catalogue(app.path).rows(Selection(), ("code",))]
+        words = [code for (code,) in Catalogue(app.file.path).rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.orbit.code) == (0, words[0])
         await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them
@@ -135,9 +158,9 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert table.cursor == table.size.height - 2
         assert main.orbit.code == words[table.cursor]
         await hurry(pilot, "G", "k", "pageup", "0", "1", "3", "2")  # 0132, in any rotation
-        assert (row_of(app)[0], main.rows.jumping.note) == ("0132", "code 0132")
+        assert (row_of(app)[0], main.rows.position.note) == ("0132", "code 0132")
         await hurry(pilot, "backspace")
-        told = str(main.query_one("#position", Static).render())
+        told = str(main.rows.position.render())
         assert told == f"code 013 │ row {words.index('013') + 1:,} of {len(words):,}"
         await hurry(pilot, "2")
         seen = [main.orbit.code]
@@ -146,18 +169,18 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
             seen.append(main.orbit.code)
             assert seen[-1] == images_of(seen[-2])[element]
             assert row_of(app)[0] == least_rotation(seen[-1])
-        assert main.query_one(FactsPanel).border_title == f"mirror image upside down of {seen[-2]}"
+        assert main.query_one(FactsPanel).border_title == f"{seen[-2]}, mirrored up-down"
         await hurry(pilot, "y", "escape")
         assert app.clipboard == seen[-1]
         assert main.orbit.code == row_of(app)[0] == words[len(words) - table.size.height]
         await press(pilot, "g")
-        main.go_to(app.find("00123", 1.6))
+        main.go_to(app.file.find("00123", 1.6))
         await hurry(pilot, "m")  # a pruned word has no bounces to compare
-        assert main.compared == ()
+        assert main.side.compared == ()
         await hurry(pilot, "j")
-        main.orbit = app.find("301", 1.6)
+        main.side.orbit = app.file.find("301", 1.6)
         await hurry(pilot, "m", "k", "m", "j", "k", "m", "m", "v")
-        assert [orbit.code for orbit in main.compared] == ["301", words[0]]
+        assert [orbit.code for orbit in main.side.compared] == ["301", words[0]]
         assert main.query_one(OrbitDrawing).phase
         await press(pilot, "space")
         assert not main.query_one(OrbitDrawing).phase
@@ -165,7 +188,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
         await hurry(pilot, "M", *"jmjmjmjmjmjmjm")
-        assert [orbit.code for orbit in main.compared] == words[3:8]  # with the one on show they are six
+        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # with the one on show they are six
 
 
 @pytest.mark.slow
@@ -199,7 +222,7 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
         assert len(titles) == len(set(titles))
         assert all(titles)
         with monkeypatch.context() as patch:
-            patch.setattr(os, "access", lambda path, mode: path != app.path)
+            patch.setattr(os, "access", lambda path, mode: path != app.file.path)
             await press(pilot, "f")
         assert isinstance(app.screen, MainScreen)
         assert any("read-only" in note.message for note in app._notifications)
@@ -226,25 +249,25 @@ def test_filling_words_and_periods_reports_counts(tmp_path):
 
 
 @pytest.mark.slow
-async def test_the_first_rows_appear_before_the_total_is_known(filled_once):
+async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monkeypatch):
     """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
     began = []
 
-    class Early(MainScreen):
-        def begin_rows(self, rows):
-            super().begin_rows(rows)
-            self.rows.jumping.type("5")
-            told = str(self.query_one("#position", Static).render())
-            began.append((len(rows), self.rows.reads, self.rows.table.row, "of …" in told))
+    def show(table, rows, cursor=0, show=PagedTable.show):
+        show(table, rows, cursor)
+        panel = table.screen.rows
+        if panel.reads and len(rows):
+            panel.position.action_type(5)
+            began.append((len(rows), panel.reads, table.row, "of …" in str(panel.position.render())))
 
+    monkeypatch.setattr(PagedTable, "show", show)
     async with browsing(filled_once) as (app, pilot):
-        await app.push_screen(Early(Selection()))
         await settle(pilot)
-        table, total = app.screen.rows.table, Catalogue(filled_once).count(Selection())
+        table, total = table_of(app), Catalogue(filled_once).count(Selection())
         ((count, reads, row, told),) = began
         assert count < total == len(table.source)
         assert (reads, there(row)[0], told) == (True, "13", True)
-        assert table.row[1] == 5
+        assert there(table.row)[1] == 5
         assert table.source.row(0)[0] == "13"
 
 

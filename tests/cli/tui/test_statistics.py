@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from rich.console import Console
 from screens import LARGE, browsing, press, screen_lines, shown, until
 from textual import events
 
@@ -11,10 +12,10 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
-from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, lines_of
+from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, bars
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.numerals import with_error
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, add_reference
@@ -74,11 +75,18 @@ async def test_trajectories_show_progress_and_stay_while_more_are_followed(fille
         await follows("t", r"bounces followed here; following more: \d+%")
 
 
+def lines_of(counts, width, without=0):
+    console = Console(width=width)
+    with console.capture() as captured:
+        console.print(bars(counts, without))
+    return [line.rstrip() for line in captured.get().splitlines()]
+
+
 def test_bars_are_to_scale_and_small_counts_are_visible():
-    lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 20, without=1234)
-    assert lines == ["      a   800 ██████", "    bcd     1 ▏", "            0", "without 1,234"]
+    lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 28, without=1234)
+    assert lines == ["      a   800 ██████████████", "    bcd     1 ▏", "            0", "without 1,234"]
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
-    assert lines_of([("abc", 1234)], 5) == ["abc 1,234"]  # no room for a bar
+    assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the least room
     assert lines_of([], 20) == ["none"]
 
 
@@ -93,7 +101,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
         text = shown(app)
-        count = Catalogue(app.path).count(Selection(statuses=(Status.ORBIT,)))
+        count = Catalogue(app.file.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
@@ -111,7 +119,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
         for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
-            app.screen.ordering = Ordering(column)
+            app.screen.rows.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn
             await press(pilot, "q")

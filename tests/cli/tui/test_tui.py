@@ -16,7 +16,7 @@ from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill import FillDialog, parse_wish
-from orbitdb.cli.tui.export import export
+from orbitdb.cli.tui.export import Shown, export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
@@ -24,7 +24,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.words import parse, primitive_root
@@ -78,10 +78,10 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         assert drawing.particle is None
         await press(pilot, "m", "j", "m", "j", "v")
         assert drawing.phase
-        assert [orbit.code for orbit in app.screen.compared] == ["13", "013"]
+        assert [orbit.code for orbit in app.screen.side.compared] == ["13", "013"]
         assert "● 031  • 13  • 013" in shown(app)
         await press(pilot, "M", "v")
-        assert app.screen.compared == ()
+        assert app.screen.side.compared == ()
         assert not drawing.phase
 
 
@@ -161,7 +161,7 @@ def test_the_dialog_reads_periods_as_the_command_does():
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
-    told = export(path, Reader(filled), few, Ordering("length", True), catalogue.find("013", 1.6))
+    told = export(Shown(Reader(filled), few, Ordering("length", True), catalogue.find("013", 1.6)), path)
     assert str(path) in told
     if name == "rows.tsv":
         head, *rows = csv.reader(path.read_text().splitlines(), delimiter="\t")
@@ -174,7 +174,7 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
         assert path.read_bytes().startswith(b"\x89PNG")
     for other, told_to in (("x.svg", Reader(filled)), ("x.csv", None)):
         with pytest.raises(InputError):
-            export(tmp_path / other, told_to, Selection(), Ordering(), None)
+            export(Shown(told_to, Selection(), Ordering(), None), tmp_path / other)
 
 
 async def test_an_export_in_progress_is_not_repeated_and_quitting_asks(filled, tmp_path):

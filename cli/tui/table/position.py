@@ -1,18 +1,20 @@
-"""Jump by typing: digits lead to the first row of a period, or to a code that begins with them."""
+"""The line below the rows, and jumps: digits lead to a period, or to a code that begins with them."""
 
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
 
+from rich.text import Text
+from textual.reactive import reactive
+from textual.widget import Widget
+
+from orbitdb.cli.tui.screens import Working
+from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Pages
 from orbitdb.store.asking.confinement import never
 from orbitdb.store.reading.places import first_beginning, first_of_period, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
-
-if TYPE_CHECKING:
-    from orbitdb.cli.tui.table.panel import RowsPanel
 
 PAUSE = 2.0
 """Seconds after which a digit starts again."""
@@ -44,20 +46,35 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
-class Jumping:
-    """The digits typed so far, and the row that they lead to."""
+class Position(Working, Widget):
+    """The line below the rows: the place of the cursor, after where typed digits lead.
 
-    def __init__(self, panel: "RowsPanel") -> None:
-        self._panel = panel
+    `aside` names a shown word that has no row. `total` is the number of rows without a filter, once they are
+    counted.
+    """
+
+    aside: reactive[str] = reactive("")
+    total: reactive[int | None] = reactive(None)
+
+    def __init__(self, table: PagedTable, reads: Callable[[], bool]) -> None:
+        super().__init__(id="position")
+        self._table, self._reads = table, reads
         self._typed = ""
         self._typed_at = 0.0
         self._begun_at = self._landed = 0
         self._led_to: str | None = ""  # None during the search
 
+    def render(self) -> Text:
+        """Say where the digits led, until the cursor moves on, and where the cursor is."""
+        rows = len(self._table.source)
+        known = "…" if self.total is None else f"{rows:,}"
+        place = f"row {self._table.cursor + 1:,} of {known}" if rows else "no rows"
+        return Text(" │ ".join(filter(None, (self.note, self.aside or place))))
+
     @property
     def under_way(self) -> bool:
         """Whether the cursor is where the digits led."""
-        return bool(self._typed) and self._landed == self._panel.table.cursor
+        return bool(self._typed) and self._landed == self._table.cursor
 
     @property
     def note(self) -> str:
@@ -65,22 +82,25 @@ class Jumping:
         told = f"{self._typed} …" if self._led_to is None else self._led_to
         return told if self.under_way else ""
 
-    def type(self, digit: str) -> None:
+    def action_type(self, digit: int) -> None:
         """Go to the first row of a period, or whose code begins with the typed digits."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
-            self._typed, self._begun_at = "", self._panel.table.cursor
+            self._typed, self._begun_at = "", self._table.cursor
         self._typed_at = now
-        self._jump(self._typed + digit)
+        self._jump(f"{self._typed}{digit}")
 
-    def take_back(self) -> None:
+    def action_take_back(self) -> None:
         """Take the last digit back."""
         if self.under_way:
             self._jump(self._typed[:-1])
 
-    def give_up(self) -> None:
-        """Go back to where the digits began."""
-        self._jump("")
+    def give_up_digits(self) -> bool:
+        """Go back to where the digits began; return whether there were any."""
+        typed = self.under_way
+        if typed:
+            self._jump("")
+        return typed
 
     def go_on(self) -> None:
         """Follow digits typed before the rows arrived."""
@@ -88,13 +108,12 @@ class Jumping:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        table = self._panel.table
-        self._typed, self._landed, self._led_to = typed, table.cursor, None
+        self._typed, self._landed, self._led_to = typed, self._table.cursor, None
         if not typed:
             self._land((self._begun_at, ""))
-        elif not self._panel.reads:
-            self._panel.screen.in_thread("jump", partial(place_of, table.source.pages, typed), self._arrive)
-        self._panel.say_position()
+        elif not self._reads():
+            self.in_thread("jump", partial(place_of, self._table.source.pages, typed), self._arrive)
+        self.refresh()
 
     def _arrive(self, found: Found) -> None:
         """Go there, unless the cursor has moved on."""
@@ -103,6 +122,5 @@ class Jumping:
 
     def _land(self, found: Found) -> None:
         place, self._led_to = found
-        table = self._panel.table
-        table.cursor = self._landed = table.cursor if place is None else place
-        self._panel.say_position()
+        self._table.cursor = self._landed = self._table.cursor if place is None else place
+        self.refresh()

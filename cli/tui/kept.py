@@ -1,0 +1,115 @@
+"""What is kept from one session to the next: columns, marked orbits, and filters by name.
+
+It is one JSON file in the user's state folder. What is changed is read again before it is written, so that
+two sessions side by side keep each other's marks.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from orbitdb.cli.tui.columns import USUAL
+from orbitdb.errors import InputError, StoreError
+from orbitdb.export import complete
+from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.tokens import tokens
+from orbitdb.symbols.words import least_rotation, parse_primitive
+
+KeptCriteria = Mapping[str, Any]
+"""A subset as stored in JSON, as arguments of `chosen_by`."""
+
+
+@dataclass
+class State:
+    """What is kept: columns in their order, subsets of any catalogue by name, words as they were marked."""
+
+    columns: list[str] = field(default_factory=lambda: list(USUAL))
+    filters: dict[str, KeptCriteria] = field(default_factory=dict)
+    marked: list[str] = field(default_factory=list)
+
+
+class Kept:
+    """The state, and the file that it is kept in, which need not exist; without one it is lost at the end.
+
+    It complains of a file that cannot be used, which is then left as it is.
+    """
+
+    def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
+        self.path, self._complain = path, complain
+        self.state = State()
+
+    def load(self) -> bool:
+        """Read the file, if there is one, and tell whether it can be used."""
+        try:
+            if self.path is not None:
+                stored = json.loads(self.path.read_text(encoding="utf-8"))
+                columns, filters, marked = (stored.get(each.name) or () for each in fields(State))
+                self.state = State(
+                    [str(name) for name in columns or USUAL],
+                    {str(name): dict(criteria) for name, criteria in dict(filters).items()},
+                    [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
+                )
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            self._complain(f"{self.path} cannot be read ({error.strerror})")
+            return False
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            self._complain(f"{self.path} was not written by orbitdb: move it away")
+            return False
+        return True
+
+    @contextmanager
+    def changing(self) -> Iterator[State]:
+        """Change the state in a block: here in any case, and then in the file."""
+        usable = self.load()
+        yield self.state
+        if usable and self.path is not None:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                with complete(self.path) as draft:
+                    draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
+            except (OSError, StoreError, InputError) as error:
+                self._complain(f"{error}: what is chosen holds for now only")
+
+
+def state_path() -> Path:
+    """Return the file in the user's state folder."""
+    from platformdirs import user_state_path
+
+    return user_state_path("orbitdb") / "browse.json"
+
+
+def among_marked(words: Sequence[str], where: str | None) -> str:
+    """Return the expression that chooses marked words, within any filter."""
+    marks = f"code({', '.join(map(repr, words))})"
+    if not where:
+        return marks
+    # in one line, so a comment would hide the rest
+    bare = "".join(" " if token.kind == "blank" else token.text for token in tokens(where))
+    return f"({bare.strip()}) and {marks}"
+
+
+def criteria_of(selection: Selection) -> KeptCriteria:
+    """Return a subset as arguments of `chosen_by`, without a and empty criteria."""
+    spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
+    plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
+    several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
+               "not_at": list(selection.not_at), "parameters": dict(selection.parameters)}  # fmt: skip
+    ranges = {name: list(bounds) for name, bounds in selection.ranges.items()}
+    return {name: value for name, value in (plain | several | ranges).items() if value}
+
+
+def selection_of(criteria: KeptCriteria, a: float) -> Selection:
+    """Return a stored subset at some a; refuse an invalid one, for example written by hand."""
+    try:
+        parameters = dict(criteria.get("parameters") or {})
+        return chosen_by(a=a, **{**criteria, "parameters": parameters})
+    except (TypeError, ValueError, AttributeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error

@@ -1,0 +1,190 @@
+"""The keys of every screen and widget, under headings; the help and the pages list them."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+
+from textual.binding import Binding, BindingType
+from textual.keys import format_key
+
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
+
+Keys = Mapping[str, Sequence[Binding]]
+"""Keys by heading; the help shows the tooltip or the description."""
+
+Group = tuple[str, Sequence[tuple[str, str]]]
+"""A heading, with names and their meanings."""
+
+_WORDS = ("enter", "escape", "backspace")
+
+key = partial(Binding, show=False)
+"""A key that the footer does not show."""
+
+
+def bindings(keys: Keys) -> list[BindingType]:
+    """Return keys as Textual takes them."""
+    return [each for group in keys.values() for each in group]
+
+
+def groups_of(parts: Iterable[Keys]) -> list[Group]:
+    """Return the keys of widgets and screens under their headings, each with its action."""
+    groups: dict[str, dict[str, list[str]]] = {}
+    heard: set[str] = set()
+    for title, each in ((title, each) for keys in parts for title, group in keys.items() for each in group):
+        new = [pressed for pressed in each.key.split(",") if pressed not in heard]
+        heard.update(new)  # only the first receiver hears a key
+        if new and (told := each.tooltip or each.description):
+            plain = [name if name in _WORDS else format_key(name) for name in new]
+            names = [each.key_display] if each.key_display else plain
+            groups.setdefault(title, {}).setdefault(told, []).extend(names)
+    return [
+        (title, [(" ".join(names), told) for told, names in group.items()]) for title, group in groups.items()
+    ]
+
+
+ORBITDB: Keys = {
+    "orbitdb": [
+        Binding("question_mark", "keys", "keys", tooltip="these keys"),
+        key("ctrl+p", "command_palette", tooltip="all actions, themes"),
+        Binding("q", "quit", "quit"),
+        key("ctrl+q,ctrl+c", "quit"),
+    ]
+}
+
+TABLE: Keys = {
+    "moving": [
+        key("j,down", "move(1)", "next row"),
+        key("k,up", "move(-1)", "previous row"),
+        key("pagedown,ctrl+f", "page(1)", "next page"),
+        key("pageup,ctrl+b", "page(-1)", "previous page"),
+        key("g,home", "first", "first row"),
+        key("G,end", "last", "last row"),
+        key("l,right", "shift(1)", "columns to the right"),
+        key("h,left", "shift(-1)", "columns to the left"),
+    ]
+}
+
+
+def _to(part: str, action: str) -> str:
+    """Return the action of a widget of the screen."""
+    return f"to({part!r}, {action!r})"
+
+
+def _next(name: str, step: int = 1) -> str:
+    """Return the action that chooses the next value of a criterion."""
+    return _to("chips", f"turn({name!r}, {step})")
+
+
+MAIN: Keys = {
+    "moving": [
+        key("0", _to("position", "type(0)"), tooltip="go to a period or code", key_display="0 .. 9"),
+        *(key(digit, _to("position", f"type({digit})")) for digit in "123456789"),
+        key("backspace", _to("position", "take_back"), tooltip="take back a digit"),
+        Binding("c", "code", "code", tooltip="go to any code"),
+    ],
+    "its symmetry class": [
+        key("T,t", f"move_in_class({REVERSE})", "time reverse"),
+        key("X,x", f"move_in_class({MIRROR_X})", "mirror left and right"),
+        key("Y", f"move_in_class({MIRROR_Y})", "mirror up and down"),
+        key("escape", "back", "back to the row"),
+    ],
+    "looking": [
+        key("enter", "whole", "the whole orbit"),
+        key("space", _to("drawing", "particle"), "run a particle, or stop it"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        key("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
+        key("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
+        key("m", _to("side", "compare"), "compare in phase space, or not"),
+        key("M", _to("side", "compare_none"), "compare none"),
+        Binding("S", "statistics", "stats", tooltip="averages by period"),
+        Binding("d", "counts", "counts", tooltip="counts and histograms"),
+    ],
+    "choosing": [
+        Binding("slash", "filter", "filter", tooltip="filter, as with --where"),
+        key("o", _next("statuses"), "next status"),
+        key("O", _to("chips", "statuses"), "statuses from a list"),
+        key("r", _next("time_reversal"), "self-retracing, or not"),
+        key("right_square_bracket", _next("periods"), "next period"),
+        key("left_square_bracket", _next("periods", -1), "previous period"),
+        key("a", "choose_a", "another a"),
+        Binding("s", _to("rows", "sort"), "sort", tooltip="sort by a column"),
+        key("R", _to("rows", "reverse_order"), "reverse the order"),
+        key("C", _to("rows", "columns"), "choose the columns"),
+    ],
+    "keeping": [
+        key("asterisk", "mark", "mark the orbit, or unmark it"),
+        key("apostrophe", _to("chips", "marked"), "marked orbits only"),
+        key("F", _to("chips", "filters"), "filters kept by name"),
+        key("y", _to("side", "copy"), "copy the code"),
+        Binding("e", "export", "export", tooltip="export to a file"),
+    ],
+    "orbitdb": [
+        Binding("f", "fill", "fill", tooltip="fill the catalogue"),
+        key("ctrl+r,f5", "look_again", "read the file again", key_display="ctrl+r"),
+    ],
+}
+
+_RETURN = (
+    Binding("escape", "dismiss", "back", tooltip="back to the orbits"),
+    key("q", "dismiss", tooltip="back to the orbits"),
+)
+
+COUNTS: Keys = {
+    "counts": [
+        *_RETURN,
+        key("d", "dismiss"),
+        Binding("s", "column", "column", tooltip="histogram of another column"),
+        Binding("right_square_bracket", "next_column(1)", "next column"),
+        key("left_square_bracket", "next_column(-1)", "column before"),
+        Binding("e", "export", "export", tooltip="export the histogram as a figure"),
+    ]
+}
+
+STATISTICS: Keys = {
+    "statistics": [
+        *_RETURN,
+        Binding("w", "weight", "weight", tooltip="the other weight"),
+        Binding("e", "export", "export", tooltip="export the curves as a figure"),
+        Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
+    ]
+}
+
+
+def _main(keys: str, action: str, told: str, name: str = "") -> Binding:
+    """Return a key with its action on the main screen; the footer shows keys with a name."""
+    return Binding(keys, f"main({action!r})", name, show=bool(name), tooltip=told)
+
+
+_SHARED = ("T,t", "X,x", "Y", "less_than_sign", "greater_than_sign", "asterisk", "y")
+
+WHOLE_ORBIT: Keys = {
+    "the whole orbit": [
+        *_RETURN,
+        key("enter", "dismiss"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        Binding("space", _to("drawing", "particle"), "run", tooltip="run a particle, or stop it"),
+        _main("n", _to("table", "move(1)"), "orbit of the next row", "next"),
+        _main("p", _to("table", "move(-1)"), "orbit of the previous row", "previous"),
+        _main("a", "choose_a(True)", "the same word at another a", "other a"),
+        _main("c", "code", "any code", "code"),
+        *(
+            _main(each.key, each.action, each.tooltip or each.description)
+            for group in MAIN.values()
+            for each in group
+            if each.key in _SHARED
+        ),
+        _main("e", "export(True)", "export to a file", "export"),
+    ]
+}
+
+SCROLLING: Keys = {
+    "scrolling": [
+        key("j,down", "scroll_down", "down"),
+        key("k,up", "scroll_up", "up"),
+        key("pagedown", "page_down", "next page"),
+        key("pageup", "page_up", "previous page"),
+        key("g,home", "scroll_home", "to the top"),
+        key("G,end", "scroll_end", "to the end"),
+        key("l,right", "scroll_right", "right"),
+        key("h,left", "scroll_left", "left"),
+    ]
+}
