@@ -29,7 +29,7 @@ add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapu
 """
 AVERAGE = """
 import numpy as np
-from orbitdb.answers.methods import AVERAGES, Average
+from orbitdb.answers.lyapunov import AVERAGES, Average
 from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):

@@ -5,6 +5,7 @@ import json
 import math
 import re
 import subprocess
+from dataclasses import fields
 from fractions import Fraction
 from importlib.metadata import metadata
 from pathlib import Path
@@ -14,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from processes import COMMAND, commands
 
+from orbitdb import EntropyBounds, Life, Reference
 from orbitdb.numerals import with_bound
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 
@@ -22,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.answers.identification import SHADOWED
+    from orbitdb.answers.results import TABLE
     from orbitdb.answers.scarring import Scar
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
@@ -33,9 +36,19 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.quantum.statistics import Statistics
     from orbitdb.store.asking.conditions import COLUMNS
 
-    quantum = {*LEVEL_KEYS, "exact", *SPECTRUM_KEYS, *PEAKS, *GAP_KEYS, *Statistics._fields, *Scar._fields}
+    averages = {*TABLE} | {field.name for kind in (Life, EntropyBounds, Reference) for field in fields(kind)}
+    averages |= {
+        *LEVEL_KEYS,
+        "exact",
+        "number",
+        *SPECTRUM_KEYS,
+        *PEAKS,
+        *GAP_KEYS,
+        *Statistics._fields,
+        *Scar._fields,
+    }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *averages}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
     assert bounds - {"both errors"} <= set(told)

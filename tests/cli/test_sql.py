@@ -81,9 +81,9 @@ def test_a_select_can_join_and_read_other_views(varied, cli):
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
-    from orbitdb.store.asking import where
+    from orbitdb.store.asking import sql
 
-    monkeypatch.setattr(where, "SECONDS", 0.1)
+    monkeypatch.setattr(sql, "SECONDS", 0.1)
     endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2

@@ -87,7 +87,9 @@ def _statistics(moment: "Moment", a: float, given: MeasuredLevels) -> list[tuple
 
     path, parities = given.levels, read_parities(given.parity)
     if path is not None and len(parities) != 1 and not _has_parities(path):
-        raise InputError(f"statistics need one parity: give --parity, or add a column parity to {path}")
+        raise InputError(
+            f"statistics need one parity: name it with --parity, or add a column parity to {path}"
+        )
     rows: list[tuple[object, ...]] = []
     for parity in parities:
         read = given.read(parity)

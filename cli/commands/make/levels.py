@@ -68,7 +68,7 @@ def _from_elements(
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import levels as find
+    from orbitdb.filling.records import find_levels
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
 
@@ -79,7 +79,7 @@ def _from_elements(
     if db is not None:
         bring(db)
     with progress("levels") as shown:
-        parts = find(db, stadium, low, high, parities, jobs, shown)
+        parts = find_levels(db, stadium, low, high, parities, jobs, shown)
     found = Levels.joined(a, low, high, parts)
     output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
     for each, windows_of in parts.items():

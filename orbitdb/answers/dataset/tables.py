@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.answer_columns import OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
-from orbitdb.answers.averaged import lyapunov, table
-from orbitdb.answers.methods import AVERAGES
+from orbitdb.answers.entropy import table
+from orbitdb.answers.lyapunov import AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.answers.spectrum import stored_levels
 from orbitdb.column import Column
@@ -17,7 +17,7 @@ from orbitdb.quantum.amplitudes import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import cycle
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.row_blocks import COORDINATES
+from orbitdb.store.reading.rows import COORDINATES
 
 Rows = Iterable[Sequence[Any]]
 

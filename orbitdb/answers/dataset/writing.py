@@ -22,8 +22,8 @@ from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import run
-from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.moment import Moment
+from orbitdb.store.reading.rows import Chosen
 
 Resource = dict[str, Any]
 """A file, described in the words of the standard."""
