@@ -129,9 +129,8 @@ class OpenChains(Batch):
     # its end.
     n: Floats
     s: Floats
-    # what is at each end, such as `UNKNOWN_RUN`, shape (N,)
-    left: Places
-    right: Places
+    left: Places  # what is at this end, such as `UNKNOWN_RUN`, shape (N,)
+    right: Places  # and at this one
     marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
 
     @property
