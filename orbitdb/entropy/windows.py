@@ -133,11 +133,6 @@ class OpenChains(Batch):
     right: Places  # and at this one
     marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
 
-    @property
-    def unknowns(self) -> int:
-        """m, the number of complete legs."""
-        return len(self.k) - 2
-
     def __len__(self) -> int:
         return len(self.marked)
 
