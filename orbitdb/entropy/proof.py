@@ -103,7 +103,7 @@ class Proof:
     """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
 
     proved: int = 0  # windows decided in doubles that balls confirmed, up to mirror and reversal
-    left_open: int = 0  # and those that they did not
+    left_open: int = 0  # and that they did not
     seconds: float = 0.0  # time spent in balls
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:

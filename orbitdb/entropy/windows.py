@@ -129,8 +129,8 @@ class OpenChains(Batch):
     # its end.
     n: Floats
     s: Floats
-    left: Places  # what is at this end, such as `UNKNOWN_RUN`, shape (N,)
-    right: Places  # and at this one
+    left: Places  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
+    right: Places  # and at the right end
     marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
 
     def __len__(self) -> int:
