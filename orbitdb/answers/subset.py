@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from orbitdb.answers import subset_tables
 from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column
+from orbitdb.column_files import Values
 from orbitdb.columns import WRITTEN
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
@@ -282,7 +282,7 @@ class Subset(ByValue):
         shown = list(self[: subset_tables.MOST_ROWS])
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, Column]:
+    def _columns(self) -> dict[str, Values]:
         columns = {name: getattr(self, name) for name in _TOLD}
         parts = None if self.coordinates is None else np.split(self.coordinates, self.start[1:-1])
         return subset_tables.columns_of(self.selection.a, self.codes, columns, parts)
