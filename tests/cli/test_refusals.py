@@ -25,7 +25,7 @@ query --range colour=1:2 | 2 | colour
 query --range length=long: | 2 | length=3:10
 query -P =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
-entropy --status dynamical | 2 | only orbits (and boundary) have averages and lengths: leave out status dynamical
+entropy --status dynamical | 2 | only orbits (and boundary) have | : leave out status dynamical
 lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
 lyapunov --weight x | 2 | 'x' | exp | det
 lyapunov --cut 0 | 2 | cut 0 | 1000
@@ -99,7 +99,7 @@ plot entropy -o - | 2 | --format
 plot entropy -o x.pdf --format svg | 2 | leave one of them out
 plot orbit --code 13 -o nowhere/x.pdf | 3 | no folder nowhere
 plot orbit --code 13 -o /proc/x.svg | 3 | /proc/x.svg cannot be written
-plot lyapunov -o x.svg --status orbit,unresolved | 2 | status unresolved has none
+plot lyapunov -o x.svg --status orbit,unresolved | 2 | leave out status unresolved
 
 export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
