@@ -220,6 +220,25 @@ def test_balls_decide_what_doubles_leave_open(found, monkeypatch):
     assert (np.abs(changes.a - plain.a) <= changes.error).all()
 
 
+def test_a_word_that_is_searched_again_joins_the_others(found, monkeypatch):
+    """The first grid misses all births of one word here."""
+    words, plain = found[6]
+    missed: list[int] = []
+
+    def forgetful(legs, stations):
+        cells = candidates(legs, stations)
+        if missed or not len(cells):
+            return cells
+        missed.append(int(cells.word[0]))
+        return cells.rows(cells.word != cells.word[0])
+
+    monkeypatch.setattr(births, "candidates", forgetful)
+    changes = find_changes(words)
+    assert missed
+    assert changes.word.tolist() == plain.word.tolist()
+    assert (np.abs(changes.a - plain.a) <= changes.error).all()
+
+
 def test_inconsistent_births_are_refused(monkeypatch):
     """A word whose birth the grid missed is searched again, and finally refused."""
     monkeypatch.setattr(births, "FINER", (1,))

@@ -1,6 +1,7 @@
 """On thousands of rows, stored bounds exceed the true errors, and the errors are small."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import mpmath as mp
 import numpy as np
@@ -9,15 +10,27 @@ import reference
 from quick import slow_but
 from solutions import real, representatives, solved, words_of
 
+from orbitdb.billiard.legs import centre_directions, cut, derivatives
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.enclosure import enclose, true_errors
 from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.orbits.newton import solve, solve_in_doubles
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 VALUES = [0.5, 1.6, 5.0]
+
+
+def test_rounding_may_hide_that_a_direction_is_not_pressed():
+    """A gradient that presses by less than its rounding may point inward; a larger one may not."""
+    ((_, legs),) = cut(from_strings(["0103"]))
+    slopes = derivatives(legs, 1.6, centre_directions(legs, 1.6))
+    slopes = replace(slopes, gradient=np.array([[1e-17], [-0.5]]))
+    rounding, yes, no = np.full((2, 1), 3e-16), np.full((2, 1), True), np.full((2, 1), False)
+    assert steepness(slopes, yes, rounding)[:, 0].tolist() == [3e-16 - 1e-17, 0.0]
+    assert steepness(slopes, no, rounding)[:, 0].tolist() == [3e-16 + 1e-17, 0.5 + 3e-16]
 
 
 def sample(p: int, a: float, count: int) -> Orbits:

@@ -8,7 +8,7 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.orbits.births.cells import ROUNDING, Kind, displaced, firmness, forcing, judge, reach_of
+from orbitdb.orbits.births.cells import ROUNDING, Kind, Reach, displaced, firmness, forcing, judge, reach_of
 from orbitdb.orbits.births.changes import find_changes
 from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
 from orbitdb.orbits.births.continuation import motion
@@ -188,6 +188,16 @@ def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
         nearest = np.maximum(nearest, shares.max(axis=1))
         assert (shares < 1 + 1e-6).all()
     assert (nearest > 0.97).all()
+
+
+def test_every_force_on_the_second_derivative_counts():
+    """With one kind of force alone, at speeds below and above 1."""
+    speed, one = np.array([[0.5], [3.0], [0.25]]), np.ones((3, 1))
+    turning = (preceding(speed) + speed) ** 2
+    expected = {"pull": one, "drag": 2 * speed, "lean": speed**2, "bend": turning + following(turning)}
+    for name, force in expected.items():
+        alone = Reach(*np.zeros((7, 3, 1)))._replace(**{name: one})
+        np.testing.assert_allclose(forcing(alone, speed), force, rtol=1e-15)
 
 
 @pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])

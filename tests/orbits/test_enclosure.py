@@ -200,6 +200,7 @@ def test_a_row_from_an_enclosure_includes_rounding_in_its_bounds():
     found = enclosed("011032", 1.0)
     row = as_orbits(word, Stadium(1.0), [found])
     assert row.status[0] == Status.BOUNDARY
+    assert row.margin[0] == 0  # exactly, as is proved
     for x, ball in zip(row.coordinates[0].tolist(), found.coordinates, strict=True):
         assert abs(ball - x) <= row.error[0]
     assert abs(found.length - float(row.length[0])) <= row.length_error[0]

@@ -11,7 +11,7 @@ from itineraries import is_uniform, random_rays
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.ensemble import LEAST, TRAJECTORIES, Beam, follow, references, simulate
+from orbitdb.trajectories.ensemble import LEAST, TRAJECTORIES, Beam, Reference, follow, references, simulate
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.trajectories.rays import Arcs, Rays, advance, bounce, random_arcs
 
@@ -204,6 +204,12 @@ def test_errors_of_short_simulations_are_precise(a, bounces, legwise):
 
 def test_many_bounces_use_the_usual_number_of_trajectories():
     assert simulate(Stadium(), 8268, 3) == simulate(Stadium(), 8268, 3, TRAJECTORIES)
+
+
+def test_averages_of_steps_become_averages_of_bounces_and_of_length():
+    """A step has two bounces and the length 4 here."""
+    found = Reference.of((3.0, 0.5), (4.0, 0.25), 0.5, 0.25, 100, 7, 1)
+    assert found == Reference(1.5, 0.25, 0.75, 0.125, 2.0, 0.125, bounces=100, groups=7, seed=1)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
