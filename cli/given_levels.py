@@ -35,7 +35,7 @@ class GivenLevels:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="File of levels k, one a line, or csv with a column k [default: those of the catalogue].",
+            help="File of levels k, one per line, or csv with a column k [default: those of the catalogue].",
         ),
     ] = None
     energies: Annotated[
@@ -64,7 +64,7 @@ class MeasuredLevels(GivenLevels):
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="Levels k, one a line, or csv with a column k [default: those of the catalogue].",
+            help="Levels k, one per line, or csv with a column k [default: those of the catalogue].",
         ),
     ] = None
     frequency: Annotated[
@@ -132,7 +132,7 @@ def read_file(path: Path, column: str, parity: str | None) -> list[float]:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "no text"
-        raise InputError(f"{path}: {why}; give a file with one level a line") from None
+        raise InputError(f"{path}: {why}; give a file with one level per line") from None
     lines = [line for line in text.splitlines() if line.strip()]
     bare = not lines or _level(lines[0].split(",")[0]) is not None
     table = csv.DictReader(lines, [column] if bare else None, skipinitialspace=True)
@@ -145,7 +145,7 @@ def read_file(path: Path, column: str, parity: str | None) -> list[float]:
         level = _level(row[column] or "")
         if level is None:
             raise InputError(
-                f"{path}: row {number} has no level: {row[column]!r:.40}; give one number a line"
+                f"{path}: row {number} has no level: {row[column]!r:.40}; give one number per line"
             )
         if level <= 0:
             raise InputError(f"{path}: row {number} is {level:g}: levels are above 0")

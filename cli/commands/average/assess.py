@@ -31,7 +31,7 @@ def assess(
     context: typer.Context,
     given: MeasuredLevels,
     fit_radius: Annotated[
-        bool, typer.Option("--fit-radius", help="Find the radius, which is known to half a per cent.")
+        bool, typer.Option("--fit-radius", help="Fit the radius, which you know to half a per cent.")
     ] = False,
     statistics: Annotated[
         bool, typer.Option("--statistics", help="Show the statistics of the levels of each parity instead.")
@@ -40,7 +40,7 @@ def assess(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Tell which levels of a list are missing, and where.
+    """Find the levels that are missing from a list.
 
     The stored orbits count the levels below each k. Give all levels from the lowest one on, in units of the
     radius. Each row is a place between two levels; missing says how many levels are missing there, and a
@@ -87,7 +87,9 @@ def _statistics(moment: "Moment", a: float, given: MeasuredLevels) -> list[tuple
 
     path, parities = given.levels, read_parities(given.parity)
     if path is not None and len(parities) != 1 and not _has_parities(path):
-        raise InputError(f"statistics are of one parity: name it with --parity, or give a column in {path}")
+        raise InputError(
+            f"statistics need one parity: name it with --parity, or add a column parity to {path}"
+        )
     rows: list[tuple[object, ...]] = []
     for parity in parities:
         read = given.read(parity)
