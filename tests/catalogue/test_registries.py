@@ -93,6 +93,7 @@ def test_a_column_is_one_entry_for_the_commands(small, tmp_path):
     assert "stretch" in np.load(tmp_path / "x.npz")
 
 
+@pytest.mark.slow
 def test_a_column_is_one_entry_in_python_and_on_the_screen(small):
     objects = f"""
 from orbitdb import Catalogue, solve_word
@@ -111,6 +112,7 @@ print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
     assert "| `stretch` | number | 1 |  | lambda squared per bounce | never |" in page
 
 
+@pytest.mark.slow
 def test_an_average_is_one_entry(small, tmp_path):
     """The result, its table and JSON, the figure, and the screen."""
     found, table, _ = shown(

@@ -60,6 +60,7 @@ def got(address):
         return answer.read().decode()
 
 
+@pytest.mark.slow
 def test_every_view_every_table_and_every_column_is_explained(described, metadata):
     (database,) = json.loads(metadata.read_text(encoding="utf-8"))["databases"].values()
     tables = database["tables"]

@@ -167,6 +167,12 @@ def test_every_page_is_in_the_table_of_contents():
     assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
 
 
+def test_readme_sets_everything_up_with_commands_to_copy():
+    blocks = (pages.ROOT / "README.md").read_text(encoding="utf-8").split("```")
+    for line in ("pip install . && orbitdb fill --p 11", "pip install '.[test]' && pytest"):
+        assert f"console\n{line}\n" in blocks
+
+
 def test_outputs_of_the_notebook_are_in_comments_and_on_the_page():
     """Jupyter shows its own; outside a comment, each would stand there twice."""
     written = (pages.ROOT / "docs/notebook.md").read_text(encoding="utf-8")

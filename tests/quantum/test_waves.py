@@ -150,6 +150,7 @@ def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
     np.testing.assert_allclose(few[0].husimi(s + whole / 2, sine), found, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_scars_are_sorted_by_strength(few):
     found = scars_of(solve_word("0123", A), 8, 10, [Parity.OO])
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
