@@ -128,11 +128,11 @@ OF_BOUNDS = [
 """What `bounds` tells of the entropy at one a."""
 
 OF_ENSEMBLES = [
-    Column("lambda_d", "number", "lambda per bounce, mean over random trajectories", "1", "lambda_d_error"),
+    Column("lambda_d", "number", "lambda per bounce, mean over random trajectories", "1"),
     Column("lambda_d_error", "number", "its standard error", "1"),
-    Column("lambda_c", "number", "lambda per length, mean over them", "1/radius", "lambda_c_error"),
+    Column("lambda_c", "number", "lambda per length, mean over them", "1/radius"),
     Column("lambda_c_error", "number", "its standard error", "1/radius"),
-    Column("mean_free_path", "number", "mean path between bounces", "radius", "mean_free_path_error"),
+    Column("mean_free_path", "number", "mean path between bounces", "radius"),
     Column("mean_free_path_error", "number", "its standard error", "radius"),
     Column("bounces", "integer", "total number of bounces"),
     Column("groups", "integer", "number of independent starts"),

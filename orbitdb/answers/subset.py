@@ -135,9 +135,7 @@ class Subset(ByValue):
     ) -> "Orbit | Subset":
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
-            raise TypeError(
-                f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
-            )
+            raise TypeError(f"rows are found by number, not by {rows!r:.40}: ask the catalogue for a word")
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))
@@ -281,7 +279,6 @@ class Subset(ByValue):
         return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures."""
         shown = list(self[: subset_tables.MOST_ROWS])
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 

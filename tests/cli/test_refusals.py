@@ -157,7 +157,7 @@ sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb column
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
 sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
-sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
+sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """

@@ -207,7 +207,7 @@ class _Block:
         need_words(texts, [p * (len(text) // p) if p else -1 for p, text in zip(orders, texts, strict=True)])
         for least, text in zip(self.shared["representative"], texts, strict=True):
             if least is not None and least != text[: len(least)]:
-                raise unsound("a least word that begins no class:", least)
+                raise unsound("a representative that does not begin its class:", least)
         self.words = [
             texts[row][orders[row] * place : orders[row] * (place + 1)]
             for row, place in zip(self.rows, self.places, strict=True)
@@ -265,7 +265,7 @@ class _Block:
             try:
                 images = image_coordinates([self.words[row] for row in members], texts, element, places)
             except ValueError as error:
-                raise unsound("a word that is no image of", texts[0]) from error
+                raise unsound("a word that is not an image of", texts[0]) from error
             for row, image in zip(members, images, strict=True):
                 found[row] = image
         return found
