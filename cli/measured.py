@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.commands.make.levels import read_parities
+from orbitdb.cli.arguments import parities
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
@@ -52,7 +52,7 @@ class Measured:
         """Return the named parity, None for all; raise if several are named."""
         if self.parity is None:
             return None
-        named = read_parities(self.parity)
+        named = parities(self.parity)
         if len(named) != 1:
             raise InputError(f"--parity {self.parity}: give one, or leave it out for all")
         return named[0]
@@ -72,7 +72,7 @@ class Measured:
         from orbitdb.billiard.stadium import Stadium
         from orbitdb.quantum.spectrum import check_levels
 
-        named = read_parities(self.parity)
+        named = parities(self.parity)
         if path is None:
             self.levels(context, path)
             return {each: levels_from_zero(moment, a, each).k for each in named}
@@ -132,8 +132,8 @@ def _read(path: Path, name: str) -> list[tuple[str | None, float]]:
     for number, row in enumerate(table, 1):
         if None in row:
             raise InputError(
-                f"{path}: row {number} has more columns than the heading: name them, or give one "
-                "number a line with a decimal point"
+                f"{path}: row {number} has too many columns: name all in a heading, or give one number a "
+                "line, with a decimal point"
             )
         level = _number(row[name] or "")
         if level is None:

@@ -53,7 +53,7 @@ def levels_from_zero(
         known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
         if any(ends.values()) and not last:
             some = ", ".join(each for each, end in ends.items() if end)
-            known = f"only levels of parity {some} are stored (--parity)"
+            known = f"only levels of parity {some} are stored, which --parity names,"
         raise InputError(
             f"{known} at a = {exact(a)}: 'orbitdb levels --k 0:{asked:g} --a {exact(a)}' finds them"
         )

@@ -196,4 +196,4 @@ def _remedy(count: int, end: float, stadium: Stadium, parity: Parity | None) -> 
         return "they look like those of all parities: leave out --parity"
     if parity is None and any(_plausible(count, end, stadium, each) for each in Parity):
         return "they look like those of one parity: name it with --parity"
-    return "check --parity and --a, and that k is in 1/radius"
+    return "check --parity, --a and the unit: k is in 1/radius, frequencies need --frequency and --radius"

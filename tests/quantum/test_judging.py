@@ -175,7 +175,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
             catalogue.assess(k, "oo")
     with pytest.raises(InputError, match="no orbits at a = 2"):
         catalogue.assess(exact, "oo", a=2)
-    with pytest.raises(InputError, match="no levels are stored"):
+    with pytest.raises(InputError, match="no levels of parity oo are stored"):
         catalogue.assess(parity="oo")
 
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import primitive
-from orbitdb.cli.commands.make.levels import read_parities, read_range
+from orbitdb.cli.arguments import interval, parities, primitive
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
@@ -43,9 +42,9 @@ def scars(
     """
     from orbitdb.answers.scarring import Scar
 
-    low, high = read_range("--k", k)
+    low, high = interval("--k", k)
     with progress("waves"):
-        found = _found(word, low, high, read_parities(parity), a, db)
+        found = _found(word, low, high, parities(parity), a, db)
     output.write(Scar._fields, found)
     if not found:
         note(f"no level with k from {low:g} to {high:g}")
@@ -53,7 +52,7 @@ def scars(
 
 
 def _found(
-    word: str | None, low: float, high: float, parities: "list[Parity]", asked: float | None, db: Path
+    word: str | None, low: float, high: float, named: "list[Parity]", asked: float | None, db: Path
 ) -> list[tuple[object, ...]]:
     from orbitdb.answers.scarring import scars_of, scars_of_shortest
     from orbitdb.store.reading.lookup import find_or_solve
@@ -62,8 +61,8 @@ def _found(
     (a,) = meant(db, asked)
     if word is None:
         with reading(db) as moment:
-            return list(scars_of_shortest(moment, a, low, high, parities))
+            return list(scars_of_shortest(moment, a, low, high, named))
     orbit = find_or_solve(known_catalogue(db), primitive(word), a)
     if orbit.points is None:
         raise InputError(f"{code_text(word)} at a = {exact(a)} scars nothing: {orbit.status.sentence}")
-    return list(scars_of(orbit, low, high, parities))
+    return list(scars_of(orbit, low, high, named))

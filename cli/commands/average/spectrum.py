@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.arguments import interval
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.commands.make.levels import read_range
 from orbitdb.cli.measured import LEVELS_FILE, Measured
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -48,7 +48,7 @@ def spectrum(
     from orbitdb.answers.judging import told_missing
     from orbitdb.answers.spectrum import read_spectrum
 
-    low, high = read_range("--range", lengths)
+    low, high = interval("--range", lengths)
     parity, given = measured.one_parity(), measured.levels(context, levels)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
         found = read_spectrum(moment, chosen.a, (low, high), points, k_max, given, parity)

@@ -13,6 +13,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, lengths, primitive
 from orbitdb.cli.choice import Choice
+from orbitdb.cli.measured import LEVELS_FILE, Measured
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
@@ -51,7 +52,7 @@ Figures:
   assess      where levels are missing, by the orbits
   spacings    the spacings of levels, in their mean
   rigidity    Delta_3 of levels, beside that of random matrices
-  wave        psi^2 of the level next to --k, with the orbit of WORD if named
+  wave        psi^2 of the level nearest to --k, with the orbit of WORD if named
   husimi      its Husimi function on the boundary, with the bounces of WORD
 """
 
@@ -61,6 +62,7 @@ Kind = Literal[
     "wave", "husimi",
 ]  # fmt: skip
 _LEVELS = ("spectrum", "staircase", "assess", "spacings", "rigidity")
+_OF_WAVES = ("wave", "husimi")
 _MOST_K = 200.0
 """Largest k of a wave to draw."""
 _LEAST, _MOST = 1.0, 100.0
@@ -71,19 +73,13 @@ _OF_WORDS = ("orbit", "reverse", "life")
 _OF_CLASSES = ("entropy", "lyapunov", "lengths")
 """Figures of averages, and of lengths."""
 
-_OF_LEVELS = ("a", "levels", "energies", "parity")
 _TAKES = {
     "orbit": ("words", "code", "a"),
     "reverse": ("words", "code", "a"),
     "life": ("words", "code"),
     "births": ("p",),
-    "spectrum": _OF_LEVELS,
-    "staircase": ("a",),
-    "assess": _OF_LEVELS,
-    "spacings": _OF_LEVELS,
-    "rigidity": _OF_LEVELS,
-    "wave": ("words", "code", "a", "k", "parity"),
-    "husimi": ("words", "code", "a", "k", "parity"),
+    **dict.fromkeys(_LEVELS, ("a", "levels", "parity", "energies", "frequency", "radius")),
+    **dict.fromkeys(_OF_WAVES, ("words", "code", "a", "k", "parity")),
 }
 """Options of figures without a chosen subset."""
 
@@ -116,12 +112,11 @@ def plot(
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
-    levels: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Levels k of your own, as in 'orbitdb spectrum'.")
+    levels: Annotated[Path | None, typer.Option(metavar="FILE", help=LEVELS_FILE)] = None,
+    measured: Measured,
+    k: Annotated[
+        float | None, options.number_option(help="Draw the wave of the level nearest to this k.")
     ] = None,
-    energies: Annotated[bool, typer.Option("--energies", help="The file holds energies k^2.")] = False,
-    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo, of the levels.")] = None,
-    k: Annotated[float | None, options.number_option(help="The level to draw: the next one is.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -158,7 +153,9 @@ def plot(
         asked = "with --over-a" if over_a else f"in plot {kind}"
         options.takes_only(context, asked, "kind", "output", "size", "dpi", "title", *takes)
     else:
-        options.refuse_idle(context, f"in plot {kind}", "levels", "energies", "parity", "k")
+        options.refuse_idle(
+            context, f"in plot {kind}", "levels", "parity", "energies", "frequency", "radius", "k"
+        )
         if kind != "sheet":
             options.refuse_idle(context, f"in plot {kind}", "words", "code", "limit", "order")
         elif words or code:
@@ -167,9 +164,9 @@ def plot(
         choice = replace(choice, status="orbit" if choice.status is None else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
-    if kind in ("wave", "husimi"):
+    if kind in _OF_WAVES:
         with progress("waves"):
-            made = _of_wave(kind, list(given_codes(words, code)), k, parity, at, db)
+            made = _of_wave(kind, list(given_codes(words, code)), k, measured, at, db)
     elif kind in _OF_WORDS:
         if kind == "life":
             options.refuse_idle(context, f"in plot {kind}", "db")
@@ -181,7 +178,7 @@ def plot(
     else:
         with progress("drawing"):
             if kind in _LEVELS:
-                made = _of_levels(kind, levels, energies, parity, at, db)
+                made = _of_levels(context, kind, levels, measured, at, db)
             else:
                 made = _of_subset("over a" if over_a else kind, choice, values, (limit, order), db)
     style.adjust(made, inches, title)
@@ -229,41 +226,33 @@ def _of_subset(
 
 
 def _of_levels(
-    kind: str, path: Path | None, energies: bool, parity: str | None, a: float | None, db: Path
+    context: typer.Context, kind: str, path: Path | None, measured: Measured, a: float | None, db: Path
 ) -> "Figure":
     """Draw a figure of levels: those in a file, or in the catalogue."""
-    from orbitdb.cli.commands.average.spectrum import read_file
-    from orbitdb.cli.commands.make.levels import read_parities
     from orbitdb.cli.figures import levels as figures
 
-    named = read_parities(parity)
-    if parity is not None and len(named) != 1:
-        raise InputError(f"--parity {parity}: give one, or leave it out for all")
-    of = named[0] if parity is not None else None
-    given = None if path is None else read_file(path, energies, parity)
     with reading(db, a, Choice()) as (moment, (chosen,)):
-        if kind == "staircase":
-            return figures.draw_levels(moment, chosen)
+        if kind in ("spacings", "rigidity"):
+            parts = measured.by_parity(context, moment, chosen.a, path)
+            return (figures.draw_spacings if kind == "spacings" else figures.draw_rigidity)(chosen.a, parts)
         draw = {
             "spectrum": figures.draw_length_spectrum,
+            "staircase": figures.draw_levels,
             "assess": figures.draw_assessment,
-            "spacings": figures.draw_spacings,
-            "rigidity": figures.draw_rigidity,
         }
-        return draw[kind](moment, chosen, given, of)
+        return draw[kind](moment, chosen, measured.levels(context, path), measured.one_parity())
 
 
 def _of_wave(
-    kind: str, codes: list[str], k: float | None, parity: str | None, a: float | None, db: Path
+    kind: str, codes: list[str], k: float | None, measured: Measured, a: float | None, db: Path
 ) -> "Figure":
-    """Draw the wave of the level next to some k, with any orbit over it."""
-    from orbitdb.cli.commands.make.levels import read_parities
+    """Draw the wave of the level nearest to some k, with any orbit over it."""
     from orbitdb.cli.figures.levels import draw_husimi, draw_wave
     from orbitdb.store.reading.lookup import find_or_solve
 
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
-    if parity is None or len(named := read_parities(parity)) != 1:
+    if (parity := measured.one_parity()) is None:
         raise InputError(f"plot {kind}: name one parity, such as --parity ee")
     if len(codes) > 1:
         raise InputError(f"plot {kind}: name one orbit at most")
@@ -273,7 +262,7 @@ def _of_wave(
         raise InputError(
             f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
         )
-    return (draw_wave if kind == "wave" else draw_husimi)(at, k, named[0], orbit)
+    return (draw_wave if kind == "wave" else draw_husimi)(at, k, parity, orbit)
 
 
 def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":

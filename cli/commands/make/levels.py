@@ -1,22 +1,19 @@
 """``orbitdb levels``: the quantum levels of the stadium."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
+from orbitdb.cli.arguments import interval, parities
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, bring
 from orbitdb.errors import InputError
-from orbitdb.numerals import real
 from orbitdb.plaintext import several
-
-if TYPE_CHECKING:
-    from orbitdb.quantum.amplitudes import Parity
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -79,14 +76,14 @@ def _from_elements(
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
 
-    low, high = read_range("--k", k)
-    stadium, parities = Stadium(a), read_parities(parity)
-    for each in parities:
+    low, high = interval("--k", k)
+    stadium, named = Stadium(a), parities(parity)
+    for each in named:
         list(windows(stadium, each, low, high))  # a refused range must leave no file
     if db is not None:
         bring(db)
     with progress("levels") as shown:
-        parts = find(db, stadium, low, high, parities, jobs, shown)
+        parts = find(db, stadium, low, high, named, jobs, shown)
     found = Levels.joined(a, low, high, parts)
     output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
     for each, windows_of in parts.items():
@@ -106,36 +103,12 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
     from orbitdb.answers.judging import beside, levels_from_orbits
     from orbitdb.store.reading.moment import reading
 
-    low, high = (0.0, None) if k is None else read_range("--k", k)
+    low, high = (0.0, None) if k is None else interval("--k", k)
     with progress("summing orbits"), reading(db) as moment:
-        found = levels_from_orbits(moment, a, high, read_parities(parity))
+        found = levels_from_orbits(moment, a, high, parities(parity))
         known = beside(moment, found)
     rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
     shown = [row for row in rows if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
     note(f"{several(len(shown), 'level')} below k = {found.high:g}: {found.basis}")
     return len(shown)
-
-
-def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30, or raise."""
-    first, colon, last = text.partition(":")
-    try:
-        low, high = real(first), real(last)
-    except ValueError:
-        low, high = 0.0, -1.0
-    if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
-    return low, high
-
-
-def read_parities(text: str | None) -> "list[Parity]":
-    """Return the named parities, by default all four, or raise."""
-    from orbitdb.quantum.amplitudes import Parity
-
-    if text is None:
-        return list(Parity)
-    try:
-        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
-    except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
