@@ -1,4 +1,4 @@
-"""Read arguments given as text: codes, values of a, the points of a trajectory, ranges and parities."""
+"""Read arguments given as text: codes, values of a, the points of a trajectory."""
 
 import json
 import re
@@ -15,7 +15,6 @@ from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.amplitudes import Parity
     from orbitdb.store.reading.moment import Moment
 
 _AROUND = " \t\r\n\ufeff"
@@ -182,27 +181,3 @@ def _from_lines(text: str) -> list[list[float]]:
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
     return points
-
-
-def interval(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30, or raise."""
-    first, colon, last = text.partition(":")
-    try:
-        low, high = real(first), real(last)
-    except ValueError:
-        low, high = 0.0, -1.0
-    if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
-    return low, high
-
-
-def parities(text: str | None) -> "list[Parity]":
-    """Return the named parities, by default all four, or raise."""
-    from orbitdb.quantum.amplitudes import Parity
-
-    if text is None:
-        return list(Parity)
-    try:
-        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
-    except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None

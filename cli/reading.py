@@ -21,8 +21,8 @@ from orbitdb.store.file.database import check_file, default_path
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.chosen import Chosen
     from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.reading.rows import Chosen
 
 _NATURAL = ("p", "representative", "element")
 """The last sort keys of rows."""
@@ -37,7 +37,7 @@ def asked_columns(
 
     With several a, the column a is included after the word, or else first.
     """
-    from orbitdb.store.asking.parsing import parse_names
+    from orbitdb.store.asking.selection import parse_names
 
     if known is None:
         from orbitdb.store.asking.conditions import COLUMNS  # imports SQLAlchemy, which a word does not need
@@ -118,7 +118,7 @@ def _told(a: float, path: Path) -> float:
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
     """Write notes on chosen periods that are partial, not filled, or lack births that matter."""
-    from orbitdb.answers.gaps import gaps
+    from orbitdb.answers.unfilled import gaps
 
     for chosen in stadiums:
         for told in gaps(moment, chosen, names=names, order=order):
@@ -127,7 +127,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
     """Write a note that a subset is empty, if any of its periods is filled."""
-    from orbitdb.answers.gaps import nothing
+    from orbitdb.answers.unfilled import nothing
 
     for chosen in stadiums:
         for told in nothing(moment, chosen):
@@ -136,7 +136,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     """Write a note for each a with the length up to which a list of orbits is complete."""
-    from orbitdb.answers.gaps import complete_length, describe_complete
+    from orbitdb.answers.unfilled import complete_length, describe_complete
 
     for chosen in stadiums:
         told = describe_complete(complete_length(moment.fills(chosen.a), chosen))
@@ -192,7 +192,7 @@ def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
 
 def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return the provenance of rows; with several a, the partial periods of each."""
-    from orbitdb.answers.gaps import partial_fills
+    from orbitdb.answers.unfilled import partial_fills
 
     values = [chosen.a for chosen in stadiums]
     partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]

@@ -35,8 +35,8 @@ def bring(path: Path) -> "Migration":
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods of --p and --from in rising order; refuse those that cannot be filled."""
-    from orbitdb.store.asking.parsing import periods_up_to
-    from orbitdb.store.asking.periods import fillable
+    from orbitdb.store.asking.criteria import periods_up_to
+    from orbitdb.store.asking.selection import fillable
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")

@@ -211,7 +211,10 @@ SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
 
 ASKED = {
     "orbit.svg": ["orbitdb plot orbit 1232131 --a 1.2 -o figure.svg"],
-    "assess.svg": ["orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg"],
+    "assess.svg": [
+        "orbitdb fill --p 12 --a 1.8  # measured.txt: levels below k = 40, one in twenty removed",
+        "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg",
+    ],
 }
 """The commands of figures that Python draws here."""
 

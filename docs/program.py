@@ -133,7 +133,7 @@ def columns(shown: Sequence[Column]) -> str:
     lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
-        means = re.sub(r"'([^']+)'", r"`\1`", each.means)
+        means = re.sub(r"(?<!\w)'([^']+)'", r"`\1`", each.means).replace("|", r"\|")
         lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
     return "\n".join(lines)
 
@@ -177,14 +177,13 @@ def keys() -> str:
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.keys import SCROLLING, groups_of
     from orbitdb.cli.tui.main_screen import MainScreen
-    from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
     from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
     from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
     from orbitdb.cli.tui.table.paged_table import PagedTable
 
     lines = ["| | key | does |", "|---|---|---|"]
     groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
-    for screen in (CountsScreen, StatisticsScreen, WholeOrbitScreen):
+    for screen in (CountsScreen, StatisticsScreen):
         groups += groups_of([screen.KEYS])
     for title, told in (*groups, *groups_of([SCROLLING])):
         for place, (names, means) in enumerate(told):

@@ -50,11 +50,10 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.asking.selection import Selection as Selection
-    from orbitdb.store.reading.fills import Fill as Fill
+    from orbitdb.store.reading.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.reading.lives import Life as Life
-    from orbitdb.store.reading.sweeps import Sweep as Sweep
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
-    from orbitdb.verification.whole import Verification as Verification
+    from orbitdb.verification.verify import Verification as Verification
     # isort: on
 
 __version__ = "0.2.0"
@@ -77,11 +76,10 @@ _HOMES = {
     "quantum.spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.asking.selection": ("Selection",),
-    "store.reading.fills": ("Fill",),
+    "store.reading.fills": ("Fill", "Sweep"),
     "store.reading.lives": ("Life",),
-    "store.reading.sweeps": ("Sweep",),
     "trajectories.ensemble": ("Reference", "simulate"),
-    "verification.whole": ("Verification",),
+    "verification.verify": ("Verification",),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}
 

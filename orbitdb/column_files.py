@@ -68,13 +68,26 @@ def write_parquet(
     rows: Iterable[Row],
     metadata: Mapping[str, Any],
     compression: str = "snappy",
-) -> None:
-    """Write typed columns, with each part of the metadata as JSON in the schema."""
+) -> int:
+    """Write typed columns, and each part of the metadata as JSON in the schema; return the number of rows."""
+    return write_columns(file, columns, _in_columns(rows), metadata, compression)
+
+
+def write_columns(
+    file: IO[bytes],
+    columns: Sequence[str],
+    blocks: Iterable[Sequence[Column]],
+    metadata: Mapping[str, Any],
+    compression: str,
+) -> int:
+    """Write blocks of columns as parquet (`write_parquet`); return the number of rows."""
     parquet = load("pyarrow.parquet", "a parquet file", "parquet")
-    schema = arrow_schema(columns, metadata)
+    schema, count = arrow_schema(columns, metadata), 0
     with parquet.ParquetWriter(file, schema, compression=compression) as writer:
-        for block in _in_columns(rows):
+        for block in blocks:
             writer.write_batch(arrow_batch(block, schema))
+            count += len(block[0])
+    return count
 
 
 def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Schema":

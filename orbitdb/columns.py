@@ -6,7 +6,6 @@ column that is computed from others is one entry with a formula (`add`); no file
 
 import re
 from dataclasses import dataclass
-from typing import Any, TypeVar
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class Column:
     @property
     def needs(self) -> tuple[str, ...]:
         """The columns in the formula."""
-        return tuple(dict.fromkeys(_NAME.findall(self.formula)))
+        return tuple(dict.fromkeys(NAME.findall(self.formula)))
 
     @property
     def brief(self) -> str:
@@ -60,7 +59,7 @@ class Column:
         return self.means.partition(";")[0]
 
 
-_NAME = re.compile(r"\b[a-z]\w*")
+NAME = re.compile(r"\b[a-z]\w*")
 
 _PRUNED = "geometrically pruned"
 _NONE = "no orbit"
@@ -203,6 +202,8 @@ OF_LEVELS = [
            "1/radius", "error"),
     Column("parity", "text",
            "two letters, 'e' for even and 'o' for odd; under x -> -x, then under y -> -y"),
+    Column("number", "integer", "number of a stored level in its parity; from 1"),
+    Column("error", "number", "estimate of the error of k", "1/radius"),
     Column("exact", "number",
            "the stored level with the same number, beside one from orbits", "1/radius",
            empty="none is stored"),
@@ -245,6 +246,49 @@ OF_SPECTRA = [
 ]  # fmt: skip
 """What `spectrum` tells of lengths and peaks."""
 
+OF_COUNTS = [
+    Column("N_t", "integer", "words that the geometric rules allow"),
+    Column("N_c", "integer", "words that are orbits"),
+    Column("N", "integer", "points on orbits of period p or a divisor of p", empty="a divisor not filled"),
+    Column("K_0", "number", "topological entropy by period, ln N / p", "1", empty="N is empty or 0"),
+    Column("classes", "integer", "orbits up to symmetry"),
+    Column("boundary", "integer", "orbits through a joint of wall and semicircle; not counted in N_c"),
+    Column("unresolved", "integer", "words that are not decided"),
+]
+"""What `table` tells of a period, as in the paper's Table 1."""
+
+OF_LIVES = [
+    Column("born", "number", "where the class begins to be an orbit as a grows; from a = 0 on: 0 in files, "
+           "NULL in SQL", "radius", "born_error"),
+    Column("born_error", "number", "bound on the error of born", "radius", "itself"),
+    Column("dies", "number", "where the class next ceases to be one", "radius", "dies_error", "no end"),
+    Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "no end"),
+]  # fmt: skip
+"""What the view ``life`` tells of a stretch of a over which a class is an orbit."""
+
+OF_BOUNDS = [
+    Column("window", "integer", "edges of the longest windows"),
+    Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
+    Column("upper", "number", "proved upper bound", "1", "proved"),
+    Column("windows", "integer", "windows examined; mirror images and reversals count once"),
+    Column("undecided", "integer", "windows of the longest length that are not decided"),
+    Column("proof", "text", "what decided the windows; 'doubles' with error bounds or 'balls'"),
+]
+"""What `bounds` tells of the entropy at one a."""
+
+OF_ENSEMBLES = [
+    Column("lambda_d", "number", "lambda per bounce, mean over random trajectories", "1", "lambda_d_error"),
+    Column("lambda_d_error", "number", "its standard error", "1"),
+    Column("lambda_c", "number", "lambda per length, mean over them", "1/radius", "lambda_c_error"),
+    Column("lambda_c_error", "number", "its standard error", "1/radius"),
+    Column("mean_free_path", "number", "mean path between bounces", "radius", "mean_free_path_error"),
+    Column("mean_free_path_error", "number", "its standard error", "radius"),
+    Column("bounces", "integer", "total number of bounces"),
+    Column("groups", "integer", "number of independent starts"),
+    Column("seed", "integer", "seed of the random numbers"),
+]
+"""What `simulate` stores of random trajectories."""
+
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
 
@@ -266,11 +310,15 @@ GROUPS = (
     ("level", OF_LEVELS),
     ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
+    ("table", OF_COUNTS),
+    ("life", OF_LIVES),
+    ("entropy", OF_BOUNDS),
+    ("simulation", OF_ENSEMBLES),
 )
 """All of them, each group with what its columns are of."""
 
-EVERY = {column.name: column for _, group in GROUPS for column in group}
-"""The columns by name; of two with one name, the later group's."""
+EVERY = {column.name: column for _, group in reversed(GROUPS) for column in group}
+"""The columns by name; of two with one name, the earlier group's."""
 
 
 def add(column: Column) -> None:
@@ -293,43 +341,3 @@ def add(column: Column) -> None:
 def kind_of(name: str) -> str:
     """Return the kind of a column; a number where nothing is known of it."""
     return EVERY[name].kind if name in EVERY else "number"
-
-
-def sql_of(column: Column) -> str:
-    """Return the value of a column in a row of the joined tables, its formula written out."""
-    if not column.formula:
-        return column.sql
-    known = {each.name: each for each in IN_CATALOGUE}
-
-    def source(found: re.Match[str]) -> str:
-        inner = known[found[0]]
-        return f"({sql_of(inner)})" if inner.formula else sql_of(inner)
-
-    return _NAME.sub(source, column.formula)
-
-
-_Class = TypeVar("_Class", bound=type)
-
-
-def with_formulas(cls: _Class) -> _Class:
-    """Give the objects of a class a property for each column with a formula.
-
-    It is computed from the attributes of the same names, numbers or arrays. It is None if one of them is, or
-    for a word without a symmetry class.
-    """
-    for column in IN_CATALOGUE:
-        if column.formula:
-            setattr(cls, column.name, _computed(column))
-    return cls
-
-
-def _computed(column: Column) -> property:
-    code = compile(column.formula, column.name, "eval")
-
-    def value(self: Any) -> Any:
-        values = {name: getattr(self, name) for name in column.needs}
-        if self.class_size is None or any(each is None for each in values.values()):
-            return None
-        return eval(code, {}, values)
-
-    return property(value, doc=f"{column.means[0].upper()}{column.means[1:]} ({column.unit}).")

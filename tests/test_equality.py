@@ -12,6 +12,7 @@ from there import there
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
+from orbitdb.billiard.legs import Chain, cut
 from orbitdb.equality import ByValue
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import LevelWindow
@@ -74,6 +75,12 @@ def test_batches_are_compared_bit_by_bit():
     assert one != replace(one, coordinates=moved)
     zero, minus = (replace(one, margin=np.full(2, value)) for value in (0.0, -0.0))
     assert zero != minus
+
+
+def test_parts_of_a_batch_join_in_order():
+    ((_, legs),) = cut(from_strings(["0103", "1232", "0123"]))
+    parts = [legs.chain(np.array(rows, np.intp)) for rows in ([2], [], [0, 1])]
+    assert Chain.joined(parts) == legs.chain(np.array([2, 0, 1]))
 
 
 def test_nan_equals_nan_in_the_same_place():

@@ -1,6 +1,6 @@
 """Figures of quantum levels, and of levels from orbits."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,6 +9,7 @@ from orbitdb.answers.judging import assess_levels, orbits_for, told_missing
 from orbitdb.answers.spectrum import levels_from_zero, read_classes, read_spectrum
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.render import note
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
@@ -29,10 +30,10 @@ _RIGID = np.linspace(0.5, 25.0, 50)
 _BINS = [n / 5 for n in range(21)]
 
 
-def draw_length_spectrum(
-    moment: Moment, chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
-) -> Figure:
+def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the length spectrum of the orbits downwards, and of any levels upwards."""
+    parity = given.of_one()
+    levels = given.read(parity)
     found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
     judged = [] if levels is None else told_missing(moment, chosen.a, levels, parity)
     for said in [*found.notes(), *judged]:
@@ -42,11 +43,10 @@ def draw_length_spectrum(
     return made
 
 
-def draw_levels(
-    moment: Moment, chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
-) -> Figure:
+def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the number of levels and its fluctuations, with those from the orbits."""
-    stadium = Stadium(chosen.a)
+    stadium, parity = Stadium(chosen.a), given.of_one()
+    levels = given.read(parity)
     if levels is None:
         known = levels_from_zero(moment, chosen.a, parity)
         k, end = known.k, known.high
@@ -72,11 +72,10 @@ def draw_levels(
     return made
 
 
-def draw_assessment(
-    moment: Moment, chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
-) -> Figure:
+def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw N_X at each level minus its place in the list; it rises by one at a missing level."""
-    found, told = assess_levels(moment, chosen.a, levels, parity)
+    parity = given.of_one()
+    found, told = assess_levels(moment, chosen.a, given.read(parity), parity)
     for said in [*told, found.verdict()]:
         note(said)
     with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
@@ -84,8 +83,9 @@ def draw_assessment(
     return made
 
 
-def draw_spacings(a: float, parts: Mapping[Parity, Floats]) -> Figure:
+def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the spacings of levels in units of their mean, with the curves of Wigner and Poisson."""
+    a, parts = chosen.a, given.by_parity(moment, chosen.a)
     gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), each)) for each, k in parts.items()])
     s = np.linspace(0, _BINS[-1], 200)
     with figure(6.4, 4.2, f"{len(gaps)} spacings at a = {exact(a)}: {', '.join(parts)}") as made:
@@ -98,8 +98,9 @@ def draw_spacings(a: float, parts: Mapping[Parity, Floats]) -> Figure:
     return made
 
 
-def draw_rigidity(a: float, parts: Mapping[Parity, Floats]) -> Figure:
+def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw Delta_3 and the number variance by parity, with bouncing balls in and out, and two references."""
+    a, parts = chosen.a, given.by_parity(moment, chosen.a)
     colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
     shown: list[tuple[str, Callable[[Floats, float], float | None], Floats, Floats]] = [
         (r"$\Delta_3(L)$", delta3, np.array([goe_delta3(each) for each in _RIGID]), _RIGID / 15),

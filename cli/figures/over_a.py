@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orbitdb.answers.averaged import enclosure
+from orbitdb.answers.entropy import enclosure
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.entropy.windows import geometric_entropy

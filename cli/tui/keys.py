@@ -79,20 +79,22 @@ MAIN: Keys = {
         key("0", _to("position", "type(0)"), tooltip="go to a period or code", key_display="0 .. 9"),
         *(key(digit, _to("position", f"type({digit})")) for digit in "123456789"),
         key("backspace", _to("position", "take_back"), tooltip="take back a digit"),
-        Binding("c", "code", "code", tooltip="go to any code"),
+        Binding("c", _to("side", "code"), "code", tooltip="go to any code"),
+        key("n", _to("table", "move(1)"), "orbit of the next row"),
+        key("p", _to("table", "move(-1)"), "orbit of the previous row"),
     ],
     "its symmetry class": [
-        key("T,t", f"move_in_class({REVERSE})", "time reverse"),
-        key("X,x", f"move_in_class({MIRROR_X})", "mirror left and right"),
-        key("Y", f"move_in_class({MIRROR_Y})", "mirror up and down"),
+        key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
+        key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "mirror left and right"),
+        key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "mirror up and down"),
         key("escape", "back", "back to the row"),
     ],
     "looking": [
-        key("enter", "whole", "the whole orbit"),
+        key("enter", "whole", "the whole orbit, or its row"),
         key("space", _to("drawing", "particle"), "run a particle, or stop it"),
         Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
-        key("less_than_sign", "follow(False)", "follow the orbit to a smaller a"),
-        key("greater_than_sign", "follow(True)", "follow the orbit to a greater a"),
+        key("less_than_sign", _to("side", "follow(False)"), "follow the orbit to a smaller a"),
+        key("greater_than_sign", _to("side", "follow(True)"), "follow the orbit to a greater a"),
         key("m", _to("side", "compare"), "compare in phase space, or not"),
         key("M", _to("side", "compare_none"), "compare none"),
         Binding("S", "statistics", "stats", tooltip="averages by period"),
@@ -145,34 +147,6 @@ STATISTICS: Keys = {
         Binding("w", "weight", "weight", tooltip="the other weight"),
         Binding("e", "export", "export", tooltip="export the curves as a figure"),
         Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
-    ]
-}
-
-
-def _main(keys: str, action: str, told: str, name: str = "") -> Binding:
-    """Return a key with its action on the main screen; the footer shows keys with a name."""
-    return Binding(keys, f"main({action!r})", name, show=bool(name), tooltip=told)
-
-
-_SHARED = ("T,t", "X,x", "Y", "less_than_sign", "greater_than_sign", "asterisk", "y")
-
-WHOLE_ORBIT: Keys = {
-    "the whole orbit": [
-        *_RETURN,
-        key("enter", "dismiss"),
-        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
-        Binding("space", _to("drawing", "particle"), "run", tooltip="run a particle, or stop it"),
-        _main("n", _to("table", "move(1)"), "orbit of the next row", "next"),
-        _main("p", _to("table", "move(-1)"), "orbit of the previous row", "previous"),
-        _main("a", "choose_a(True)", "the same word at another a", "other a"),
-        _main("c", "code", "any code", "code"),
-        *(
-            _main(each.key, each.action, each.tooltip or each.description)
-            for group in MAIN.values()
-            for each in group
-            if each.key in _SHARED
-        ),
-        _main("e", "export(True)", "export to a file", "export"),
     ]
 }
 

@@ -1,4 +1,4 @@
-"""Find orbits from a trajectory that stays near them, or from a length."""
+"""Identify orbits from a trajectory that follows them, or from a length."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -89,11 +89,11 @@ class Trajectory(ByValue):
     sequence : str
         The symbols of its bounces; not a cyclic word.
     first : int
-        Number of the first bounce; number 1 is the first one after the start, or the first point.
+        Number of the first bounce; 1 is the first after the start, or the first point.
     points : ndarray, shape (T, 2)
         The bounces, from the middle of the stadium, in units of the radius.
     shadowed : tuple of Followed
-        The orbits, those that it goes round most often first.
+        The orbits; those that it goes round most often come first.
     total : int
         Their number before the limit.
     """
@@ -124,7 +124,7 @@ class Trajectory(ByValue):
 
 @dataclass(frozen=True)
 class Candidate:
-    """A symmetry class of stored orbits whose length, times a number of repetitions, matches a given one.
+    """A symmetry class of stored orbits, one of whose multiples of the length matches a given length.
 
     Attributes
     ----------
@@ -137,7 +137,7 @@ class Candidate:
     length, length_error, lyapunov : float
         Of one traversal; ``length_error`` is None for the paper's relaxation.
     difference : float
-        r times the length, minus the given length.
+        r times the length, less the given length.
     """
 
     code: str
@@ -189,8 +189,8 @@ def identify_length(
 ) -> tuple[Candidate, ...]:
     """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
 
-    The bounds on the stored lengths are added to the tolerance, so that none is lost to rounding. The
-    tolerance is at most a quarter of the least length, so the number of repetitions is unique.
+    The error bounds of stored lengths are added to the tolerance, so that rounding loses none. The tolerance
+    is at most a quarter of the least length, so the number of repetitions is unique.
     """
     wanted = _measure("length", length, _MOST_LENGTH)
     within = _measure(

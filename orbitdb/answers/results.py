@@ -1,4 +1,4 @@
-"""Results: small tables by period."""
+"""`Result`: a small table by period."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
-"""The columns of the paper's Table 1, then the classes and the words with other statuses."""
+"""The columns of the paper's Table 1; then classes, and words with other statuses."""
 
 PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
@@ -30,7 +30,7 @@ TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(ByValue):
-    """A small table, one row a period.
+    """A small table, one row per period.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class Result(ByValue):
     columns : mapping of str to list
         Numbers; None for a missing value.
     facts : tuple of str
-        Its subset and related results, a line each.
+        Its subset and related results, one line each.
     notes : tuple of str
-        What is missing, and why values are None, a line each.
+        What is missing, and why values are None, one line each.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class Result(ByValue):
         return list(self.columns[name])
 
     def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows, with some columns or all."""
+        """Yield the rows, with all columns or some."""
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
@@ -88,13 +88,7 @@ class Result(ByValue):
         return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a pandas data frame with the columns of the JSON output.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pandas is not installed (extra ``pandas``).
-        """
+        """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
         frame = data_frame(dict(self.columns))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
@@ -102,7 +96,7 @@ class Result(ByValue):
     def plot(
         self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw averages by period with matplotlib, as in the paper's Figs. 5 and 6.
+        """Draw averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
 
         Parameters
         ----------
@@ -111,16 +105,10 @@ class Result(ByValue):
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
 
-        Returns
-        -------
-        matplotlib.axes.Axes
-
         Raises
         ------
         ValueError
             If the result has no such averages.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
         wanted: str | None = kind or next(iter(known), None)
@@ -133,7 +121,7 @@ class Result(ByValue):
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-"""The kinds of `Result.plot`, with the column that each needs."""
+"""The kinds of `Result.plot`, each with the column that it needs."""
 
 
 def _short(value: Any) -> str:

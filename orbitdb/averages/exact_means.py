@@ -106,17 +106,10 @@ def _graded(low: float, high: float, nodes: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class ExactMeans:
-    """Means over the invariant measure for a leg with its run.
+    """Means over the invariant measure for a leg with its run."""
 
-    Attributes
-    ----------
-    a : float
-        Half the length of a straight wall.
-    log_drift, log_kick, coupling : Mean
-        The means of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K).
-    """
-
-    a: float
+    a: float  # half the length of a straight wall
+    # the means of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K)
     log_drift: Mean
     log_kick: Mean
     coupling: Mean

@@ -33,29 +33,17 @@ class Weight(StrEnum):
 class ClassRows(Batch):
     """Symmetry classes of isolated orbits, with any periods and in any order.
 
-    Attributes
-    ----------
-    period : ndarray of int, shape (N,)
-    size : ndarray of int, shape (N,)
-        Number of different cyclic words in the class.
-    length : ndarray, shape (N,)
-        Length of one traversal, in units of the radius.
-    lyapunov : ndarray, shape (N,)
-        lambda of one traversal.
-    inverse : ndarray of bool, shape (N,)
-        Whether the eigenvalues of M are negative: an odd number of straight bounces.
-
     Raises
     ------
     ValueError
         If the arrays differ in length, or a period, size, length or lambda is not positive and finite.
     """
 
-    period: Integers
-    size: Integers
-    length: Floats
-    lyapunov: Floats
-    inverse: Marks
+    period: Integers  # shape (N,)
+    size: Integers  # number of different cyclic words in the class, shape (N,)
+    length: Floats  # length of one traversal, in units of the radius, shape (N,)
+    lyapunov: Floats  # lambda of one traversal, shape (N,)
+    inverse: Marks  # whether the eigenvalues of M are negative: an odd number of straight bounces, shape (N,)
 
     def __post_init__(self) -> None:
         columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
@@ -124,21 +112,13 @@ def repetitions(p: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class PeriodSums(ByValue):
-    """Sums over the orbits of period p, or over some of these orbits.
-
-    Attributes
-    ----------
-    p : int
-    sums : ndarray, shape (r, 2, 4)
-        For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and
-        w lambda / L, where w, lambda and L belong to the repeated orbit.
-    ranges : ndarray, shape (2, 3)
-        As from `ClassRows.ranges`.
-    """
+    """Sums over the orbits of period p, or over some of these orbits."""
 
     p: int
+    # For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and w
+    # lambda / L, where w, lambda and L belong to the repeated orbit, shape (r, 2, 4).
     sums: Floats
-    ranges: Floats
+    ranges: Floats  # as from `ClassRows.ranges`, shape (2, 3)
 
     @classmethod
     def of(cls, rows: ClassRows, p: int) -> "PeriodSums":

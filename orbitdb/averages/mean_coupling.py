@@ -62,12 +62,8 @@ class Mean(NamedTuple):
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     """Return the mean of c2 at half length a.
 
-    Parameters
-    ----------
-    a : float
-    tolerance : float, optional
-        Largest total change that the last halving of the panels may make. The returned error is eight times
-        the sum of the absolute changes, because near a kink a change can be small by chance.
+    The tolerance is the largest total change that the last halving of the panels may make. The returned error
+    is eight times the sum of the absolute changes, because near a kink a change can be small by chance.
     """
     ends = _first_ends(a)
     low, high = ends[:-1], ends[1:]

@@ -29,45 +29,24 @@ _CHUNK = 1 << 11
 
 
 class TiltedSums(NamedTuple):
-    """Sums over orbits with the weights w e^(mu x).
+    """Sums over orbits with the weights w e^(mu x)."""
 
-    Attributes
-    ----------
-    total : float
-        Sum of 1.
-    slope : ndarray, shape (k,)
-        Sum of x, the gradient of the total in mu.
-    spread : ndarray, shape (k, k)
-        Sum of x x^T.
-    rest, legs : float
-        Sums of these two quantities.
-    missing : float
-        Approximate limit of the truncation error of the total.
-    """
-
-    total: float
-    slope: Floats
-    spread: Floats
+    total: float  # sum of 1
+    slope: Floats  # sum of x, the gradient of the total in mu, shape (k,)
+    spread: Floats  # sum of x x^T, shape (k, k)
+    # sums of these two quantities
     rest: float
     legs: float
-    missing: float
+    missing: float  # approximate limit of the truncation error of the total
 
 
 @dataclass(frozen=True, eq=False)
 class TiltedOrbits(Batch):
-    """The weights and quantities of N orbits, one by one.
+    """The weights and quantities of N orbits, one by one."""
 
-    Attributes
-    ----------
-    log_weights : ndarray, shape (N,)
-    x : ndarray, shape (k, N)
-        The quantities whose means the tilt makes 0.
-    rest, legs : ndarray, shape (N,)
-        The rest of lambda that is averaged over orbits, and the number of legs.
-    """
-
-    log_weights: Floats
-    x: Floats
+    log_weights: Floats  # shape (N,)
+    x: Floats  # the quantities whose means the tilt makes 0, shape (k, N)
+    # the rest of lambda that is averaged over orbits, and the number of legs, shape (N,)
     rest: Floats
     legs: Floats
 
@@ -89,17 +68,11 @@ class TiltedOrbits(Batch):
 
 @dataclass(frozen=True, eq=False)
 class TiltMoments(ByValue):
-    """Coefficients of the power series of the sums over some orbits.
+    """Coefficients of the power series of the sums over some orbits."""
 
-    Attributes
-    ----------
-    centre : ndarray, shape (k,)
-        The tilt c.
-    sums : ndarray, shape (3, n)
-        Sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs.
-    """
-
-    centre: Floats
+    centre: Floats  # the tilt c, shape (k,)
+    # sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs,
+    # shape (3, n)
     sums: Floats
 
     @classmethod

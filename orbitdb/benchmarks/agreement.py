@@ -26,38 +26,22 @@ MAX_STEPS = 20_000_000
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of three methods on the classes of one period.
-
-    Attributes
-    ----------
-    a : float
-    p : int
-    classes, orbits, boundary : int
-        Admissible classes, classes proved to be orbits, and classes proved to run through a joint.
-    doubles : int
-        Classes to which Newton's method in doubles gives the proved status.
-    relaxation : int
-        Classes to which the relaxation gives the proved status.
-    disagreements, unexplained : int
-        Classes to which one of the two gives a wrong status, and those of them that are not explained by the
-        error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint.
-    unresolved : int
-        Classes that the relaxation did not bring to rest.
-    steps : int
-        Largest number of Runge-Kutta steps for a class.
-    """
+    """Agreement of three methods on the classes of one period."""
 
     a: float
     p: int
+    # admissible classes, classes proved to be orbits, and classes proved to run through a joint
     classes: int
     orbits: int
     boundary: int
-    doubles: int
-    relaxation: int
+    doubles: int  # classes to which Newton's method in doubles gives the proved status
+    relaxation: int  # classes to which the relaxation gives the proved status
+    # classes to which one of the two gives a wrong status, and those of them that are not explained by the
+    # error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint
     disagreements: int
     unexplained: int
-    unresolved: int
-    steps: int
+    unresolved: int  # classes that the relaxation did not bring to rest
+    steps: int  # largest number of Runge-Kutta steps for a class
 
 
 def agreement(
@@ -71,19 +55,8 @@ def agreement(
 def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
     """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
 
-    Parameters
-    ----------
-    relaxed : Orbits
-        The result of `relax` for admissible words; only words, status, coordinates and iterations are used.
-    stadium : Stadium
-    epsilon : float, optional
-        The force at which the relaxation stopped.
-
-    Returns
-    -------
-    Agreement
-    list of str
-        A sentence on each word to which one method gives a wrong status, in the order of the words.
+    The relaxation stopped at the force epsilon; only words, status, coordinates and iterations are used. The
+    sentences name each word to which one method gives a wrong status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)

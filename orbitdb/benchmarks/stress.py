@@ -36,37 +36,22 @@ SUM_BOUND = 64 * EPSILON
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one stress case.
+    """Result of one stress case."""
 
-    Attributes
-    ----------
-    case, asked : str
-        Name of the case, and its question.
-    words : int
-        Words solved, or terms summed.
-    orbits, open : int
-        Words that are orbits, and words left undecided.
-    wrong : int
-        Words whose status differs from that in ball arithmetic.
-    coordinates, length, lyapunov : float
-        The largest true errors of orbits: absolute for a coordinate, relative for length and lambda.
-    share : float
-        The largest true error in units of its stored bound.
-    seconds : float
-        Run time of the solution, without the reference.
-    """
-
+    # name of the case, and its question
     case: str
     asked: str
-    words: int
+    words: int  # words solved, or terms summed
+    # words that are orbits, and words left undecided
     orbits: int
     open: int
-    wrong: int
+    wrong: int  # words whose status differs from that in ball arithmetic
+    # the largest true errors of orbits: absolute for a coordinate, relative for length and lambda
     coordinates: float
     length: float
     lyapunov: float
-    share: float
-    seconds: float
+    share: float  # the largest true error in units of its stored bound
+    seconds: float  # run time of the solution, without the reference
 
     @property
     def passed(self) -> bool:

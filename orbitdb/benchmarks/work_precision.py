@@ -38,36 +38,19 @@ FAR = 1e-2
 
 @dataclass(frozen=True)
 class WorkPrecision:
-    """Cost and errors of one method at one setting.
+    """Cost and errors of one method at one setting."""
 
-    Attributes
-    ----------
-    method : str
-        ``newton``, ``relaxation``, ``root`` or ``balls``.
-    setting : float
-        Tolerance, force or bits of the method.
-    words : int
-        Words solved, one per symmetry class.
-    seconds : float
-        Run time per word.
-    seconds_per_sequence : float
-        Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
-    failures : int
-        Words left undecided, or given a wrong status or another orbit.
-    coordinates_max, coordinates_median : float
-        Maximum and median over words of the largest error of a coordinate.
-    length_max, length_median, lyapunov_max, lyapunov_median : float
-        Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
-    """
-
-    method: str
-    setting: float
-    words: int
-    seconds: float
+    method: str  # ``newton``, ``relaxation``, ``root`` or ``balls``
+    setting: float  # tolerance, force or bits of the method
+    words: int  # words solved, one per symmetry class
+    seconds: float  # run time per word
+    # Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
     seconds_per_sequence: float
-    failures: int
+    failures: int  # words left undecided, or given a wrong status or another orbit
+    # maximum and median over words of the largest error of a coordinate
     coordinates_max: float
     coordinates_median: float
+    # Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
     length_max: float
     length_median: float
     lyapunov_max: float
@@ -76,19 +59,10 @@ class WorkPrecision:
 
 @dataclass(frozen=True, eq=False)
 class Sample(ByValue):
-    """Words of one order, one per class, with their enclosures.
+    """Words of one order, one per class, with their enclosures."""
 
-    Attributes
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    sizes : ndarray of int, shape (N,)
-        Number of cyclic words in each class.
-    stadium : Stadium
-    truth : list of Enclosure
-    """
-
-    words: Words
-    sizes: Integers
+    words: Words  # shape (N, p)
+    sizes: Integers  # number of cyclic words in each class, shape (N,)
     stadium: Stadium
     truth: "list[Enclosure]"
 
@@ -112,18 +86,9 @@ def _spread(n: int, count: int) -> Places:
 
 
 def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
-    """Measure all methods on the same words.
+    """Measure all methods on the same words; yield each method and setting as soon as it is measured.
 
-    Parameters
-    ----------
-    cases : Sample
-    slow : int, optional
-        Number of words for the methods that work word by word, ``root`` and ``balls``.
-
-    Yields
-    ------
-    WorkPrecision
-        For each method and setting, as soon as it is measured.
+    `slow` is the number of words for the methods that work word by word, ``root`` and ``balls``.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))
@@ -243,20 +208,13 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
 
 @dataclass(frozen=True)
 class StageTimes:
-    """Run time of every stage from a period to its orbits, in seconds.
-
-    Attributes
-    ----------
-    p : int
-    sequences, classes : int
-        Numbers of admissible cyclic words and of their symmetry classes.
-    enumeration, cutting, newton, assessment, balls : float
-        Generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls.
-    """
+    """Run time of every stage from a period to its orbits, in seconds."""
 
     p: int
+    # numbers of admissible cyclic words and of their symmetry classes
     sequences: int
     classes: int
+    # generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls
     enumeration: float
     cutting: float
     newton: float

@@ -35,18 +35,12 @@ _DOWNWARD = np.array([False, False, False, False, True, True])
 
 @dataclass(frozen=True, eq=False)
 class Chain(Batch):
-    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else.
+    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else."""
 
-    Attributes
-    ----------
-    k, d : ndarray, shape (m, N)
-        Number of bounces and sense (+1 up, -1 down) of each run.
-    n, s : ndarray, shape (m, N)
-        Number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none).
-    """
-
+    # number of bounces and sense (+1 up, -1 down) of each run, shape (m, N)
     k: Floats
     d: Floats
+    # number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none), shape (m, N)
     n: Floats
     s: Floats
 
@@ -105,17 +99,9 @@ def following(rows: NDArray[Any]) -> NDArray[Any]:
 
 
 def cut(words: Words) -> list[tuple[Places, Legs]]:
-    """Cut admissible words into runs and legs.
+    """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words, in any rotation.
-
-    Returns
-    -------
-    list of (ndarray of intp, Legs)
-        One entry for each number of runs: the rows of ``words`` with it, and their structure.
+    For each number of runs, return the rows of the words that have it, and their structure.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]

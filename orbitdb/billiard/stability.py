@@ -23,15 +23,8 @@ _LARGE = 1e120
 
 
 def exponent(slopes: Derivatives) -> Floats:
-    """Return lambda, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
+    """Return lambda of N orbits, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
 
-    Parameters
-    ----------
-    slopes : Derivatives
-        The derivatives of L at N orbits.
-
-    Notes
-    -----
     Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix, and P the
     product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two is stored
     separately, so words of any length stay in range. The factors are in the order of time, which gives M of
@@ -61,17 +54,8 @@ def exponent(slopes: Derivatives) -> Floats:
 
 
 def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
-    """Return the monodromy matrix of every bounce as in the paper, shape (N, p, 2, 2).
+    """Return the monodromy matrix of every bounce of orbits, shape (N, p, 2, 2), as in the paper.
 
-    Parameters
-    ----------
-    stadium : Stadium
-    words : ndarray of uint8, shape (N, p)
-    coordinates : ndarray, shape (N, p)
-        Coordinates of the orbits.
-
-    Notes
-    -----
     Biham and Kvale, eqs. (3) and (4), corrected as in this module's docstring. They act on (d theta, d y) and
     are computed from the bounces alone, which makes them an independent check of `exponent`.
     """

@@ -89,18 +89,9 @@ class Stadium:
         return 4 / (math.pi * self.area)
 
     def points(self, symbols: Words, coordinates: Floats) -> Floats:
-        """Return the Cartesian points of bounces.
+        """Return the Cartesian points of bounces, shape (..., 2).
 
-        Parameters
-        ----------
-        symbols : ndarray of uint8, any shape
-            The wall of each bounce.
-        coordinates : ndarray, same shape
-            The coordinate of each bounce; beyond the ends, the walls and circles are continued.
-
-        Returns
-        -------
-        ndarray, shape (..., 2)
+        Symbols and coordinates have the same shape. Beyond the ends, the walls and circles are continued.
         """
         return np.stack(self.frames(symbols, coordinates)[0], axis=-1)
 
@@ -148,19 +139,13 @@ def as_stadium(stadium: Stadium | float) -> Stadium:
 
 
 def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[Words, Floats]:
-    """Return symbols and coordinates of bounces, without the first and the last of each row.
+    """Return symbols and coordinates of bounces, shape (N, p), without the first and the last of each row.
 
     Parameters
     ----------
-    stadium : Stadium
     x, y, side : ndarray, shape (N, p + 2)
         The points, and their sides: -1 for the left semicircle, +1 for the right one, 0 for a straight wall
         with y = -1 or 1.
-
-    Returns
-    -------
-    symbols : ndarray of uint8, shape (N, p)
-    coordinates : ndarray, shape (N, p)
     """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)

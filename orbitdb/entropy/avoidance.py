@@ -34,24 +34,14 @@ def upright(words: Letters) -> Letters:
 
 @dataclass(frozen=True, eq=False)
 class Automaton(ByValue):
-    """The states and steps of an automaton that looks for patterns; state 0 has read nothing.
+    """The states and steps of an automaton that looks for patterns; state 0 has read nothing."""
 
-    Attributes
-    ----------
-    first : ndarray of int32, shape (9,)
-        The state after each first letter, times 2, plus 1 if the word is mirrored.
-    step : ndarray of int32, shape (n, 9)
-        The same after each state and letter; it means nothing for a letter that may not follow.
-    last : ndarray of uint8, shape (n,)
-        The last letter of each upright word; 255 for state 0.
-    found : ndarray of uint8, shape (n,)
-        The kinds (bits) of the patterns at the end of a state's word.
-    """
-
+    # the state after each first letter, times 2, plus 1 if the word is mirrored, shape (9,)
     first: NDArray[np.int32]
+    # the same after each state and letter; it means nothing for a letter that may not follow, shape (n, 9)
     step: NDArray[np.int32]
-    last: Letters
-    found: Masks
+    last: Letters  # the last letter of each upright word; 255 for state 0, shape (n,)
+    found: Masks  # the kinds (bits) of the patterns at the end of a state's word, shape (n,)
 
     def __len__(self) -> int:
         return len(self.last)
@@ -84,10 +74,7 @@ class Automaton(ByValue):
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     """Build the automaton of patterns, their mirror images and their reversals.
 
-    Parameters
-    ----------
-    patterns : list of (ndarray of uint8, shape (N, L), int)
-        Edge words of equal length, and their kind: a power of 2 below 256.
+    Each array, shape (N, L), has edge words of equal length; their kind is a power of 2 below 256.
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)

@@ -99,7 +99,6 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
 
     Parameters
     ----------
-    stadium : Stadium
     tell : callable, optional
         Receives progress.
     judge : callable, optional
@@ -156,7 +155,6 @@ def search(
 
     Parameters
     ----------
-    stadium : Stadium
     window : int, optional
         Edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
@@ -184,21 +182,11 @@ def search(
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one a.
+    """Bounds on the entropy at one a."""
 
-    Attributes
-    ----------
-    levels : tuple of EntropyBounds
-        The bounds, one per window length.
-    proof : Proof or None
-        Counts of the decisions that balls confirmed, if they were used.
-    arithmetic : str
-        The software that computed the bounds (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    levels: tuple[EntropyBounds, ...]
-    proof: "Proof | None"
-    arithmetic: str
+    levels: tuple[EntropyBounds, ...]  # the bounds, one per window length
+    proof: "Proof | None"  # counts of the decisions that balls confirmed, if they were used
+    arithmetic: str  # the software that computed the bounds (`orbitdb.arithmetic.arithmetic`)
 
 
 def enclose(

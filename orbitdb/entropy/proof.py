@@ -35,22 +35,9 @@ _OFTEN = 256
 
 
 def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None) -> Marks:
-    """Return whether each window's verdict is proved in balls.
+    """Return which verdicts on N windows are proved in balls, shape (N,).
 
-    Parameters
-    ----------
-    windows : Windows
-        N windows.
-    verdict : ndarray of uint8, shape (N,)
-        The `Verdict` of each window; undecided ones are never proved.
-    a : float
-        Half length of a straight wall, taken as exact.
-    tell : callable, optional
-        Receives progress.
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
+    Undecided ones never are. The half length a is taken as exact; `tell` receives progress.
     """
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
@@ -113,19 +100,12 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, keeps the decisions that balls prove, and counts them.
+    """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
 
-    Attributes
-    ----------
-    proved, left_open : int
-        Numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal.
-    seconds : float
-        Time spent in balls.
-    """
-
+    # numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal
     proved: int = 0
     left_open: int = 0
-    seconds: float = 0.0
+    seconds: float = 0.0  # time spent in balls
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
         """Decide windows like `orbitdb.entropy.verdicts.decide`, but keep only proved decisions."""

@@ -50,24 +50,14 @@ ROUNDING = 12 * EPSILON
 
 @dataclass(frozen=True, eq=False)
 class Corner(Batch):
-    """N windows with an extreme push at each end.
+    """N windows with an extreme push at each end."""
 
-    Attributes
-    ----------
-    legs : Chain
-        Runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push.
-    low, high : ndarray, shape (m + 2, N)
-        Limits of the directions; equal for the outer legs.
-    marked : ndarray of intp, shape (N,)
-        The row of the marked junction.
-    lean : ndarray, shape (N,)
-        c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg.
-    """
-
-    legs: Chain
+    legs: Chain  # runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push
+    # limits of the directions; equal for the outer legs, shape (m + 2, N)
     low: Floats
     high: Floats
-    marked: Places
+    marked: Places  # the row of the marked junction, shape (N,)
+    # c in its condition f = h + c o > 0, h = psi/2k of the run and o the direction of the leg, shape (N,)
     lean: Floats
 
 
@@ -84,7 +74,6 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
     Parameters
     ----------
-    chains : OpenChains
     a : float
         Half length of a straight wall.
     left, right : ndarray, shape (N,)
@@ -107,34 +96,19 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 @dataclass(frozen=True, eq=False)
 class Condition(ByValue):
-    """The condition f > 0 of the marked junction at directions near the maximum of the length.
+    """The condition f > 0 of the marked junction at directions near the maximum of the length."""
 
-    Attributes
-    ----------
-    alpha : ndarray, shape (m + 2, N)
-        The directions.
-    value : ndarray, shape (N,)
-        f, in radians.
-    error : ndarray, shape (N,)
-        Bound on the difference between f and its value at the maximum, rounding included.
-    """
-
-    alpha: Floats
-    value: Floats
+    alpha: Floats  # the directions, shape (m + 2, N)
+    value: Floats  # f, in radians, shape (N,)
+    # bound on the difference between f and its value at the maximum, rounding included, shape (N,)
     error: Floats
 
 
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     """Find the sign of the marked junction's condition by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is at most `enough`, small beside f, or no longer shrinks.
-
-    Parameters
-    ----------
-    problem : Corner
-    a : float
-    enough : ndarray, shape (N,)
-        Error of f that is always small enough.
+    A window leaves the batch when its error bound is at most `enough`, shape (N,), small beside f, or no
+    longer shrinks.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
@@ -143,7 +117,6 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
         pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
-        pressed |= problem.low == problem.high  # the outer legs are given
         found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         solved.alpha[:, active] = alpha
         solved.value[active], solved.error[active] = found.value, found.error
@@ -168,7 +141,7 @@ def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
 def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
+    As in `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
     """
     steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
     worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)
@@ -203,17 +176,11 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Decision(ByValue):
-    """Verdicts on N windows.
+    """Verdicts on N windows."""
 
-    Attributes
-    ----------
-    verdict : ndarray of uint8, shape (N,)
-        `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one.
-    extend_left : ndarray of bool, shape (N,)
-        Whether the left end of an undecided window changes f more than the right end.
-    """
-
+    # `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one, shape (N,)
     verdict: NDArray[np.uint8]
+    # whether the left end of an undecided window changes f more than the right end, shape (N,)
     extend_left: Marks
 
 

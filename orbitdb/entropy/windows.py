@@ -76,17 +76,10 @@ UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Windows(ByValue):
-    """N windows of L edges.
+    """N windows of L edges."""
 
-    Attributes
-    ----------
-    letters : ndarray of uint8, shape (N, L)
-    mark : ndarray of intp, shape (N,)
-        Number of letters before the marked junction.
-    """
-
-    letters: Letters
-    mark: Places
+    letters: Letters  # shape (N, L)
+    mark: Places  # number of letters before the marked junction, shape (N,)
 
     def __len__(self) -> int:
         return len(self.mark)
@@ -125,28 +118,21 @@ class OpenChains(Batch):
 
     Rows go from 0 to m + 1; run i precedes leg i, and there is no run 0. If the window cuts a leg at an end,
     leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
-
-    Attributes
-    ----------
-    k, d : ndarray, shape (m + 2, N)
-        Bounces and sense (+1 up) of each run. A cut run has only its bounces in the window. A single bounce
-        has no sense; before the mark, d is then the sign of the next wall.
-    n, s : ndarray, shape (m + 2, N)
-        Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none). A cut leg has only its
-        walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at its end.
-    left, right : ndarray of int, shape (N,)
-        What is at each end, such as `UNKNOWN_RUN`.
-    marked : ndarray of intp, shape (N,)
-        The row of the leg after the mark and of the run before it.
     """
 
+    # Bounces and sense (+1 up) of each run, shape (m + 2, N). A cut run has only its bounces in the window. A
+    # single bounce has no sense; before the mark, d is then the sign of the next wall.
     k: Floats
     d: Floats
+    # Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none), shape (m + 2, N). A cut leg
+    # has only its walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at
+    # its end.
     n: Floats
     s: Floats
+    # what is at each end, such as `UNKNOWN_RUN`, shape (N,)
     left: Places
     right: Places
-    marked: Places
+    marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
 
     @property
     def unknowns(self) -> int:

@@ -94,7 +94,6 @@ def assess(
     words : ndarray of uint8, shape (N, p)
     legs : Legs
         The same words, cut.
-    stadium : Stadium
     found : (ndarray, ndarray)
         The directions, as in `decide`, and the steps that the solver took.
     every : bool, optional

@@ -107,20 +107,10 @@ def solve_in_doubles(
 
 
 def certificates(words: Words, stadium: Stadium, precision: int | None = None) -> list["Enclosure"]:
-    """Prove the statuses of admissible words in ball arithmetic, from the words alone.
+    """Prove the statuses of admissible words, shape (N, p), in ball arithmetic, from the words alone.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
-    precision : int, optional
-        Bits at first; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
-
-    Returns
-    -------
-    list of Enclosure
-        In the order of the words. Newton's method in doubles only gives starting points; the proof does not
-        rest on it.
+    Newton's method in doubles only gives starting points; the proof does not rest on it. `precision` is the
+    number of bits at first, `orbitdb.orbits.balls.enclosure.PRECISION` by default.
     """
     from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
 

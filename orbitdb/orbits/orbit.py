@@ -11,8 +11,8 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import with_formulas
 from orbitdb.extras import Drawn
+from orbitdb.formulas import with_formulas
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import shortened

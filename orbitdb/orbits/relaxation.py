@@ -42,7 +42,6 @@ def relax(
     ----------
     words : ndarray of uint8, shape (N, p)
         Admissible primitive words of one order, in any rotation.
-    stadium : Stadium
     epsilon : float, optional
         The dynamics of a word stops when all its forces, differences of two cosines, are smaller.
     max_steps : int, optional
@@ -98,17 +97,10 @@ def starting_points(words: Words, stadium: Stadium) -> Floats:
 
 
 def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats:
-    """Return the final rates of words, shape (N,): deviations fall like exp(-rate t).
+    """Return the final rates of words at rest, shape (N,): deviations fall like exp(-rate t).
 
     The slowest rate of the linearised dynamics at its fixed points, not positive at an unstable one. A
     Runge-Kutta step takes the time `STEP`, and a remaining force f means a deviation of f / rate.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
-    coordinates : ndarray, shape (N, p)
-        Those of the words at rest.
     """
     way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)

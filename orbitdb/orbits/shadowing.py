@@ -29,24 +29,12 @@ _NEAR = 0.5
 
 @dataclass(frozen=True)
 class Shadow:
-    """A stretch of a trajectory that follows a periodic orbit.
+    """A stretch of a trajectory that follows a periodic orbit."""
 
-    Attributes
-    ----------
-    word : str
-        The word of the orbit, beginning with the first bounce of the stretch.
-    first : int
-        Index of that bounce in the trajectory.
-    bounces : int
-        Number of successive bounces within the tolerance.
-    distance : float
-        The least distance of one of them from the orbit, in units of the radius.
-    """
-
-    word: str
-    first: int
-    bounces: int
-    distance: float
+    word: str  # the word of the orbit, beginning with the first bounce of the stretch
+    first: int  # index of that bounce in the trajectory
+    bounces: int  # number of successive bounces within the tolerance
+    distance: float  # the least distance of one of them from the orbit, in units of the radius
 
     @property
     def turns(self) -> float:
@@ -61,7 +49,6 @@ def shadows(
 
     Parameters
     ----------
-    stadium : Stadium
     symbols : ndarray of uint8, shape (T,)
         The bounces of the trajectory.
     points : ndarray, shape (T, 2)

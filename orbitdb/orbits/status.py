@@ -64,12 +64,8 @@ class Verdict(Batch):
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     """Tell which words are orbits, as far as doubles can.
 
-    Parameters
-    ----------
-    legs : Chain
-    a : float or ndarray, shape (N,)
-    alpha : ndarray, shape (m, N)
-        Directions of the legs at (or near) the maximum of the length, between the limits.
+    The directions alpha, shape (m, N), are at (or near) the maximum of the length, between the limits. Each
+    word may have its own a, shape (N,).
     """
     check_functions()
     slopes = derivatives(legs, a, alpha)

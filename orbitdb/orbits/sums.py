@@ -47,18 +47,9 @@ class Exponents(ByValue):
 
 
 def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
-    """Find the orbits among packed admissible words of period p <= 20, and their exponents.
+    """Find the orbits among packed admissible words, shape (N,), of period p <= 20, and their exponents.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-    p : int
-    stadium : Stadium
-
-    Yields
-    ------
-    Exponents
-        Some of the words at a time, until all are done.
+    Yields some of the words at a time, until all are done.
     """
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
@@ -100,23 +91,12 @@ def _decided(
 
 @dataclass(frozen=True)
 class Tally:
-    """Numbers of words by status.
+    """Numbers of words by status."""
 
-    Attributes
-    ----------
-    words : int
-        All admissible words.
-    n_c : int
-        Orbits.
-    classes : int
-        Symmetry classes of the orbits.
-    boundary, unresolved : int
-        Words with these statuses. All others are dynamical.
-    """
-
-    words: int = 0
-    n_c: int = 0
-    classes: int = 0
+    words: int = 0  # all admissible words
+    n_c: int = 0  # orbits
+    classes: int = 0  # symmetry classes of the orbits
+    # Words with these statuses. All others are dynamical.
     boundary: int = 0
     unresolved: int = 0
 

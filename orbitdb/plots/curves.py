@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.polynomial import Polynomial
 
-from orbitdb.answers.methods import AVERAGES
+from orbitdb.answers.lyapunov import AVERAGES
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium

@@ -44,15 +44,7 @@ class Span(NamedTuple):
 def primitive_words(p: int) -> Iterator[Words]:
     """Generate all primitive cyclic words of period p, pruned or not, as codes in order.
 
-    Parameters
-    ----------
-    p : int
-        Order, 1..`MAX_PERIOD`.
-
-    Yields
-    ------
-    ndarray of uint8, shape (n, p)
-        The next words; n is at most a few times `CHUNK`, which bounds the memory.
+    Yields arrays of shape (n, p), with n at most a few times `CHUNK`, which bounds the memory.
     """
     for codes, lyndon, _ in prefixes(Span.whole(p), p):
         whole = lyndon == p
@@ -67,7 +59,6 @@ def prefixes(
 
     Parameters
     ----------
-    span : Span
     length : int
         Symbols of a prefix, 1..p.
     table : ndarray of int8, shape (S, 6), optional
@@ -124,14 +115,7 @@ class LeastWords(NamedTuple):
 def least_words(span: Span) -> Iterator[LeastWords]:
     """Generate the representatives of the admissible symmetry classes in a span, in order.
 
-    Parameters
-    ----------
-    span : Span
-
-    Yields
-    ------
-    LeastWords
-        A few times `CHUNK` at most, which bounds the memory.
+    At most a few times `CHUNK` at once, which bounds the memory.
     """
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
@@ -147,7 +131,7 @@ def least_words(span: Span) -> Iterator[LeastWords]:
 
 
 def all_least_words(span: Span) -> LeastWords:
-    """Return all of them at once."""
+    """Return all representatives in a span at once."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
 
@@ -159,20 +143,9 @@ def representatives(p: int) -> tuple[Words, Integers]:
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
-    """Cut a period into spans with about ``size`` representatives each, except the last.
+    """Cut a period, after a packed word, into spans with about ``size`` representatives each.
 
-    Parameters
-    ----------
-    p : int
-        Order, 1..`MAX_PERIOD`.
-    size : int
-    after : int, optional
-        Begin after this packed word.
-
-    Yields
-    ------
-    Span
-        Adjacent spans in order; the last one ends with the last word.
+    The spans are adjacent and in order. The last one may be shorter; it ends with the last word.
     """
     whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
     below, classes = list(_CLASSES), list(_CLASSES.values())

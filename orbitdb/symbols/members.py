@@ -43,18 +43,10 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 
 
 def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
-    """Turn sets of elements into sets of places in the class.
+    """Turn sets of elements, shape (C,), into sets of places in the classes.
 
-    Parameters
-    ----------
-    elements : ndarray of uint8, shape (C,)
-        Bit g is set if the word of element g belongs to the set.
-    stabilisers : ndarray of uint8, shape (C,)
-
-    Returns
-    -------
-    ndarray of uint8, shape (C,)
-        Bit n is set if word n does; bits beyond the size of the class mean nothing.
+    Bit g of a set is the word of element g; bit n of the result is word n, and bits beyond the size of the
+    class mean nothing.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
@@ -65,12 +57,7 @@ def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
 def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
     """Return all words of each class as one text, p symbols each.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (C,)
-        The packed representatives, of period p <= 20.
-    stabilisers : ndarray of uint8, shape (C,)
-    p : int
+    The codes are the packed representatives, of period p <= 20, with their stabilisers, shape (C,) each.
     """
     sizes = SIZES[stabilisers]
     every = packed_members(codes, p, ((1 << sizes) - 1).astype(np.uint8), stabilisers)
@@ -91,15 +78,9 @@ def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) ->
     ----------
     codes : ndarray of int64, shape (C,)
         The packed representatives, of period p <= 20.
-    p : int
     masks : ndarray of uint8, shape (C,)
         Bit n is set if word n of the class is chosen.
     stabilisers : ndarray of uint8, shape (C,)
-
-    Yields
-    ------
-    ndarray of int64
-        The words of some thousand classes.
     """
     for start in range(0, len(codes), _BATCH):
         batch = slice(start, start + _BATCH)

@@ -45,17 +45,10 @@ class Factor:
 
 @dataclass(frozen=True)
 class Like:
-    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one.
-
-    Attributes
-    ----------
-    pattern : str
-    wanted : bool, optional
-        False to find the words that do not fit.
-    """
+    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one."""
 
     pattern: str
-    wanted: bool = True
+    wanted: bool = True  # False to find the words that do not fit
     cyclic = False
 
     def fits(self, word: str) -> bool:
@@ -97,25 +90,10 @@ def _spread(places: Integers, p: int) -> None:
 
 
 def words_containing(codes: Integers, stabiliser: Masks, p: int, factor: str) -> Integers:
-    """Count the words of symmetry classes that contain a factor.
+    """Count the words of each symmetry class that contain a factor, shape (N,).
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-        One packed word of each class, of period p <= 20.
-    stabiliser : ndarray of uint8, shape (N,)
-        Their stabilisers.
-    p : int
-    factor : str
-        Symbols 0..5.
-
-    Returns
-    -------
-    ndarray of int64, shape (N,)
-
-    Notes
-    -----
-    By definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
+    The codes are one packed word of each class, of period p <= 20, with the stabilisers of the classes. By
+    definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
     symbols of any rotation, and none of more than 2 p.
     """
     images = np.zeros(len(codes), dtype=np.int64)

@@ -169,14 +169,9 @@ def count_primitive(p: int) -> int:
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of any period p that break none of the rules.
+    """Count the primitive cyclic words of any period p that break none of some rules.
 
-    Parameters
-    ----------
-    p : int
-        Order.
-    rules : frozenset of int, optional
-        Numbers of the rules to apply; with all of them, the default, the result is the paper's N_t(p).
+    With all of the rules, the default, this is the paper's N_t(p).
     """
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 

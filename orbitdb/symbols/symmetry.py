@@ -63,45 +63,21 @@ def _lone_apart(words: Words) -> Words:
 
 
 def act_on_words(element: int, words: Words) -> Words:
-    """Return the images of words under one element, reversed if it includes time reversal.
+    """Return the images of words, shape (N, p), under one element, reversed if it includes time reversal.
 
-    Parameters
-    ----------
-    element : int
-        One of `ELEMENTS`.
-    words : ndarray of uint8, shape (N, p)
-        Symbol sequences; neighbours are cyclic.
-
-    Returns
-    -------
-    ndarray of uint8, shape (N, p)
-        Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal).
-
-    Notes
-    -----
-    Mirror ``y`` and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
-    semicircle is always written 1 or 3.
+    Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal). Mirror ``y``
+    and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a semicircle is
+    always written 1 or 3.
     """
     image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
 
 
 def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Floats:
-    """Return the coordinates of the images of orbits under one element.
+    """Return the coordinates of the images of orbits under one element, shape (N, p).
 
-    Parameters
-    ----------
-    element : int
-        One of `ELEMENTS`.
-    words : ndarray of uint8, shape (N, p)
-        The words of the orbits before the element acts.
-    coordinates : ndarray, shape (N, p)
-        x in units of R on a straight wall, radians on a semicircle.
-
-    Returns
-    -------
-    ndarray, shape (N, p)
-        In the order of the symbols of ``act_on_words(element, words)``.
+    The words and coordinates are those of the orbits before the element acts. The images are in the order of
+    the symbols of ``act_on_words(element, words)``.
     """
     straight = STRAIGHT[words]
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
@@ -112,23 +88,17 @@ def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Float
 def image_coordinates(
     words: Sequence[str], least: Sequence[str], element: int, coordinates: Floats
 ) -> Floats:
-    """Return the coordinates of the images of orbits under one element, in chosen rotations.
+    """Return the coordinates of the images of N orbits under one element, in chosen rotations, shape (N, p).
 
     Parameters
     ----------
-    words : sequence of str, length N
-        A rotation of the word of each image.
-    least : sequence of str, length N
+    words : sequence of str
+        A rotation of the word of each image; the result is in its order.
+    least : sequence of str
         The words of the orbits.
     element : int
-        The element that leads to the images.
     coordinates : ndarray, shape (N, p)
         The coordinates of the orbits, in the order of ``least``.
-
-    Returns
-    -------
-    ndarray, shape (N, p)
-        In the order of ``words``.
 
     Raises
     ------

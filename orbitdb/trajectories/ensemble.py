@@ -46,8 +46,6 @@ class Beam(NamedTuple):
 def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
     """Follow trajectories and their tangent vectors over a number of steps.
 
-    Notes
-    -----
     A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
     slope. These are the matrices of `orbitdb.billiard.stability` without the factor -1 of each bounce.
     """

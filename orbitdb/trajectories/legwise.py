@@ -106,7 +106,6 @@ def simulate_legs(
 
     Parameters
     ----------
-    stadium : Stadium
     bounces : int
         Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
     known : (float, float)
@@ -174,18 +173,8 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg after it.
 
-    Parameters
-    ----------
-    runs : Runs
-    beams : Beams
-        Bounds on the convergence at the beginning of the runs.
-    a : float
-
-    Returns
-    -------
-    tuple
-        The next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
-        the path minus two for every wall, and the number of bounces.
+    Returns the next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
+    the path minus two for every wall, and the number of bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift

@@ -36,14 +36,6 @@ class Bounce(NamedTuple):
 def bounce(rays: Rays, a: float) -> Bounce:
     """Move rays to their next bounce and reflect them.
 
-    Parameters
-    ----------
-    rays : Rays
-    a : float
-        Half the length of a straight wall.
-
-    Notes
-    -----
     The stadium is convex. If the path crosses the height of the wall ahead within (-a, a), it hits the wall;
     otherwise it hits the semicircle on that side.
     """
@@ -97,14 +89,6 @@ class Step(NamedTuple):
 def advance(arcs: Arcs, a: float) -> Step:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
-    Parameters
-    ----------
-    arcs : Arcs
-    a : float
-        Half the length of a straight wall.
-
-    Notes
-    -----
     The next bounce is on the same semicircle if the chord of the circle ends there. Otherwise the height at
     which the unfolded path reaches the x of the other centre gives the copy.
     """

@@ -52,7 +52,6 @@ def trace_start(
 
     Parameters
     ----------
-    stadium : Stadium
     start : (float, float, float)
         x, y from the centre of the stadium, and the angle of the path from the x axis (radians).
     tolerance : float
@@ -157,7 +156,6 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
 
     Parameters
     ----------
-    stadium : Stadium
     points : array-like, shape (N, 2)
         x, y of N >= 3 successive bounces; the last may repeat the first to close a polygon.
     tolerance : float

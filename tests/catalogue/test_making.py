@@ -135,7 +135,9 @@ def test_the_seed_is_drawn_from_a_given_generator(tmp_path):
     found = catalogue.simulate(5_000, rng=np.random.default_rng(7))
     assert found.seed == int(np.random.default_rng(7).integers(2**63))
     assert catalogue.reference() == found
-    assert isinstance(catalogue.sweep(3)[0], Sweep)
+    swept = catalogue.sweep(3)[0]
+    assert isinstance(swept, Sweep)
+    assert "\n" not in repr(swept)
 
 
 def test_a_file_that_cannot_be_written_is_refused(filled):

@@ -17,7 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
+from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
@@ -26,7 +27,7 @@ add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapu
 """
 AVERAGE = """
 import numpy as np
-from orbitdb.answers.methods import AVERAGES, Average
+from orbitdb.answers.lyapunov import AVERAGES, Average
 from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):
@@ -55,7 +56,7 @@ def ran(program, *arguments):
     """Run Python in a process of its own, whose registries get a further entry."""
     command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
@@ -127,7 +128,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 found = screen.statistics(Reader(Path({small!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
-print("lambda_c_third" in screen.rows.columns(), [each.name for each in curves])
+print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """
     assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE + screen))
 

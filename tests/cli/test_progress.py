@@ -12,8 +12,7 @@ from rich.progress import Progress
 from orbitdb.cli import progress as line
 from orbitdb.cli.progress import bars_on, frame
 from orbitdb.cli.render import note
-from orbitdb.filling.make import watched
-from orbitdb.filling.resuming import Step
+from orbitdb.filling.resuming import Step, run_steps
 
 TEXT = "words, p =  9 of 11"
 
@@ -113,7 +112,7 @@ def test_a_fill_of_several_periods_has_one_bar():
     """Rows stored earlier count for their period, whether they were filled now or not."""
     told = []
     steps = (Step(p, words, total) for p, words, total in ((3, 2, 8), (3, 8, 8), (5, 96, 96)))
-    watched(
+    run_steps(
         steps, "words", {2: 1, 3: 8, 5: 96}, lambda done, total, text: told.append((text, done, total)), 1
     )
     assert told == [

@@ -15,7 +15,7 @@ import pytest
 import orbitdb
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.store.asking import where
+from orbitdb.store.asking import sql
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -128,7 +128,7 @@ def test_pages_state_the_time_limit_of_queries():
     for name in ("columns", "faults"):
         page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
         assert "after a minute" in page
-    assert where.SECONDS == 60
+    assert sql.SECONDS == 60
 
 
 def test_the_page_on_benchmarks_states_their_defaults():
@@ -147,6 +147,17 @@ def test_the_data_dictionary_has_every_status_and_rule():
     page = (pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")
     assert [status for status in orbitdb.Status if f"\n| `{status}` |" not in page] == []
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
+
+
+def test_the_gallery_has_every_figure_with_its_command():
+    from orbitdb.cli.figures import FIGURES
+
+    page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
+    assert len(shown) == page.count("![")
+    assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
+    drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]
+    assert {kind for kinds in drawn for kind in kinds} == set(FIGURES)
 
 
 def test_every_page_is_in_the_table_of_contents():

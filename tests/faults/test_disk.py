@@ -117,6 +117,15 @@ def test_an_export_without_room_leaves_no_file(filled, disk, name):
     assert list(folder.iterdir()) == []
 
 
+def test_a_dataset_without_room_leaves_no_folder(filled, disk, tmp_path):
+    folder = disk(100)
+    fails(run("export", folder / "data", "--dataset", "--db", filled), "no room")
+    assert list(folder.iterdir()) == []
+    done = run("export", tmp_path / "data", "--dataset", "--db", filled, preexec_fn=room(40_000))
+    fails(done, "data cannot be written (File too large); nothing was kept")
+    assert not list(tmp_path.glob("*data*"))
+
+
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than the limit
         beside.execute("PRAGMA wal_autocheckpoint = 0")
@@ -227,3 +236,5 @@ def test_a_write_protected_folder_is_reported(locked):
         run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),
         "permissions, and those of its folder",
     )
+    data = locked.parent / "data"
+    fails(run("export", data, "--dataset", "--db", locked, preexec_fn=drop_rights), "cannot be written")

@@ -57,12 +57,21 @@ def test_a_level_close_to_an_end_stays_on_its_side(off):
     assert _number(k * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
 
 
-def test_the_stated_error_is_twice_the_difference_of_two_grids_and_rounding():
+def test_the_stated_error_is_twice_the_difference_of_two_grids_and_rounding(monkeypatch):
+    """With a coarser grid than usual, whose levels differ by more than rounding."""
+    monkeypatch.setattr("orbitdb.quantum.levels._COARSE", (4, 1))
     task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
-    found, (_, fine), (_, coarse) = task.solved(), task.on_grid(16, 3), task.on_grid(14, 2)
+    found, (_, fine), (_, coarse) = task.solved(), task.on_grid(16, 3), task.on_grid(4, 1)
     assert found.k == pytest.approx(fine, rel=1e-14)
-    assert (found.error >= 2 * np.abs(fine - coarse) + 1.9e-12 * fine).all()
-    assert (found.error <= 2 * np.abs(fine - coarse) + 3e-12 * fine).all()
+    assert (np.abs(fine - coarse) > 1e-9 * fine).all()
+    assert found.error == pytest.approx(2 * np.abs(fine - coarse) + 2e-12 * fine, rel=1e-6, abs=0)
+
+
+def test_rounding_is_part_of_the_stated_error():
+    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
+    found, (_, fine) = task.solved(), task.on_grid(16, 3)
+    assert (found.error >= 1.9e-12 * fine).all()
+    assert (found.error <= 3e-12 * fine).all()
 
 
 @pytest.mark.slow

@@ -15,8 +15,7 @@ from orbitdb.answers.whole_periods import read_terms
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.parsing import parse_bound
+from orbitdb.store.asking.criteria import chosen_by, parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
 from orbitdb.store.file.database import plain_errors

@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.measured import LEVELS_FILE, Measured
+from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import reading
@@ -25,8 +25,7 @@ COLUMNS = ("after", "before", "missing")
 def assess(
     *,
     context: typer.Context,
-    levels: Annotated[Path | None, typer.Argument(metavar="FILE", help=LEVELS_FILE)] = None,
-    measured: Measured,
+    given: MeasuredLevels,
     fit_radius: Annotated[
         bool, typer.Option("--fit-radius", help="Find the radius, which is known to half a per cent.")
     ] = False,
@@ -45,36 +44,32 @@ def assess(
     shows gap ratios, the variance of spacings, Delta_3 and the number variance, first of the levels as they
     are (balls: in), then with the bouncing balls taken out of the staircase.
     """
-    if levels is None or statistics:
-        asked = "with --statistics" if statistics else "without a file of levels"
-        options.refuse_idle(context, asked, "fit_radius")
+    if given.levels is None:
+        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius")
     if statistics:
-        _show_statistics(context, levels, measured, a, output, db)
+        options.refuse_idle(context, "with --statistics", "fit_radius")
+        _show_statistics(given, a, output, db)
         return
     from orbitdb.answers.judging import assess_levels
 
-    parity, given = measured.one_parity(), measured.levels(context, levels)
+    parity = given.of_one()
+    read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found, told = assess_levels(moment, chosen.a, given, parity, fit_radius)
+        found, told = assess_levels(moment, chosen.a, read, parity, fit_radius)
     output.write(COLUMNS, found.gaps)
     if fit_radius:
-        unit = measured.radius or 1.0
+        unit = given.radius or 1.0
         scaled = with_error(found.scale * unit, found.scale_error * unit)
-        told.append(f"radius {scaled} {'m' if measured.radius else 'times yours'}; the k above use it")
+        told.append(
+            f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it"
+        )
     for said in [*told, found.verdict()]:
         note(said)
     if found.gaps:
         raise typer.Exit(1)
 
 
-def _show_statistics(
-    context: typer.Context,
-    path: Path | None,
-    measured: Measured,
-    asked: float | None,
-    output: Output,
-    db: Path,
-) -> None:
+def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of each parity, of random matrices and of random numbers."""
     from orbitdb.answers.judging import told_missing
     from orbitdb.billiard.stadium import Stadium
@@ -82,7 +77,7 @@ def _show_statistics(
 
     rows, told = [], []
     with reading(db, asked, Choice()) as (moment, (chosen,)):
-        for parity, k in measured.by_parity(context, moment, chosen.a, path).items():
+        for parity, k in given.by_parity(moment, chosen.a).items():
             rows += [statistics(k, Stadium(chosen.a), parity, balls) for balls in (False, True)]
             told.append(f"{parity}: {len(k)} levels at a = {exact(chosen.a)}, k below {k[-1]:.4g}")
             told += told_missing(moment, chosen.a, k, parity)

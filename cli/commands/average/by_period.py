@@ -42,7 +42,7 @@ def table(
     of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
-    from orbitdb.answers.averaged import table as counts
+    from orbitdb.answers.entropy import table as counts
 
     with reading(db, a, Choice(p=p)) as (moment, stadiums):
         found = [counts(moment, chosen) for chosen in stadiums]
@@ -62,7 +62,7 @@ def entropy(
     the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
     error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
-    from orbitdb.answers.averaged import entropy as of_orbits
+    from orbitdb.answers.entropy import entropy as of_orbits
     from orbitdb.answers.results import PROVED
 
     with progress("reading orbits"), reading(db, a, averaged(choice)) as (moment, stadiums):
@@ -95,7 +95,7 @@ def lyapunov(
     'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
-        from orbitdb.answers.averaged import lyapunov as average
+        from orbitdb.answers.lyapunov import lyapunov as average
 
         def tell(done: float) -> None:
             shown(done, 1.0, "summing pseudo-cycles")
@@ -115,7 +115,7 @@ def _block(
     columns: dict[str, list[Any]], exponent: str, further: bool = False
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return the averages of one exponent, errors in brackets, and columns that belong to neither."""
-    from orbitdb.answers.methods import AVERAGES, EXPONENTS
+    from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS
 
     block: dict[str, list[Any]] = {name: columns[name] for name in ("a", "p") if name in columns}
     for average in AVERAGES:

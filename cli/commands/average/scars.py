@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import interval, parities, primitive
+from orbitdb.cli.arguments import primitive
+from orbitdb.cli.given_levels import Parities, Range, read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
@@ -25,10 +26,8 @@ def scars(
     word: Annotated[
         str | None, typer.Argument(metavar="WORD", help="An orbit [default: the shortest stored ones].")
     ] = None,
-    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
-    parity: Annotated[
-        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
-    ] = None,
+    k: Range,
+    parity: Parities = None,
     a: options.StoredHalfLength = None,
     output: Output,
     db: options.Database,
@@ -42,9 +41,9 @@ def scars(
     """
     from orbitdb.answers.scarring import Scar
 
-    low, high = interval("--k", k)
+    low, high = read_range("--k", k)
     with progress("waves"):
-        found = _found(word, low, high, parities(parity), a, db)
+        found = _found(word, low, high, read_parities(parity), a, db)
     output.write(Scar._fields, found)
     if not found:
         note(f"no level with k from {low:g} to {high:g}")
@@ -52,7 +51,7 @@ def scars(
 
 
 def _found(
-    word: str | None, low: float, high: float, named: "list[Parity]", asked: float | None, db: Path
+    word: str | None, low: float, high: float, parities: "list[Parity]", asked: float | None, db: Path
 ) -> list[tuple[object, ...]]:
     from orbitdb.answers.scarring import scars_of, scars_of_shortest
     from orbitdb.store.reading.lookup import find_or_solve
@@ -61,8 +60,8 @@ def _found(
     (a,) = meant(db, asked)
     if word is None:
         with reading(db) as moment:
-            return list(scars_of_shortest(moment, a, low, high, named))
+            return list(scars_of_shortest(moment, a, low, high, parities))
     orbit = find_or_solve(known_catalogue(db), primitive(word), a)
     if orbit.points is None:
         raise InputError(f"{code_text(word)} at a = {exact(a)} scars nothing: {orbit.status.sentence}")
-    return list(scars_of(orbit, low, high, named))
+    return list(scars_of(orbit, low, high, parities))

@@ -1,14 +1,12 @@
 """``orbitdb spectrum``: the length spectra of orbits and levels."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import interval
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.measured import LEVELS_FILE, Measured
+from orbitdb.cli.given_levels import OF_FILE, GivenLevels, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import reading
@@ -32,8 +30,7 @@ def spectrum(
     k_max: Annotated[
         float | None, options.number_option(help="End of the window [default: where the levels end, or 30].")
     ] = None,
-    levels: Annotated[Path | None, typer.Option(metavar="FILE", help=LEVELS_FILE)] = None,
-    measured: Measured,
+    given: GivenLevels,
     peaks: Annotated[
         bool, typer.Option("--peaks", help="List the peaks and the orbits behind them.")
     ] = False,
@@ -48,11 +45,14 @@ def spectrum(
     from orbitdb.answers.judging import told_missing
     from orbitdb.answers.spectrum import read_spectrum
 
-    low, high = interval("--range", lengths)
-    parity, given = measured.one_parity(), measured.levels(context, levels)
+    low, high = read_range("--range", lengths)
+    if given.levels is None:
+        options.refuse_idle(context, "without --levels", *OF_FILE)
+    parity = given.of_one()
+    read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found = read_spectrum(moment, chosen.a, (low, high), points, k_max, given, parity)
-        judged = [] if given is None else told_missing(moment, chosen.a, given, parity)
+        found = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
+        judged = [] if read is None else told_missing(moment, chosen.a, read, parity)
     if peaks:
         output.write(PEAKS, found.peaks())
     else:

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import named, several, stored
+from orbitdb.cli.arguments import ALL, several
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
@@ -27,7 +28,6 @@ from orbitdb.cli.reading import (
 from orbitdb.cli.render import note
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
 from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ EXAMPLES = (
     "export short.csv --p 2-8 --range length=:20 --coordinates",
     "export bounces.parquet --p 5 --status orbit --bounces",
     "export --format jsonl --p 11 --status orbit | jq .length",
-    "export stadium-data --dataset",
+    "export stadium-data --dataset --p 2-11",
 )
 AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
@@ -78,7 +78,7 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     dataset: Annotated[
-        bool, typer.Option("--dataset", help="Write a folder FILE with everything, described, to be cited.")
+        bool, typer.Option("--dataset", help="Write a folder FILE that others can load and cite.")
     ] = False,
     force: options.Force = False,
     db: options.Database,
@@ -86,8 +86,9 @@ def export(
     """Write words and all that is known of them to a file, with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
-    their periods were only partly filled. With --dataset, FILE is a folder with all whole periods and
-    everything else that is stored, described after the Frictionless standard.
+    their periods were only partly filled. With --dataset, FILE is a folder, described after the Frictionless
+    standard: the chosen words of every whole period, with coordinates, and classes, births, counts,
+    averages, bounds and levels, which are of all orbits.
     """
     from orbitdb import export as files
 
@@ -95,8 +96,9 @@ def export(
         raise InputError(f"{file} and -o {output}: name one file")
     file = output if file is None else file
     if dataset:
-        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a")
-        _write_dataset(file, a, db)
+        choosing = (each.name for each in fields(Choice))
+        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a", *choosing)
+        _write_dataset(file, a, choice, force, db)
         return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
@@ -130,17 +132,23 @@ def export(
     note(f"{described(stadiums)}, in {file}")
 
 
-def _write_dataset(folder: Path | None, asked: "Sequence[str] | None", db: Path) -> None:
-    """Write a folder with all whole periods at the named values of a, or at every stored one."""
-    from orbitdb.answers.dataset import write_dataset
-    from orbitdb.store.reading.moment import reading as opened
+def _write_dataset(
+    folder: Path | None, a: "Sequence[str] | None", choice: Choice, force: bool, db: Path
+) -> None:
+    """Write a folder with the chosen whole periods at the named values of a, or at every stored one."""
+    from orbitdb.answers.dataset.writing import write_dataset
+    from orbitdb.answers.unfilled import gaps
 
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with progress("dataset") as shown, opened(db) as moment:
-        values = named(asked) or stored(moment)
-        count = write_dataset(moment, folder, values, shown)
-    note(f"{count} files, at a = {', '.join(map(exact, values))}, in {folder}")
+    with reading(db, a or [ALL], choice) as (moment, stadiums), progress("dataset") as shown:
+        for told in (told for each in stadiums for told in gaps(moment, each, left_out=True)):
+            note(told)
+        held = write_dataset(moment, folder, stadiums, force, shown)
+        if not held:
+            note_nothing(moment, *stadiums, more=": nothing is written")
+            raise typer.Exit(1)
+    note(f"{held}, in {folder}")
 
 
 def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:

@@ -156,7 +156,7 @@ def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]"
 
 
 def _periods(text: str) -> list[int]:
-    from orbitdb.store.asking.parsing import parse_periods
+    from orbitdb.store.asking.criteria import parse_periods
 
     periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
     if not periods or min(periods) < 2:

@@ -106,7 +106,7 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return place and size of the catalogue in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.asking.periods import written_periods
+    from orbitdb.store.asking.selection import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.records import room
 

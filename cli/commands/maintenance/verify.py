@@ -83,15 +83,14 @@ def verify(
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
     ones; in a partly filled period, those that are stored.
     """
-    from orbitdb.answers.gaps import unfilled
+    from orbitdb.answers.unfilled import unfilled
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.store.reading.moment import Reader
     from orbitdb.verification.check import Check
     from orbitdb.verification.records import is_known
-    from orbitdb.verification.verify import report
-    from orbitdb.verification.whole import told, verification_steps
+    from orbitdb.verification.verify import report, told, verification_steps
 
     if folder is not None:
         options.takes_only(context, "with FOLDER", "folder")
@@ -129,7 +128,7 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the sums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset.checking import wrong_files
 
     found = list(wrong_files(folder))
     wrong = [f"{name} {what}" for name, what in found if what]
@@ -176,7 +175,7 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
 
     At an a that was not named, and without fills, nothing is missing.
     """
-    from orbitdb.answers.gaps import describe_partial, partial_fills, unfilled, without
+    from orbitdb.answers.unfilled import describe_partial, partial_fills, unfilled, without
 
     for each in chosen:
         if partial := partial_fills(moment, each):

@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.arguments import interval, parities
+from orbitdb.cli.given_levels import Parities, SomeRange, read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
@@ -27,15 +27,11 @@ COLUMNS = ("k", "error", "parity")
 def levels(
     *,
     context: typer.Context,
-    k: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
-    ] = None,
+    k: SomeRange = None,
     method: Annotated[
         str, typer.Option(help="elements, or orbits: from the stored orbits alone, with larger errors.")
     ] = "elements",
-    parity: Annotated[
-        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
-    ] = None,
+    parity: Parities = None,
     a: options.HalfLength = USUAL_A,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
@@ -72,18 +68,18 @@ def _from_elements(
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import levels as find
+    from orbitdb.filling.records import find_levels
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
 
-    low, high = interval("--k", k)
-    stadium, named = Stadium(a), parities(parity)
-    for each in named:
+    low, high = read_range("--k", k)
+    stadium, parities = Stadium(a), read_parities(parity)
+    for each in parities:
         list(windows(stadium, each, low, high))  # a refused range must leave no file
     if db is not None:
         bring(db)
     with progress("levels") as shown:
-        parts = find(db, stadium, low, high, named, jobs, shown)
+        parts = find_levels(db, stadium, low, high, parities, jobs, shown)
     found = Levels.joined(a, low, high, parts)
     output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
     for each, windows_of in parts.items():
@@ -103,9 +99,9 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
     from orbitdb.answers.judging import beside, levels_from_orbits
     from orbitdb.store.reading.moment import reading
 
-    low, high = (0.0, None) if k is None else interval("--k", k)
+    low, high = (0.0, None) if k is None else read_range("--k", k)
     with progress("summing orbits"), reading(db) as moment:
-        found = levels_from_orbits(moment, a, high, parities(parity))
+        found = levels_from_orbits(moment, a, high, read_parities(parity))
         known = beside(moment, found)
     rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
     shown = [row for row in rows if row[0] >= low]

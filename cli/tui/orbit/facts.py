@@ -12,13 +12,14 @@ from textual import events
 from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.catalogue_file import Certificate, Partners
 from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings
 from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
-from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
-from orbitdb.symbols.words import run_notation
+from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
+from orbitdb.symbols.words import least_rotation, run_notation
 
 _MOST_BOUNCES = 60
 _BAR = 24
@@ -87,6 +88,30 @@ def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
     """Return the facts, followed by the bounces if they are few."""
     few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
+
+
+def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[RenderableType]:
+    """Return all facts about an orbit in parts."""
+    facts = facts_of(orbit, certificate, partners)
+    if facts[0][1] != orbit.code:
+        facts.insert(1, ("symbols", orbit.code))
+    if orbit.solver is not None:
+        facts.append(("solver", orbit.solver))
+    parts: list[RenderableType] = [table_of(facts)]
+    if orbit.class_size is not None:
+        parts += ["", Text("symmetry class", "bold"), table_of(_class(orbit))]
+    if orbit.coordinates is not None:
+        parts += ["", Text("bounces", "bold"), Bounces(orbit)]
+    return parts
+
+
+def _class(orbit: Orbit) -> list[tuple[str, str]]:
+    """Return the words of the class, each with the symmetry that leads to it."""
+    found: dict[str, list[str]] = {}
+    for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
+        how = ", ".join(name for bit, name in ELEMENT_NAMES.items() if element & bit) or "itself"
+        found.setdefault(least_rotation(image), []).append(how)
+    return [(code_text(word), "; ".join(how)) for word, how in found.items()]
 
 
 class FactsPanel(RichLog):

@@ -54,22 +54,16 @@ def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclos
 def enclose_all(
     legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
 ) -> Iterator[Enclosure]:
-    """Enclose the stationary points of N cut words one by one, with the precision that their status needs.
+    """Enclose the stationary points of N cut words in order, with the precision that their status needs.
 
     Parameters
     ----------
-    legs : Legs
     stadium : Stadium
         Its a is taken as the exact value of the double.
     start : ndarray, shape (m, N), optional
         Directions near the maxima, as from `orbitdb.orbits.newton.newton`; they only save time.
     precision : int, optional
         Bits at first; doubled, up to `MAX_PRECISION`, until the status is decided or lambda leaves no hope.
-
-    Yields
-    ------
-    Enclosure
-        In the order of the words.
     """
     low, high = (limit.T.tolist() for limit in direction_limits(legs, stadium.a))
     if start is None:
@@ -125,19 +119,9 @@ def _most_bits(path: BallPath) -> int:
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return the largest distances of the numbers of orbits from the enclosed ones.
+    """Return the largest distances of the numbers of N orbits from the enclosed ones, shape (N,) each.
 
-    Parameters
-    ----------
-    orbits : Orbits
-        N words.
-    found : sequence of Enclosure
-        The same N words, enclosed.
-
-    Returns
-    -------
-    coordinates, length, lyapunov : ndarray, shape (N,) each
-        The largest distance from any point of the ball, rounded up; the worst one of the coordinates.
+    Those of coordinates (the worst one), length and lambda, from any point of the ball and rounded up.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))

@@ -116,12 +116,7 @@ class ExactPath:
 def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     """Tell whether slacks are proved to be exactly zero at the maximum of the length.
 
-    Parameters
-    ----------
-    path : BallPath
-        Enclosed at its maximum.
-    touching : sequence of (Condition, arb)
-        The slacks and their enclosures.
+    The path is enclosed at its maximum; the slacks come with their enclosures.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):

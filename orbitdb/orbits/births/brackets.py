@@ -47,16 +47,7 @@ class Bracketed(Batch):
 
 
 def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
-    """Put brackets around zeros; keep those in which words are proved to change.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    legs : Chain
-        Their runs and legs.
-    zeros : Zeros
-        Zeros of slacks of some words.
-    """
+    """Put brackets around zeros of slacks; keep those in which words, shape (N, p), are proved to change."""
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
     for _ in range(2):  # once to come as close to the zero as doubles can, and once more there
@@ -93,14 +84,9 @@ def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 if doubles do not decide.
+    """Tell which words are orbits, each at its own a, shape (N,): 1, -1, or 0 if doubles do not decide.
 
-    Parameters
-    ----------
-    legs : Chain
-    a : ndarray, shape (N,)
-    alpha : ndarray, shape (m, N)
-        Directions near the maximum; the verdicts do not depend on them.
+    The directions alpha, shape (m, N), are near the maximum; the verdicts do not depend on them.
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)

@@ -136,8 +136,6 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
 
     Parameters
     ----------
-    legs : Chain
-        The words, one column per cell.
     x, radius : ndarray, shape (N,)
         Middle and half width of each cell in ln a.
     start : ndarray, shape (m, N)

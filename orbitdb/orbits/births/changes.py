@@ -40,34 +40,18 @@ _BATCH = 1 << 14
 
 @dataclass(frozen=True, eq=False)
 class Changes(ByValue):
-    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a.
+    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a."""
 
-    Attributes
-    ----------
-    always : ndarray of bool, shape (N,)
-        Whether the word is an orbit from a = 0 on.
-    word : ndarray of int, shape (K,)
-        The word that changes.
-    a, error : ndarray, shape (K,)
-        The place, and the proved bound on its error.
-    born : ndarray of bool, shape (K,)
-        True if it begins to be an orbit as a grows, False if it ceases.
-    bounce : ndarray of int, shape (K,)
-        The bounce of the word, counted from 1, that passes through a joint; one of them if several do.
-    joint : ndarray of int, shape (K,)
-        The joint, as a place in `JOINTS`.
-    slope : ndarray, shape (K,)
-        Speed of this bounce at the joint: d slack / d ln a (radians).
-    """
-
-    always: Marks
-    word: Integers
+    always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)
+    word: Integers  # the word that changes, shape (K,)
+    # the place, and the proved bound on its error, shape (K,)
     a: Floats
     error: Floats
-    born: Marks
+    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
+    # the bounce of the word, from 1, that passes through a joint; one of them if several do, shape (K,)
     bounce: Integers
-    joint: Integers
-    slope: Floats
+    joint: Integers  # the joint, as a place in `JOINTS`, shape (K,)
+    slope: Floats  # speed of this bounce at the joint: d slack / d ln a (radians), shape (K,)
 
     def lives(self) -> list[list[Stretch]]:
         """Return the ranges of a in which each word is an orbit, with None for no end."""
@@ -81,10 +65,7 @@ class Changes(ByValue):
 def find_changes(words: Words) -> Changes:
     """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation.
+    The words, shape (N, p), are admissible and primitive, of one order, in any rotation.
 
     Raises
     ------
@@ -121,11 +102,7 @@ def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, F
 def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
     """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    slack : ndarray of int, shape (N,)
-        Rows of `orbitdb.orbits.births.continuation.Station.slack`.
+    The slacks are rows of `orbitdb.orbits.births.continuation.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -194,16 +171,9 @@ def _inconsistent(found: Bracketed, always: Marks) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes from 1 by rising a; changes with touching brackets share an event.
+    """Number the events among changes of words of one order, shape (K,), from 1 by rising a.
 
-    Parameters
-    ----------
-    a, error : ndarray, shape (K,)
-        Changes of words of one order, in any order.
-
-    Returns
-    -------
-    ndarray of int, shape (K,)
+    Changes with touching brackets share an event. They may come in any order.
     """
     order = np.argsort(a, kind="stable")
     reach = np.maximum.accumulate((a + error)[order])

@@ -114,14 +114,8 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
     """Tell whether known changes are all changes that the segments allow.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Adjacent ones, by rising a.
-    changes : sequence of KnownChange
-        By rising a; changes outside the segments do not matter.
-    alive : bool or None
-        Whether the word is an orbit where the segments begin; None if unknown.
+    Segments, which are adjacent, and changes come by rising a; changes outside the segments do not matter.
+    `alive` tells whether the word is an orbit where the segments begin; None if unknown.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True
@@ -142,12 +136,12 @@ def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: boo
         if here:
             alive = way
         elif alive is not way:
-            behind = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
-            if behind not in _CONSTANT:
+            after = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
+            if after not in _CONSTANT:
                 alive, sure = None, False
-            elif (behind == Kind.ALIVE) is way and alive is not None:
+            elif (after == Kind.ALIVE) is way and alive is not None:
                 return Verdict.WRONG
             else:
-                sure = sure and (behind == Kind.ALIVE) is not way
-                alive = behind == Kind.ALIVE
+                sure = sure and (after == Kind.ALIVE) is not way
+                alive = after == Kind.ALIVE
     return Verdict.PROVED if sure and not left else Verdict.UNDECIDED

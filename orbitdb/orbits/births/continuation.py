@@ -62,17 +62,9 @@ def motion(
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a; each solve starts from the last two stations.
+    """Follow N words along a grid of x = ln a; yield a station for each point.
 
-    Parameters
-    ----------
-    legs : Chain
-    grid : ndarray, shape (J,)
-
-    Yields
-    ------
-    Station
-        One for each point of the grid.
+    Each solve starts from the last two stations.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha

@@ -49,17 +49,7 @@ class Zeros(Batch):
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     """Find the cells in which slacks of words change sign while no other slack is negative throughout.
 
-    Parameters
-    ----------
-    legs : Chain
-        N words of m legs.
-    stations : iterable of Station
-        The words along the grid (`orbitdb.orbits.births.continuation.follow`).
-
-    Returns
-    -------
-    Zeros
-        The cells.
+    The stations are those of the N words along the grid (`orbitdb.orbits.births.continuation.follow`).
     """
     none, nothing = np.zeros(0, np.intp), np.zeros(0)
     found, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
@@ -114,12 +104,6 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
 
     The Illinois method stays in the cell. When a direction reaches or leaves a limit, the slope of a slack
     jumps, and Newton's method in x can cycle.
-
-    Parameters
-    ----------
-    legs : Chain
-        The N words of the cells.
-    cells : Zeros
     """
     part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
     far, x = cells.far - beyond, cells.x + beyond

@@ -11,47 +11,41 @@ from pathlib import Path
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import own_views, refuse_tampered
-from orbitdb.store.file.journal import refuse_foreign
+from orbitdb.store.file.guard import own_views, refuse_foreign, refuse_tampered
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
 
 _TURNS = 12
-"""How often it waits to write; parallel fills hold the lock most of the time."""
+"""Number of these waits before a writer gives up; parallel fills hold the lock most of the time."""
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
-"""Page cache of a reader in kilobytes; rows are read in the order of storage."""
+"""Page cache of a reader in kilobytes; small, because rows are read in the order of storage."""
 
 
 def default_path() -> Path:
-    """Return the default path of the catalogue: ORBITDB_DB, or in the user's data folder."""
+    """Return the default path of the catalogue: ORBITDB_DB, or a file in the user's data folder."""
     named = os.environ.get("ORBITDB_DB")
     return Path(named) if named else data_folder() / "orbits.db"
 
 
 def data_folder() -> Path:
-    """Return the user's data folder, the only folder that is made with the first catalogue."""
+    """Return the user's data folder, the only folder that orbitdb creates."""
     from platformdirs import user_data_path
 
     return user_data_path("orbitdb", appauthor=False)
 
 
 def check_file(path: Path) -> int | None:
-    """Examine a file before it is opened as a catalogue.
-
-    Returns
-    -------
-    int or None
-        The version of its schema; None without a file, or for an empty one.
+    """Return the schema version of a file; None if it is missing or empty.
 
     Raises
     ------
     StoreError
-        If it is not a catalogue, comes from a newer orbitdb, or has a schema before 6.
+        If it is not a catalogue, comes from a newer orbitdb, or has a schema older than 6.
     """
     try:
         try:
@@ -68,7 +62,7 @@ def check_file(path: Path) -> int | None:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
     pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
-        return None  # a database without tables, left by a killed creation
+        return None  # a database without tables: its creation was killed
     if application != APPLICATION_ID:
         raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
     if version > SCHEMA_VERSION:
@@ -83,7 +77,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Refuse to read anything but a catalogue of the newest schema; the message gives the remedy."""
+    """Raise `StoreError`, with a remedy, unless the file is a catalogue of the newest schema."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -92,9 +86,7 @@ def need_newest(path: Path) -> None:
 
 
 def _marks(path: Path) -> tuple[int, ...]:
-    """Return the number of pages, the version of the schema and the mark of the program.
-
-    The contents of a journal are included; without a journal, the file is only read.
+    """Return page count, schema version and application id, with the changes in the journal if there is one.
 
     Only SQLite opens the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal in use.
@@ -118,24 +110,24 @@ def _pragmas(uri: str) -> tuple[int, ...]:
 
 
 def _uri(path: Path, mode: str = "ro") -> str:
-    """Return the whole path as a URI; a name need not be UTF-8."""
+    """Return the absolute path as a URI; the name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
 def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
-    """Return a function that connects to a catalogue for reading, in any folder and beside writers.
+    """Return a function that opens a catalogue for reading, in any folder and while others write.
 
-    The file must be a catalogue of the newest schema that holds nothing active (`orbitdb.store.file.guard`).
+    It refuses an older schema and active contents (`orbitdb.store.file.guard`).
     """
-    uri = _uri(path, "rw")  # the last to close the file removes the journal, which needs the right to write
+    uri = _uri(path, "rw")  # whoever closes the file last removes the journal and needs write access
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        # no function for free expressions may make a text longer; while a query runs, SQLite
-        # changes no function
+        # in expressions, no function may make a text longer; set here, because SQLite changes no function
+        # while a query runs
         connection.create_function("replace", 3, _shortened, deterministic=True)
         return connection
 
@@ -143,9 +135,9 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
 
 
 def read_alone(path: Path) -> bool:
-    """Tell whether to read a file without locks: SQLite would need to write a journal, or leave an empty one.
+    """Tell whether to read a file without locks, because SQLite could not write or remove its journal.
 
-    Its owner could not write to the file beside a journal that somebody else left.
+    A journal left by another user would keep the owner from writing.
     """
     writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
     return not writable and not path.with_name(path.name + "-wal").exists()
@@ -153,7 +145,7 @@ def read_alone(path: Path) -> bool:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
-    """Refuse what was read without locks from a file that was written meanwhile."""
+    """Raise `StoreError` if a file that is read without locks is written meanwhile."""
     before = _stamp(path) if read_alone(path) else None
     try:
         yield
@@ -171,9 +163,9 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 
 
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
-    """Return a function that connects to a file for writing, which may be new or have an older schema.
+    """Return a function that opens a file for writing, which may be new or have an older schema.
 
-    It must hold nothing active. With `references`, SQLite checks every written reference.
+    It refuses active contents. With `references`, SQLite checks every foreign key that is written.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
@@ -192,7 +184,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
 
 
 def waiting(ask: Callable[[], object]) -> None:
-    """Try for a lock until it is granted; Ctrl-C works between the attempts."""
+    """Ask for a lock until it is granted or time is up; Ctrl-C works between attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
         try:
@@ -201,11 +193,11 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
-        time.sleep(0.01)  # if SQLite itself does not wait, as for the change of the journal mode
+        time.sleep(0.01)  # SQLite itself does not wait to change the journal mode
 
 
 def _open(uri: str) -> sqlite3.Connection:
-    """Connect to a database; long queries give way to Ctrl-C."""
+    """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
         uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
     )
@@ -215,10 +207,7 @@ def _open(uri: str) -> sqlite3.Connection:
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
-    """Connect so that nothing in the file is active, and refuse a file with active contents.
-
-    A file with the journal of another is refused, too.
-    """
+    """Connect so that SQLite runs nothing in the file; refuse active contents or another file's journal."""
     _refuse_foreign_journal(path)
     connection = _open(uri)
     try:
@@ -234,7 +223,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 @contextmanager
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a connection for a few questions in one read transaction, without importing SQLAlchemy."""
+    """Give a connection in a read transaction, without importing SQLAlchemy."""
     need_newest(path)
     with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
@@ -250,11 +239,9 @@ def plain_errors(path: Path) -> Iterator[None]:
         cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
         if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
             raise
-        if str(cause) == "interrupted":  # by a signal while SQLite was at work
+        if str(cause) == "interrupted":  # by a signal
             raise KeyboardInterrupt from error
-        told = (
-            "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)
-        )  # of a text that is not UTF-8
+        told = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)  # text that is not UTF-8
         raise StoreError(_remedy(path, told)) from error
 
 
@@ -276,7 +263,7 @@ def _remedy(path: Path, message: str) -> str:
 
 
 def _shortened(text: object, part: object, by: object) -> str | None:
-    """Do the same as SQLite's replace, but fail if the text would grow."""
+    """Replace like SQLite, but fail if the text would grow."""
     if text is None or part is None or by is None:
         return None
     if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):

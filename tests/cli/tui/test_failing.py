@@ -17,7 +17,6 @@ from orbitdb.cli.tui.export import Shown, export
 from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
@@ -72,7 +71,7 @@ async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatc
 
         alter(filled, "DROP TABLE change")
         [altered] = await told("enter")
-        assert isinstance(app.screen, WholeOrbitScreen)
+        assert app.screen.whole
         assert altered.startswith(f"{filled} is not as orbitdb made it (table change)")
         await press(pilot, "escape")
         assert set(await told("greater_than_sign")) == {f"{filled}: no such table: change"}
@@ -136,7 +135,7 @@ async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, m
         table.show(NONE)
         main.rows.position.action_type(8)
         assert (table.cursor, main.rows.position.note) == (0, "8 …")
-        main.take_rows(pages)
+        main.side.take_rows(pages)
         await settle(pilot)
         assert (len(row_of(app)[0]), main.rows.position.note) == (8, "period 8")
 

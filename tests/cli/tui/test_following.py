@@ -10,7 +10,7 @@ from screens import LARGE, browsing, press, row_of, settle, shown, table_of, unt
 from textual.widgets import Input
 from there import there
 
-from orbitdb.answers.gaps import lacking_births, unfilled
+from orbitdb.answers.unfilled import lacking_births, unfilled
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.dialogs.fill import FillDialog
@@ -76,9 +76,9 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
         screen, table, catalogue = app.screen, table_of(app), app.file.reader
         stored = [table.source.row(place) for place in range(len(table.source))]
         await press(pilot, "less_than_sign", "less_than_sign")
-        assert table.source.a == screen.orbit.a == screen.following.here < 1.54
+        assert table.source.a == screen.orbit.a == screen.side.following.here < 1.54
         await press(pilot, "G", "T")
-        assert screen.orbit.a == screen.following.here < 1.54
+        assert screen.orbit.a == screen.side.following.here < 1.54
         assert least_rotation(screen.orbit.code) == row_of(app)[0]
         await press(pilot, "R")
         assert table.source.a is not None
@@ -93,15 +93,15 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
         rows = [table.source.row(place) for place in range(len(table.source))]
         alive = [row[0] for row in rows if row[3] == "orbit"]
         with catalogue.moment() as moment:
-            assert len(alive) == counts_at(moment.connection, screen.following.here, 5).n_c
+            assert len(alive) == counts_at(moment.connection, screen.side.following.here, 5).n_c
         assert all(row[2] is row[4] is row[10] is None for row in rows)
-        assert f"{len(alive)} orbits at a = {screen.following.here:.9g}" in shown(app)
-        assert f"facts at a = {screen.following.here:.9g}" in shown(app)
+        assert f"{len(alive)} orbits at a = {screen.side.following.here:.9g}" in shown(app)
+        assert f"facts at a = {screen.side.following.here:.9g}" in shown(app)
         assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
         assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
         await press(pilot, "escape")
         assert table.source.a is None
-        assert screen.orbit.a == screen.following.here == 1.6
+        assert screen.orbit.a == screen.side.following.here == 1.6
         screen.choices.selection = Selection(where="p = 3")
         await settle(pilot)
         for _ in range(2):
@@ -207,7 +207,7 @@ async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.side.compared == ()
-        app.screen.take_found(solve_word("1232131", Stadium(1.6)))  # too late
+        app.screen.side.take_found(solve_word("1232131", Stadium(1.6)))  # too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
         await press(pilot, "a", "2", "full_stop", "5")

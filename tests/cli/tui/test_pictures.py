@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from io import StringIO
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +14,8 @@ from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
-from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
+from orbitdb.cli.tui.orbit.facts import whole
 from orbitdb.cli.tui.orbit.pictures import (
     MOST_DRAWN,
     Curve,
@@ -25,9 +26,9 @@ from orbitdb.cli.tui.orbit.pictures import (
     path_of,
     phase_points,
 )
-from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen, whole
 from orbitdb.numerals import upwards
 from orbitdb.orbits.single_word import solve_word
+from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
 from orbitdb.symbols.words import least_rotation
 
@@ -228,18 +229,21 @@ def test_a_pruned_word_and_a_long_one_show_what_is_known():
 async def test_enter_opens_the_whole_orbit(filled_once, size):
     async with browsing(filled_once, size) as (app, pilot):
         await press(pilot, "j", "enter")
-        assert isinstance(app.screen, WholeOrbitScreen)
+        assert app.screen.whole
         assert "013 at a = 1.6" in shown(app)
         await press(pilot, "G")
         assert "bounces" in shown(app)
         await press(pilot, "question_mark")
         assert isinstance(app.screen, KeysDialog)
-        assert "back to the orbits" in shown(app)
+        assert "scrolling" in shown(app)
         await press(pilot, "escape", "v")
         assert "phase space" in shown(app)
-        await press(pilot, "enter")
-        assert isinstance(app.screen, MainScreen)
-        assert there(app.screen.orbit).code == "013"
+        for back in ("enter", "escape", "q"):
+            await press(pilot, "o", "bracketleft", back)  # the hidden rows stay as they are
+            main: Any = app.screen
+            assert not main.whole
+            assert (main.selection, main.orbit.code) == (Selection(), "013")
+            await press(pilot, "enter")
 
 
 @pytest.mark.slow
@@ -260,7 +264,7 @@ async def test_the_whole_orbit_follows_the_main_screen(filled_once):
         await press(pilot, "asterisk", "e")
         assert app.screen.query_one(Input).value == "1232131.svg"
         await press(pilot, "escape", "escape")
-        assert isinstance(app.screen, MainScreen)
+        assert not main.whole
         assert (main.orbit.code, main.selection.a) == ("1232131", 2.5)
 
 

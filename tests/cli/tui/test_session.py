@@ -24,7 +24,6 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
 from orbitdb.cli.tui.orbit.panel import OrbitPanel
-from orbitdb.cli.tui.orbit.whole_orbit import WholeOrbitScreen
 from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
 from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
@@ -77,8 +76,6 @@ def target(part, action) -> tuple[Any, str]:
         "table": PagedTable,
     }
     _, name, parameters = parse(action)
-    if name == "main":
-        return target(MainScreen, *parameters)
     if name == "to":
         return target(widgets[parameters[0]], parameters[1])
     return part, f"action_{name}"
@@ -86,10 +83,10 @@ def target(part, action) -> tuple[Any, str]:
 
 def test_every_key_of_a_screen_is_listed_in_its_group():
     own: list[Any] = [PagedTable, MainScreen, BrowseApp]
-    parts = [*own, CountsScreen, StatisticsScreen, WholeOrbitScreen, ScrollBox]
+    parts = [*own, CountsScreen, StatisticsScreen, ScrollBox]
     every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
     untold = [each.key for _, each in every if not (each.tooltip or each.description)]
-    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d", "enter"]
+    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d"]
     assert all(hasattr(*target(part, each.action)) for part, each in every)
     groups = groups_of(part.KEYS for part in own)
     told = {title: dict(lines) for title, lines in groups}
@@ -174,7 +171,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert app.clipboard == seen[-1]
         assert main.orbit.code == row_of(app)[0] == words[len(words) - table.size.height]
         await press(pilot, "g")
-        main.go_to(app.file.find("00123", 1.6))
+        main.side.go_to(app.file.find("00123", 1.6))
         await hurry(pilot, "m")  # a pruned word has no bounces to compare
         assert main.side.compared == ()
         await hurry(pilot, "j")

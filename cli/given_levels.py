@@ -1,0 +1,185 @@
+"""Options about quantum levels, shared by commands: ranges of k, parities, and levels in a file."""
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from orbitdb.cli.options import number_option
+from orbitdb.cli.render import note
+from orbitdb.errors import InputError
+from orbitdb.numerals import real
+
+if TYPE_CHECKING:
+    from orbitdb.arrays import Floats
+    from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.store.reading.moment import Moment
+
+Table = list[tuple[str | None, float]]
+"""Parity, if it has one, and number of each level in a file."""
+
+_LIGHT = 299_792_458.0
+"""Speed of light in metres per second."""
+_UNITS = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
+
+_RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+Range = Annotated[str, _RANGE]
+SomeRange = Annotated[str | None, _RANGE]
+Parities = Annotated[
+    str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
+]
+
+
+_HELP = "Levels k, one a line, or a table with a column k [default: those of the catalogue]."
+OF_FILE = ("energies", "frequency", "radius")
+"""Options that say what a file of levels holds."""
+
+
+@dataclass(frozen=True)
+class GivenLevels:
+    """The options for levels in a file, and for the parity of levels."""
+
+    levels: Annotated[Path | None, typer.Option(metavar="FILE", help=_HELP)] = None
+    parity: Annotated[
+        str | None, typer.Option(help="ee, eo, oe or oo, if the levels are of one [default: all].")
+    ] = None
+    energies: Annotated[
+        bool, typer.Option("--energies", help="The file holds energies k^2 (in a table, a column energy).")
+    ] = False
+    frequency: Annotated[
+        Literal["Hz", "kHz", "MHz", "GHz"] | None,
+        typer.Option(help="The file holds frequencies in this unit (in a table, a column frequency)."),
+    ] = None
+    radius: Annotated[
+        float | None, number_option(help="Radius of the semicircles in metres, with --frequency.")
+    ] = None
+
+    def __post_init__(self) -> None:
+        if (self.frequency is None) != (self.radius is None):
+            raise InputError("frequencies need --frequency with their unit and --radius in metres")
+        if self.frequency is not None and self.energies:
+            raise InputError("--energies and --frequency: the file holds one or the other")
+        if self.radius is not None and not 0 < self.radius < math.inf:
+            raise InputError(f"--radius {self.radius:g}: give metres, such as 0.2")
+
+    def of_one(self) -> "Parity | None":
+        """Return the parity, or None if none is named; raise for several."""
+        return None if self.parity is None else one_parity(self.parity)
+
+    def read(self, parity: "Parity | None") -> "Floats | None":
+        """Return the levels k of one parity or of all, in rising order, or None if no file is named."""
+        return None if self.levels is None else self._of(self._table(self.levels), parity)
+
+    def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
+        """Return the levels of each parity, from the file or the catalogue."""
+        from orbitdb.answers.spectrum import levels_from_zero
+        from orbitdb.billiard.stadium import Stadium
+        from orbitdb.quantum.spectrum import check_levels
+
+        named = read_parities(self.parity)
+        if self.levels is None:
+            return {each: levels_from_zero(moment, a, each).k for each in named}
+        table = self._table(self.levels)
+        known = {parity for parity, _ in table}
+        if known == {None} and len(named) > 1:
+            raise InputError(
+                f"statistics are of one parity: name it with --parity, or give a column in {self.levels}"
+            )
+        here = [each for each in named if known == {None} or str(each) in known]
+        return {each: check_levels(self._of(table, each), Stadium(a), each) for each in here}
+
+    def _table(self, path: Path) -> "Table":
+        return read_file(path, "energy" if self.energies else "k" if self.frequency is None else "frequency")
+
+    def _of(self, table: "Table", parity: "Parity | None") -> "Floats":
+        """Return the levels k of one parity or of all, in rising order, with a note if they were not."""
+        import numpy as np
+
+        values = np.array([value for of, value in table if parity is None or of in (None, parity)], float)
+        if (np.diff(values) < 0).any():
+            note(f"the levels in {self.levels} were not in order: sorted")
+        values = np.sort(values)
+        if self.frequency is not None and self.radius is not None:
+            values *= 2 * math.pi * _UNITS[self.frequency] * self.radius / _LIGHT
+        return np.sqrt(values) if self.energies else values
+
+
+@dataclass(frozen=True)
+class MeasuredLevels(GivenLevels):
+    """The same, with the file as an argument."""
+
+    levels: Annotated[Path | None, typer.Argument(metavar="FILE", help=_HELP)] = None
+
+
+def read_range(name: str, text: str) -> tuple[float, float]:
+    """Return the ends of a range such as 0:30, or raise."""
+    first, colon, last = text.partition(":")
+    try:
+        low, high = real(first), real(last)
+    except ValueError:
+        low, high = 0.0, -1.0
+    if not colon or not 0 <= low < high:
+        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
+    return low, high
+
+
+def read_parities(text: str | None) -> "list[Parity]":
+    """Return the named parities, by default all four, or raise."""
+    from orbitdb.quantum.amplitudes import Parity
+
+    if text is None:
+        return list(Parity)
+    try:
+        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
+    except ValueError:
+        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
+
+
+def one_parity(text: str) -> "Parity":
+    """Return the named parity; raise if there are several."""
+    first, *others = read_parities(text)
+    if others:
+        raise InputError(f"--parity {text}: give one, or leave it out for all")
+    return first
+
+
+def read_file(path: Path, name: str) -> "Table":
+    """Return the parity, if there is one, and the number in a column, of each row of a file.
+
+    The file is csv, a table with tabs, semicolons or spaces, or one number a line. Lines with # are skipped.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "no text"
+        raise InputError(f"{path}: {why}; give a file with one level a line") from None
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
+    bare = not lines or _number(lines[0].split(mark)[0]) is not None
+    table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
+    if name not in (table.fieldnames or ()):
+        raise InputError(f"{path}: its heading has no column {name}: rename one, or leave out the heading")
+    found = []
+    for number, row in enumerate(table, 1):
+        if None in row:
+            raise InputError(
+                f"{path}: row {number} has too many columns: name all in a heading, or give one number a "
+                "line, with a decimal point"
+            )
+        level = _number(row[name] or "")
+        if level is None:
+            raise InputError(f"{path}: row {number} has no level: {row[name]!r:.40}; give one number a line")
+        if not 0 < level < math.inf:
+            raise InputError(f"{path}: row {number} is {level:g}: levels are finite and above 0")
+        found.append((row.get("parity"), level))
+    return found
+
+
+def _number(text: str) -> float | None:
+    try:
+        return real(text)
+    except ValueError:
+        return None
