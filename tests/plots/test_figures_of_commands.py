@@ -249,7 +249,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     np.testing.assert_allclose(named(below, "orbits, $X = 13$, less")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
-    assert legend(above) == ["levels", "orbits, $X = 16$", "Weyl's law"]
+    assert legend(above) == ["levels", "orbits, $X = 13$", "Weyl's law"]
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
