@@ -33,7 +33,7 @@ Parities = Annotated[
 ]
 
 
-_HELP = "Levels k, one a line, or a table with a column k [default: those of the catalogue]."
+_HELP = "Levels k, one per line, or a table with a column k [default: those of the catalogue]."
 OF_FILE = ("energies", "frequency", "radius")
 """Options that say what a file of levels holds."""
 
@@ -86,7 +86,7 @@ class GivenLevels:
         known = {parity for parity, _ in table}
         if known == {None} and len(named) > 1:
             raise InputError(
-                f"statistics are of one parity: name it with --parity, or give a column in {self.levels}"
+                f"statistics need one parity: name it with --parity, or add a column parity to {self.levels}"
             )
         here = [each for each in named if known == {None} or str(each) in known]
         return {each: check_levels(self._of(table, each), Stadium(a), each) for each in here}
@@ -149,13 +149,13 @@ def one_parity(text: str) -> "Parity":
 def read_file(path: Path, name: str) -> "Table":
     """Return the parity, if there is one, and the number in a column, of each row of a file.
 
-    The file is csv, a table with tabs, semicolons or spaces, or one number a line. Lines with # are skipped.
+    The file is csv, a table with tabs, semicolons or spaces, or one number per line. Comments begin with #.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "no text"
-        raise InputError(f"{path}: {why}; give a file with one level a line") from None
+        raise InputError(f"{path}: {why}; give a file with one level per line") from None
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None
@@ -166,12 +166,14 @@ def read_file(path: Path, name: str) -> "Table":
     for number, row in enumerate(table, 1):
         if None in row:
             raise InputError(
-                f"{path}: row {number} has too many columns: name all in a heading, or give one number a "
+                f"{path}: row {number} has too many columns: name all in a heading, or give one number per "
                 "line, with a decimal point"
             )
         level = _number(row[name] or "")
         if level is None:
-            raise InputError(f"{path}: row {number} has no level: {row[name]!r:.40}; give one number a line")
+            raise InputError(
+                f"{path}: row {number} has no level: {row[name]!r:.40}; give one number per line"
+            )
         if not 0 < level < math.inf:
             raise InputError(f"{path}: row {number} is {level:g}: levels are finite and above 0")
         found.append((row.get("parity"), level))

@@ -39,7 +39,7 @@ _BAR = 8
 
 @contextmanager
 def progress(text: str, to_stdout: bool = False, expected: float | None = None) -> Iterator[Tell]:
-    """Show the progress of long work on a terminal while the context lasts; give what takes reports.
+    """Show the progress of long work on a terminal while the context lasts; yield what takes reports.
 
     A report raises if the work is to end (`go_on`). The text is shown until the first one. The remaining time
     follows the expected seconds until enough work is done to measure its rate. There is no line if rows go to
@@ -132,8 +132,8 @@ def frame(
 ) -> str:
     """Return the line after a report, for the width of the terminal.
 
-    ``elapsed`` and ``expected`` are seconds since the start of the work, and in all. What is least important
-    is left out if the line is too long.
+    ``elapsed`` is the time since the start of the work, ``expected`` that of all of it, in seconds. If the
+    line is too long, the least important facts are left out.
     """
     if not bars.tasks or done < bars.tasks[0].completed or total != (bars.tasks[0].total or 0):
         for known in bars.task_ids:  # the work and its rate are new

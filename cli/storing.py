@@ -54,13 +54,19 @@ def written(periods: Sequence[int]) -> str:
 
 
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
-    """Write the estimate of a large fill or sweep, or of any one with --dry-run."""
+    """Write the estimate of a large fill or sweep, or with --dry-run of any."""
     from orbitdb.filling.estimate import LARGE, about, gigabytes
 
     if dry_run or coming.words >= LARGE:
         room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
 
+
+_HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
+Highest = Annotated[str, _HIGHEST]
+SomeHighest = Annotated[str | None, _HIGHEST]
+Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
+"""Read together by `asked_periods`."""
 
 _MOST_JOBS = 1024
 
@@ -95,7 +101,7 @@ class Solvers:
                 "--scheduler scheduler.json, its file"
             )
         if self.scheduler is not None and self.jobs is not None:
-            raise InputError("--jobs counts processes here, a dask cluster has its own: leave out --jobs")
+            raise InputError("--jobs counts processes here, and a dask cluster has its own: leave out --jobs")
 
     def number(self) -> int:
         """Return the number of processes for a fill; a cluster always has enough."""

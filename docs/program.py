@@ -15,7 +15,8 @@ from enum import Enum
 from functools import partial
 from typing import Any
 
-from orbitdb.columns import GROUPS, OF_ORBITS, Column
+from orbitdb.column import Column
+from orbitdb.columns import GROUPS, OF_ORBITS
 
 _NAMES = "<!-- here: names -->"
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
@@ -122,8 +123,9 @@ def _epilog(text: str) -> Iterator[str]:
     if lines:
         yield "<!-- not run: examples of the help -->\n```console\n" + "\n".join(lines) + "\n```"
     for part in parts:
-        if part.startswith("\b"):
-            yield "\nThe columns are those of the page [Columns](columns.md).\n"
+        kept = part.strip().removeprefix("\b").strip()
+        if kept != part.strip():  # its lines stay as they are
+            yield f"\n```text\n{kept}\n```\n"
         elif not part.startswith("  "):
             yield "\n" + _plain(part) + "\n"
 

@@ -3,7 +3,8 @@
 import re
 from typing import Any, TypeVar
 
-from orbitdb.columns import IN_CATALOGUE, NAME, Column
+from orbitdb.column import NAME, Column
+from orbitdb.columns import IN_CATALOGUE
 
 
 def sql_of(column: Column) -> str:
@@ -25,8 +26,8 @@ _Class = TypeVar("_Class", bound=type)
 def with_formulas(cls: _Class) -> _Class:
     """Give the objects of a class a property for each column with a formula.
 
-    It is computed from the attributes of the same names, numbers or arrays. It is None if one of them is, or
-    for a word without a symmetry class.
+    It is computed from the attributes that the formula names, numbers or arrays. It is None if one of them
+    is, or for a word without a symmetry class.
     """
     for column in IN_CATALOGUE:
         if column.formula:

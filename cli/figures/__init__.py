@@ -25,7 +25,7 @@ class Drawing:
     shows: str
 
 
-FIGURES: dict[Kind, Drawing] = {
+DRAWINGS: dict[Kind, Drawing] = {
     "orbit": Drawing("orbits.draw_orbit", OF_WORD, "the path of WORD in the stadium (Fig. 1 of the paper)"),
     "reverse": Drawing("orbits.draw_reverse", OF_WORD, "WORD above its time reverse (Fig. 4)"),
     "life": Drawing(
@@ -53,10 +53,12 @@ FIGURES: dict[Kind, Drawing] = {
         "levels.draw_length_spectrum", _OF_LEVELS, "the length spectrum of levels beside that of the orbits"
     ),
     "staircase": Drawing(
-        "levels.draw_levels", _OF_LEVELS, "levels below k, and what the orbits give ('orbitdb levels' first)"
+        "levels.draw_levels",
+        _OF_LEVELS,
+        "levels below k, and what the orbits give (run 'orbitdb levels' first)",
     ),
     "assess": Drawing("levels.draw_assessment", _OF_LEVELS, "where levels are missing, by the orbits"),
-    "spacings": Drawing("levels.draw_spacings", _OF_LEVELS, "the spacings of levels, in their mean"),
+    "spacings": Drawing("levels.draw_spacings", _OF_LEVELS, "the spacings of levels, in units of their mean"),
     "rigidity": Drawing(
         "levels.draw_rigidity", _OF_LEVELS, "Delta_3 and number variance, beside those of random matrices"
     ),

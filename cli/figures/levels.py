@@ -123,7 +123,7 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
 
 
 def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw psi^2 of the level next to some k, and an orbit over it."""
+    """Draw psi^2 of the level nearest to some k, with any orbit over it."""
     found = _nearest(a, k, parity)
     with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
         waves.draw_wave(made.add_subplot(), found, orbit)
@@ -131,7 +131,7 @@ def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure
 
 
 def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw the Husimi function of the level next to some k, and the bounces of an orbit over it."""
+    """Draw the Husimi function of the level nearest to some k, with the bounces of any orbit over it."""
     found = _nearest(a, k, parity)
     with figure(7.2, 4.2, _title(found, orbit)) as made:
         waves.draw_husimi(made.add_subplot(), found, orbit)

@@ -5,7 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from orbitdb.columns import EVERY, IN_CATALOGUE, OF_BOUNDS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, Column
+from orbitdb.answer_columns import OF_BOUNDS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
+from orbitdb.column import Column
+from orbitdb.columns import EVERY, IN_CATALOGUE
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES, comments
 
 _SHOWN: dict[str, tuple[str, str, Sequence[Column]]] = {

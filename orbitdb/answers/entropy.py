@@ -120,8 +120,8 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     if not (born := tuple(p for p in born if p not in known)):
         return []
     return [
-        f"births tell how many orbits of {written_periods(born)} there are at a = {exact(chosen.a)}, "
-        "but not which of them are chosen: leave out all but --p, or fill them"
+        f"births only count all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not the chosen "
+        "ones: leave out all options but --p, or fill these periods"
     ]
 
 

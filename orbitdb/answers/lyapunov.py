@@ -188,7 +188,6 @@ def _without_orbits(a: float) -> str:
 def _up_to(
     subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Callable[[float], None]
 ) -> Result:
-    """Return one average over all pseudo-cycles up to a cut."""
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes.rows(), subset.selection.a

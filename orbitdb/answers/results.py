@@ -80,7 +80,6 @@ class Result(ByValue):
         return "\n".join([*lines, *self.facts, *self.notes])
 
     def _repr_html_(self) -> str:
-        """Show a table in a notebook."""
         head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
         cells = ("".join(f"<td>{escape(_short(value))}</td>" for value in row) for row in self.rows())
         body = "".join(f"<tr>{row}</tr>" for row in cells)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from orbitdb.answers import subset_tables
 from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column
+from orbitdb.column_files import Values
 from orbitdb.columns import WRITTEN
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
@@ -135,9 +135,7 @@ class Subset(ByValue):
     ) -> "Orbit | Subset":
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
-            raise TypeError(
-                f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
-            )
+            raise TypeError(f"rows are found by number, not by {rows!r:.40}: ask the catalogue for a word")
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))
@@ -281,11 +279,10 @@ class Subset(ByValue):
         return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures."""
         shown = list(self[: subset_tables.MOST_ROWS])
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, Column]:
+    def _columns(self) -> dict[str, Values]:
         columns = {name: getattr(self, name) for name in _TOLD}
         parts = None if self.coordinates is None else np.split(self.coordinates, self.start[1:-1])
         return subset_tables.columns_of(self.selection.a, self.codes, columns, parts)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column, arrow_batch, arrow_schema
+from orbitdb.column_files import Values, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
@@ -31,16 +31,13 @@ _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
 """Alignment of each cell; notebooks align all to the right."""
 
-Columns = Mapping[str, Column]
-"""Columns by name; None or NaN for a missing value."""
-
 
 def columns_of(
     a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
-) -> dict[str, Column]:
+) -> dict[str, Values]:
     """Return the columns of a subset, with None for what a word without a class lacks."""
     classless = (arrays["representative"] == "").tolist()
-    columns: dict[str, Column] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
+    columns: dict[str, Values] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
     for name, values in arrays.items():
         kind = kind_of(name)
         if kind == "text":
@@ -54,7 +51,7 @@ def columns_of(
     return columns
 
 
-def to_pandas(columns: Columns) -> "pandas.DataFrame":
+def to_pandas(columns: Mapping[str, Values]) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
     Coordinates are one array per row, or None.
@@ -71,7 +68,7 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
     return pandas.DataFrame(table)
 
 
-def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
+def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarrow.Table":
     """Return an Arrow table typed like an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
     schema = arrow_schema(tuple(columns), notes)

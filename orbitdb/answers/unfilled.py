@@ -12,7 +12,7 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
 from orbitdb.store.asking.conditions import asks_of_lives
 from orbitdb.store.asking.selection import Selection, are_many, joined_spans, written_periods, written_spans
-from orbitdb.store.file.tables import driver
+from orbitdb.store.file.database import driver
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import a_stored
 from orbitdb.store.reading.moment import Moment

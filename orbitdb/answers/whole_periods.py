@@ -79,7 +79,7 @@ def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
         selection = replace(selection, statuses=(Status.ORBIT,))
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
-            f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
+            f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
     chosen = moment.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
     found = dict(chosen.values)
@@ -275,5 +275,5 @@ def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOr
         sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
         sound[sound] = rules_broken(words[sound]) == 0
         if not sound.all():
-            raise unsound("a class number that is no admissible word's:", number[~sound][0])
+            raise unsound("a class number without an admissible word:", number[~sound][0])
         yield p, orbits_of_words(words, classes.chosen[here], classes.lyapunov[here], a)

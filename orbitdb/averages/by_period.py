@@ -21,8 +21,7 @@ from orbitdb.equality import ByValue
 class Entropy(ByValue):
     """Entropies by period; all arrays have the shape of p."""
 
-    # 2, 3, .. to the highest period.
-    p: Integers
+    p: Integers  # 2, 3, .. to the highest period
     N: Integers  # number of points on orbits of period p and its divisors
     K_0: Floats  # ln N / p; NaN if N is 0
     h_zeta: Floats  # -ln of the leading zero of the topological zeta function truncated at order p
@@ -60,8 +59,7 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
 class Lyapunov(ByValue):
     """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
 
-    # 2, 3, .. to the highest period.
-    p: Integers
+    p: Integers  # 2, 3, .. to the highest period
     # the paper's averages over fixed points, per bounce and per length
     lambda_d: Floats
     lambda_c: Floats

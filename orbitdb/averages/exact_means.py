@@ -109,10 +109,9 @@ class ExactMeans:
     """Means over the invariant measure for a leg with its run."""
 
     a: float  # half the length of a straight wall
-    # the means of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K)
-    log_drift: Mean
-    log_kick: Mean
-    coupling: Mean
+    log_drift: Mean  # the mean of ln D
+    log_kick: Mean  # the mean of ln K
+    coupling: Mean  # the mean of c2 = ln(1 + (1/D_before + 1/D_after)/K)
 
     @property
     def terms(self) -> tuple[Mean, Mean, Mean]:

@@ -26,9 +26,8 @@ CHUNK = 1 << 16
 class Factors(Batch):
     """The N different factors (1 - t z^p)^count of 1/zeta."""
 
-    # shape (N,)
-    period: Integers
-    count: Integers
+    period: Integers  # shape (N,)
+    count: Integers  # shape (N,)
     cost: Floats  # logarithm of the multiplier to which the cut applies; positive, shape (N,)
     weight: Floats  # t, with its sign, shape (N,)
     observables: Floats  # shape (k, N)

@@ -62,8 +62,7 @@ _OF_THE_REST = 0.03
 class SumRules(ByValue):
     """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
 
-    # 2, 3, .. to the highest period.
-    p: Integers
+    p: Integers  # 2, 3, .. to the highest period
     # number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln D too) or 3 (c2 too)
     level: Integers
     lambda_l: Floats  # lambda per leg

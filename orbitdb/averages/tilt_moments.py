@@ -34,9 +34,8 @@ class TiltedSums(NamedTuple):
     total: float  # sum of 1
     slope: Floats  # sum of x, the gradient of the total in mu, shape (k,)
     spread: Floats  # sum of x x^T, shape (k, k)
-    # sums of these two quantities
-    rest: float
-    legs: float
+    rest: float  # sum of the rest of lambda that is averaged over orbits
+    legs: float  # sum of the numbers of legs
     missing: float  # approximate limit of the truncation error of the total
 
 
@@ -46,9 +45,8 @@ class TiltedOrbits(Batch):
 
     log_weights: Floats  # shape (N,)
     x: Floats  # the quantities whose means the tilt makes 0, shape (k, N)
-    # the rest of lambda that is averaged over orbits, and the number of legs, shape (N,)
-    rest: Floats
-    legs: Floats
+    rest: Floats  # the rest of lambda that is averaged over orbits, shape (N,)
+    legs: Floats  # the number of legs, shape (N,)
 
     @classmethod
     def joined(cls, parts: Iterable[Self]) -> Self:

@@ -27,8 +27,7 @@ _ROUNDING = 1e-9
 class Expansion(ByValue):
     """A truncated power series of 1/zeta in z."""
 
-    # Coefficients of z^0 .. z^n at beta = 0; the first is 1, shape (n + 1,).
-    coefficients: Floats
+    coefficients: Floats  # of z^0 .. z^n at beta = 0; the first is 1, shape (n + 1,)
     slopes: Floats  # their derivatives in the exponents beta of k observables, shape (k, n + 1)
 
     def cut(self, order: int) -> "Expansion":
@@ -108,10 +107,9 @@ class ZetaAverages:
     """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero."""
 
     z0: float  # the leading zero; 1 for all orbits of a closed system
-    # <lambda>/<p>, <lambda>/<L> and <L>/<p>
-    lambda_d: float
-    lambda_c: float
-    mean_path: float
+    lambda_d: float  # <lambda>/<p>
+    lambda_c: float  # <lambda>/<L>
+    mean_path: float  # <L>/<p>
     fault: str = ""  # why they are NaN; empty if they are numbers or if there is no orbit
 
     @classmethod

@@ -30,10 +30,9 @@ class Agreement:
 
     a: float
     p: int
-    # admissible classes, classes proved to be orbits, and classes proved to run through a joint
-    classes: int
-    orbits: int
-    boundary: int
+    classes: int  # admissible classes
+    orbits: int  # classes proved to be orbits
+    boundary: int  # classes proved to run through a joint
     doubles: int  # classes to which Newton's method in doubles gives the proved status
     relaxation: int  # classes to which the relaxation gives the proved status
     # classes to which one of the two gives a wrong status, and those of them that are not explained by the

@@ -38,18 +38,15 @@ SUM_BOUND = 64 * EPSILON
 class Outcome:
     """Result of one stress case."""
 
-    # name of the case, and its question
-    case: str
-    asked: str
+    case: str  # its name
+    asked: str  # its question
     words: int  # words solved, or terms summed
-    # words that are orbits, and words left undecided
-    orbits: int
-    open: int
+    orbits: int  # words that are orbits
+    open: int  # words left undecided
     wrong: int  # words whose status differs from that in ball arithmetic
-    # the largest true errors of orbits: absolute for a coordinate, relative for length and lambda
-    coordinates: float
-    length: float
-    lyapunov: float
+    coordinates: float  # largest true error of a coordinate of an orbit
+    length: float  # largest relative error of a length
+    lyapunov: float  # and of a lambda
     share: float  # the largest true error in units of its stored bound
     seconds: float  # run time of the solution, without the reference
 

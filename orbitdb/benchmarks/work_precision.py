@@ -211,15 +211,13 @@ class StageTimes:
     """Run time of every stage from a period to its orbits, in seconds."""
 
     p: int
-    # numbers of admissible cyclic words and of their symmetry classes
-    sequences: int
-    classes: int
-    # generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls
-    enumeration: float
-    cutting: float
-    newton: float
-    assessment: float
-    balls: float
+    sequences: int  # admissible cyclic words
+    classes: int  # and their symmetry classes
+    enumeration: float  # generate representatives
+    cutting: float  # cut them into legs
+    newton: float  # solve
+    assessment: float  # decide in doubles
+    balls: float  # decide the rest in balls
 
 
 def stage_times(p: int, stadium: Stadium) -> StageTimes:

@@ -37,12 +37,10 @@ _DOWNWARD = np.array([False, False, False, False, True, True])
 class Chain(Batch):
     """N words as cyclic chains of m runs and m legs each; the length depends on nothing else."""
 
-    # number of bounces and sense (+1 up, -1 down) of each run, shape (m, N)
-    k: Floats
-    d: Floats
-    # number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none), shape (m, N)
-    n: Floats
-    s: Floats
+    k: Floats  # bounces of each run, shape (m, N)
+    d: Floats  # its sense, +1 up, -1 down
+    n: Floats  # straight bounces of each leg
+    s: Floats  # its first wall, -1 bottom, +1 top, 0 none
 
     @cached_property
     def parity(self) -> Floats:

@@ -102,9 +102,8 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 class Proof:
     """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
 
-    # numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal
-    proved: int = 0
-    left_open: int = 0
+    proved: int = 0  # windows decided in doubles that balls confirmed, up to mirror and reversal
+    left_open: int = 0  # and that they did not
     seconds: float = 0.0  # time spent in balls
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:

@@ -129,15 +129,9 @@ class OpenChains(Batch):
     # its end.
     n: Floats
     s: Floats
-    # what is at each end, such as `UNKNOWN_RUN`, shape (N,)
-    left: Places
-    right: Places
+    left: Places  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
+    right: Places  # and at the right end
     marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
-
-    @property
-    def unknowns(self) -> int:
-        """m, the number of complete legs."""
-        return len(self.k) - 2
 
     def __len__(self) -> int:
         return len(self.marked)

@@ -102,7 +102,6 @@ class _Births(Work):
 
 
 def _counts(changes: Sequence[Any]) -> dict[str, Any]:
-    """Return the counts of a period (`BirthFill`) from all its births and deaths."""
     moving = [row for row in changes if row.a > 0]
     births = [row.a for row in moving if row.kind == BORN]
     return {

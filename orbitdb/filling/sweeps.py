@@ -96,8 +96,6 @@ def sweep_periods(
 
 
 class _Sweep(Work):
-    """A sweep at one a, of all orbits or of a subset."""
-
     def __init__(self, writer: Writer, a: float, selection: str, tilts: Tilts) -> None:
         super().__init__(writer)
         self.a, self.selection, self.tilts = a, selection, tilts
@@ -144,7 +142,6 @@ class _Sweep(Work):
 
 
 def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
-    """Return the tilts of the moments, by level."""
     return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
 
 

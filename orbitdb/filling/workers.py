@@ -151,7 +151,6 @@ class Processes(Workers):
         )
 
     def _process(self) -> "_Process":
-        """Return the process of this thread, started if necessary."""
         if not hasattr(self._own, "process"):
             self._own.process = _Process()
             self._all.append(self._own.process)

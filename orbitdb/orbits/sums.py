@@ -96,9 +96,8 @@ class Tally:
     words: int = 0  # all admissible words
     n_c: int = 0  # orbits
     classes: int = 0  # symmetry classes of the orbits
-    # Words with these statuses. All others are dynamical.
-    boundary: int = 0
-    unresolved: int = 0
+    boundary: int = 0  # words through a joint
+    unresolved: int = 0  # undecided words; all others are dynamical
 
     @classmethod
     def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":

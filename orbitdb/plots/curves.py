@@ -106,7 +106,7 @@ def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
 
 
 def times(peak: "Peak") -> str:
-    """Return the code of a peak's orbit with its number of traversals, half ones of a single parity too."""
+    """Return the code of a peak's orbit with its number of traversals; for one parity it can end in 1/2."""
     whole, half = divmod(peak.repetitions, 1)
     count = f"{int(whole) or ''}{'½' if half else ''}"
     return short(peak.code) if count == "1" else f"{count} × {short(peak.code)}"

@@ -45,7 +45,7 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
     """Turn sets of elements, shape (C,), into sets of places in the classes.
 
-    Bit g of a set is the word of element g; bit n of the result is word n, and bits beyond the size of the
+    Bit g stands for the word of element g, and bit n of the result for word n. Bits beyond the size of the
     class mean nothing.
     """
     places = np.zeros_like(elements)

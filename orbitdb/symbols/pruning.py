@@ -169,9 +169,9 @@ def count_primitive(p: int) -> int:
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of any period p that break none of some rules.
+    """Count the primitive cyclic words of any period p that break none of the given rules.
 
-    With all of the rules, the default, this is the paper's N_t(p).
+    With all rules, the default, this is the paper's N_t(p).
     """
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 

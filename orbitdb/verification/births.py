@@ -67,7 +67,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
     unknown = sa.select(cycle.c.p).join_from(change, cycle).where(~known).distinct().order_by(cycle.c.p)
     for p in connection.scalars(unknown).all():
-        yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
+        yield Check("births", 0, 1, first=f"p = {p}: births without a row on their progress")
     for found in whole_births(connection, selections):
         rows = audit.change_rows(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]
@@ -130,7 +130,6 @@ def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
 
 
 def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str]:
-    """Yield each count of a fill that differs from the one derived from births."""
     tally = asdict(counts_at(connection, fill["a"], fill["p"]))
     for name, value in {"n_t": tally.pop("words"), **tally}.items():
         if value != fill[name]:
@@ -158,7 +157,6 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
 
 
 def _known(rows: Iterable[Any]) -> list[KnownChange]:
-    """Return the births and deaths of a class above a = 0 as brackets in ln a."""
     moving = [row for row in rows if row.a > row.error]
     return [
         (float(np.log(row.a - row.error)), float(np.log(row.a + row.error)), row.kind == BORN)
@@ -177,7 +175,6 @@ def change_parts(
 
 
 def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Decide the births and deaths of classes of one period again."""
     query = sa.select(change, cycle.c.word).join_from(change, cycle)
     here = change.c.cycle.between(int(block.ids[0]), int(block.ids[-1]))
     found = connection.execute(query.where(here).order_by(change.c.cycle, change.c.number)).all()
@@ -224,7 +221,6 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
 
 
 def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes have a wrong bounce, joint or slope."""
     wrong = np.array([row.a > 0 for row in rows])
     moving, later = np.flatnonzero(wrong), [row for row in rows if row.a > 0]
     a, error, slope, bounce = (

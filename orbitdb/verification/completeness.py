@@ -66,7 +66,6 @@ def _elements(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the number of words of every period, and the counts of every fill."""
     fills, births = audit.fill_rows(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
@@ -83,7 +82,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
         named = {row["p"] for row in here if row["a"] == a}
         others = [p for p in solved[number] if chosen[a].includes(p) and p not in named]
         for p in _unnamed(connection, number, others):
-            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row that says so")
+            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row on the fill")
     wrong: Iterator[str]
     for row in here:
         if row["state"] == DONE:

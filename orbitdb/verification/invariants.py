@@ -148,7 +148,6 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
 
 
 def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check the law of reflection at every bounce, and the stored residual."""
     force = np.abs(path.links.cos_in - path.links.cos_out)
     allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
     worst = (force / allowed).argmax(axis=1)[:, None]

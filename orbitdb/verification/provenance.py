@@ -13,13 +13,13 @@ from orbitdb.entropy.bounds import BALLS
 from orbitdb.numerals import exact
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.plaintext import shortened
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.guard import other_views
 from orbitdb.store.file.schema import SCHEMA_VERSION, VIEWS
 from orbitdb.store.file.tables import (
     certificate,
     change,
     cycle,
-    driver,
     entropy_bound,
     level_fill,
     orbit,

@@ -146,7 +146,7 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
     """Yield the faults of averages at one a, given the parameters of their run."""
     asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
     if asked != ("simulate", a, row["bounces"], row["seed"]):
-        yield "its run was asked for something else"
+        yield "its run has other parameters"
     errors = [row[f"{name}_error"] for name in ("lambda_d", "lambda_c", "mean_free_path")]
     if row["groups"] < 2 or not all(0 < error < math.inf for error in errors):
         yield "its standard errors cannot be right"

@@ -85,7 +85,6 @@ def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> It
 
 
 def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
-    """Yield the sweeps at one a, each with its subset."""
     for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *moment.swept_subsets(selection.a)):
         for each in moment.sweeps(selection.a, subset):
             if selection.includes(each.p):

@@ -156,7 +156,6 @@ def verify(
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Check the orbits of some classes."""
     number = audit.stadium_id(connection, a)
     if number is None:
         return

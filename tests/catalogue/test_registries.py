@@ -17,12 +17,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add
+from orbitdb.column import Column
+from orbitdb.columns import IN_CATALOGUE, add
 from orbitdb.formulas import sql_of
 
 DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
-from orbitdb.columns import Column, add
+from orbitdb.column import Column
+from orbitdb.columns import add
 add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapunov * lambda_d"))
 """
 AVERAGE = """

@@ -9,7 +9,7 @@ HELD = {
     "Subset": lambda c: c.select(p="2-4", status="orbit"),
     "Result": lambda c: c.table(),
     "Spectrum": lambda c: c.spectrum((4, 9), points=20),
-    "Levels": lambda c: c.levels(),
+    "Levels": lambda c: c.levels(parity="ee"),
     "Fill": lambda c: c.fill("3")[-1],
     "Sweep": lambda c: c.sweep("6")[-1],
     "Life": lambda c: c.births(4)[0],
@@ -41,7 +41,7 @@ def catalogue(tmp_path_factory):
     catalogue = Catalogue.create(tmp_path_factory.mktemp("results") / "c.db")
     catalogue.fill("2-5")
     catalogue.fill_births("4")
-    catalogue.fill_levels(5)
+    catalogue.fill_levels(3, parities=["ee"])
     return catalogue
 
 

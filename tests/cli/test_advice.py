@@ -9,7 +9,7 @@ from contents import alter
 from orbitdb import Catalogue
 from orbitdb.answers.unfilled import complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
-from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.store.asking.selection import Selection
 
 FILL = "run 'orbitdb fill --p 9'"
@@ -124,3 +124,10 @@ def test_latex_can_be_pasted(cli, filled):
     assert any(r" \times 10^{-" in line for line in table)
     assert table[-2:] == [r"\bottomrule", r"\end{tabular}"]
     assert all(line.count("&") == 5 for line in table if "&" in line)
+
+
+def test_the_lambda_of_a_complete_sum_is_never_rounded_up(cli, filled):
+    said = cli("lyapunov", "--p", "2-5", "--cut", "5", "--db", str(filled)).err
+    shown, proved = float(said.split("up to lambda = ")[1].split()[0]), least_exponent(5, 1.6)
+    assert round(proved, 3) > proved
+    assert proved - 0.001 < shown <= proved

@@ -9,7 +9,7 @@ import csv
 import io
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ import pytest
 from contents import made
 from solutions import representatives
 
-from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
+from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
@@ -302,6 +302,21 @@ def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
     assert done.code == 1
     assert int(dict(zip(names, row, strict=True))["unexplained"]) == 2
     assert len(done.err.splitlines()) >= 2
+
+
+def test_a_hard_case_beyond_its_bound_exits_with_1(cli, monkeypatch):
+    """Every length is off here by a millionth after it was solved."""
+
+    def altered(words, stadium):
+        found = solve(words, stadium)
+        return replace(found, length=found.length * (1 + 1e-6))
+
+    monkeypatch.setattr(stress, "CASES", {"joint": lambda: stress.joint_words((4,))})
+    assert cli("bench", "--kind", "stress", "--json").code == 0
+    monkeypatch.setattr(stress, "solve", altered)
+    done = cli("bench", "--kind", "stress", "--json")
+    assert done.code == 1
+    assert all(row["share"] > 1 for row in json.loads(done.out))
 
 
 @pytest.mark.slow

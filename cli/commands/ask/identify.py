@@ -25,7 +25,7 @@ EXAMPLES = (
     "identify --length 21.7 --tolerance 2e-3",
 )
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
-"""The columns, which fit into 80 characters even for the longest orbit."""
+"""Columns of the table, which fit into 80 characters for every orbit."""
 
 LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
@@ -65,8 +65,8 @@ def identify(
     """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
     A trajectory is written in symbols, followed by the periodic orbits that it shadows, stored or not: from
-    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it follows for the
-    most turns come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
+    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it goes
+    round most often come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
     ways = {"start": start, "points": points, "length": length}

@@ -27,7 +27,7 @@ def assess(
     context: typer.Context,
     given: MeasuredLevels,
     fit_radius: Annotated[
-        bool, typer.Option("--fit-radius", help="Find the radius, which is known to half a per cent.")
+        bool, typer.Option("--fit-radius", help="Fit the radius, which you know to half a per cent.")
     ] = False,
     statistics: Annotated[
         bool, typer.Option("--statistics", help="Show the statistics of the levels of each parity instead.")
@@ -36,7 +36,7 @@ def assess(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Tell which levels of a list are missing, and where.
+    """Find the levels that are missing from a list.
 
     The stored orbits count the levels below each k. Give all levels from the lowest one on, in units of the
     radius. Each row is a place between two levels; missing says how many levels are missing there, and a

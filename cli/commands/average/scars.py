@@ -32,7 +32,7 @@ def scars(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Tell how strongly orbits scar quantum levels.
+    """Measure how strongly orbits scar quantum levels.
 
     strength: the mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
     above: how far it is above the mean of the 15 levels of its parity on each side, in standard deviations.

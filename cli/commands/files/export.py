@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import ALL, several
+from orbitdb.cli.arguments import ALL, many_a
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
-    Row,
     asked_columns,
     described,
     in_order,
@@ -26,6 +25,7 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
+from orbitdb.column import Row
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
@@ -83,11 +83,11 @@ def export(
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Write words and all that is known of them to a file, with every digit.
+    """Write words, and everything known about them, to a file with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
-    their periods were only partly filled. With --dataset, FILE is a folder, described after the Frictionless
-    standard: the chosen words of every whole period, with coordinates, and classes, births, counts,
+    their periods were only partly filled. With --dataset, FILE is a folder, as the Frictionless standard
+    describes it: the chosen words of every whole period with coordinates, then classes, births, counts,
     averages, bounds and levels, which are of all orbits.
     """
     from orbitdb import export as files
@@ -128,7 +128,7 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, provenance(moment, stadiums, several(a)))
+            files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
     note(f"{described(stadiums)}, in {file}")
 
 
@@ -162,7 +162,7 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
         return
     first = "" if limit is None or limit >= total else f"the first {limit} of "
     have = "has" if total == 1 or (first and limit == 1) else "have"
-    note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
+    note(f"{first}{told} {have} no bounces; only orbits do (--status orbit): nothing is written")
 
 
 def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
@@ -174,7 +174,7 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format for stdout, which must be given and allow row by row output."""
+    """Return the format for stdout; it must be given, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:

@@ -13,7 +13,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, lengths, primitive
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.figures import FIGURES, OF_WAVE, OF_WORD, Kind
+from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
@@ -36,7 +36,7 @@ EXAMPLES = (
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
 
-_SHOWN = (f"  {name:11} {each.shows}" for name, each in FIGURES.items())
+_SHOWN = (f"  {name:11} {each.shows}" for name, each in DRAWINGS.items())
 AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
 _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
@@ -79,9 +79,7 @@ def plot(
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
     given: GivenLevels,
-    k: Annotated[
-        float | None, options.number_option(help="Draw the wave of the level nearest to this k.")
-    ] = None,
+    k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -95,21 +93,20 @@ def plot(
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Draw an orbit, or a figure of the chosen subset, into a file.
+    """Draw an orbit, or a figure of a chosen subset, to a file.
 
     orbit, reverse and life draw the orbit of one WORD, a sheet draws several; the others draw a subset.
     """
-    from orbitdb.export import FIGURES as ENDINGS
-    from orbitdb.export import STDOUT, check_target, complete, form_of
+    from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
 
     to_stdout = output == STDOUT
     if to_stdout:
         options.refuse_idle(context, "on stdout", "force")
     else:
         check_target(output, force)
-    ending, inches = form_of(output, form, ENDINGS), _size(size)
-    codes = list(given_codes(words, code)) if "words" in FIGURES[kind].takes else []
-    asked, takes = f"in plot {kind}", FIGURES[kind].takes
+    ending, inches = form_of(output, form, FIGURES), _size(size)
+    codes = list(given_codes(words, code)) if "words" in DRAWINGS[kind].takes else []
+    asked, takes = f"in plot {kind}", DRAWINGS[kind].takes
     if over_a and kind == "entropy":
         asked, takes = "with --over-a", ("p", "over_a", "a")
     elif kind == "sheet" and (words or code):
@@ -134,15 +131,15 @@ def plot(
             raise InputError("plot sheet: give WORD or --code, not both")
         made = _sheet_of_words(codes, at, db)
     elif kind == "sheet":
-        made = _of_subset(FIGURES[kind].draw, choice, at, db, limit=limit, order=order)
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, limit=limit, order=order)
     elif "words" in takes:
         made = _of_word(kind, codes, at, db)
     elif "parity" in takes:
         if given.levels is None:
             options.refuse_idle(context, "without --levels", *OF_FILE)
-        made = _of_subset(FIGURES[kind].draw, choice, at, db, given=given)
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, given=given)
     else:
-        made = _of_subset(FIGURES[kind].draw, choice, USUAL_A if kind == "births" else at, db)
+        made = _of_subset(DRAWINGS[kind].draw, choice, USUAL_A if kind == "births" else at, db)
     style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
@@ -192,7 +189,7 @@ def _of_wave(
         raise InputError(f"plot {kind}: name one orbit at most")
     (at,) = meant(db, a)
     with progress("waves"):
-        return _draw(FIGURES[kind].draw, at, k, parity, _drawable(codes[0], at, db) if codes else None)
+        return _draw(DRAWINGS[kind].draw, at, k, parity, _drawable(codes[0], at, db) if codes else None)
 
 
 def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure":
@@ -219,14 +216,14 @@ def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Fi
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
     if kind != "life":
         (at,) = meant(db, a)
-        return _draw(FIGURES[kind].draw, _drawable(codes[0], at, db))
+        return _draw(DRAWINGS[kind].draw, _drawable(codes[0], at, db))
     with progress("following"):
         found = with_existence(solve_word(primitive(codes[0]), USUAL_A))
         if found.exists is None:
             raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:
             raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
-        return _draw(FIGURES[kind].draw, found)
+        return _draw(DRAWINGS[kind].draw, found)
 
 
 def _drawable(code: str, a: float, db: Path) -> "Orbit":

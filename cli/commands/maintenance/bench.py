@@ -69,7 +69,9 @@ def bench(
     if kind == "stress":
         from orbitdb.benchmarks.stress import Outcome, stress
 
-        _write(output, Outcome, _watched(stress()))
+        outcomes = _write(output, Outcome, _watched(stress()))
+        if not all(each.passed for each in outcomes):
+            raise typer.Exit(1)
     elif kind == "stages":
         from orbitdb.benchmarks.work_precision import StageTimes, stage_times
 

@@ -39,7 +39,7 @@ def info(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show where the catalogue is, what is filled, and the time and disk space that it took.
+    """Show where the catalogue is, what it holds, and the time and disk space that this took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
     storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under

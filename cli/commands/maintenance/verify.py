@@ -78,8 +78,8 @@ def verify(
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
-    Each line is one check: the rows that it looked at, its failures, the worst deviation, the share of this
-    in what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
+    Each line is one check: the rows that it looked at, its failures, the worst deviation, its share of
+    what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
     ones; in a partly filled period, those that are stored.
     """
@@ -134,7 +134,7 @@ def _verify_dataset(folder: Path, output: Output) -> None:
     wrong = [f"{name} {what}" for name, what in found if what]
     output.write(COLUMNS, [("dataset", len(found), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
-        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} not as written")
+        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} changed since")
         raise typer.Exit(1)
     note(f"{folder}: all is well with {several(len(found), 'file')}")
 
@@ -171,9 +171,9 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
 
 
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
-    """Write notes on chosen periods that are partial, and on named ones that are not stored.
+    """Yield notes on chosen periods that are partly filled, and on named ones that are not stored.
 
-    At an a that was not named, and without fills, nothing is missing.
+    Nothing is missing at an a that was not named and has no fills.
     """
     from orbitdb.answers.unfilled import describe_partial, partial_fills, unfilled, without
 

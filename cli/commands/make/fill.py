@@ -10,11 +10,21 @@ import typer
 
 from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.choice import SweptChoice
-from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.options import Database, HalfLength, takes_only
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, written
+from orbitdb.cli.storing import (
+    DryRun,
+    Highest,
+    Lowest,
+    Solvers,
+    SomeHighest,
+    announce,
+    asked_periods,
+    bring,
+    written,
+)
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
@@ -39,14 +49,11 @@ EXAMPLES = {
 def fill(
     *,
     context: typer.Context,
-    asked: Annotated[
-        str | None,
-        typer.Option("--p", metavar="PERIODS", help="The highest period to fill, or periods such as 2-8."),
-    ] = None,
-    first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
+    asked: SomeHighest = None,
+    first: Lowest = 2,
     a: HalfLength = 1.6,
     code: Annotated[
-        list[str] | None, typer.Option(help="Store this word only; repeatable; - reads words from stdin.")
+        list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
     ] = None,
     geometric: Annotated[
         bool,
@@ -120,11 +127,8 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
 def sweep(
     *,
     context: typer.Context,
-    asked: Annotated[
-        str,
-        typer.Option("--p", metavar="PERIODS", help="The highest period to sweep, or periods such as 2-8."),
-    ],
-    first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
+    asked: Highest,
+    first: Lowest = 2,
     a: HalfLength = 1.6,
     choice: SweptChoice,
     solvers: Solvers,

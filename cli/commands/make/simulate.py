@@ -73,7 +73,7 @@ def simulate(
         f"the mean free path is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
     )
     if abs(found.bounces - wanted) > _NEAR * wanted:
-        note(f"{found.bounces} bounces were made, not {wanted}: errors need many whole trajectories")
+        note(f"{found.bounces} bounces were followed, not {wanted}: errors need many whole trajectories")
 
 
 def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:

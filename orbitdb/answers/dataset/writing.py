@@ -2,11 +2,13 @@
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from importlib.resources import files
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,10 @@ import sqlalchemy as sa
 
 from orbitdb import __version__
 from orbitdb.answers.dataset.checking import PACKAGE, read_package, sha256
-from orbitdb.answers.dataset.tables import ORBITS, Table, tables
-from orbitdb.column_files import write_columns, write_parquet
+from orbitdb.answers.dataset.tables import Table, orbits, others
+from orbitdb.column_files import write_parquet
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.export import write_csv
-from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import run
@@ -70,49 +71,34 @@ def write_dataset(
     subsets = [moment.choose(replace(each, periods=((fill.p, fill.p),))) for each, fill in whole]
     if not (total := sum(map(len, subsets))):
         return ""
-    _check_target(folder, force)
-    _check_room(folder, subsets)
+    _check(folder, force, subsets)
     selection = chosen[0].describe(sorted({each.a for each, _ in whole}), total)
-    found, done = list[Resource](), 0
+    wanted = [orbits(moment, subset, fill.words) for subset, (_, fill) in zip(subsets, whole, strict=True)]
     with _replacing(folder.resolve()) as draft:
-        for subset, (each, fill) in zip(subsets, whole, strict=True):
-            tell(done, total, f"orbits at a = {exact(each.a)}, p = {fill.p}")
-            found.append(_orbits(moment, draft, subset) | {"complete": len(subset) == fill.words})
-            done += len(subset)
-        found += _tables(draft, tables(moment, chosen, {fill.p for _, fill in whole}))
+        found, done = list[Resource](), 0
+        (draft / "orbits").mkdir()
+        for made in chain(wanted, others(moment, chosen, {fill.p for _, fill in whole})):
+            tell(done, total, made.path)
+            rows = _write(draft / made.path, made)
+            if rows or made.words:
+                found.append(_described(draft, made, rows))
+            else:
+                (draft / made.path).unlink()
+            done += rows if made.words else 0
         found += _texts(draft, selection)
         described = json.dumps(_package(moment, selection, found), indent=1) + "\n"
         (draft / PACKAGE).write_text(described, encoding="utf-8")
     return selection
 
 
-def _orbits(moment: Moment, draft: Path, subset: Chosen) -> Resource:
-    """Write the chosen words of one a and period, in the order of class and element."""
-    a, ((p, _),) = subset.selection.a, subset.selection.periods
-    title = subset.selection.describe(count=len(subset))
-    made = Table(f"orbits/a={exact(a)}_p={p:02d}.parquet", title, ORBITS, ())
-    path = draft / made.path
-    path.parent.mkdir(exist_ok=True)
-    with open(path, "wb") as file:
-        blocks = (block.columns for block in moment.blocks(subset, made.names))
-        rows = write_columns(file, made.names, blocks, {}, "zstd")
-    return _described(path, made, rows) | {"name": f"orbits-a-{exact(a).lower()}-p-{p:02d}"}
-
-
-def _tables(draft: Path, wanted: Sequence[Table]) -> Iterator[Resource]:
-    """Write the other tables, except those without rows."""
-    for made in wanted:
-        path = draft / made.path
-        if path.suffix == ".parquet":
-            with open(path, "wb") as binary:
-                rows = write_parquet(binary, made.names, made.rows, {}, "zstd")
-        else:
-            with open(path, "w", encoding="utf-8", newline="") as text:
-                rows = write_csv(text, made.names, made.rows)
-        if rows:
-            yield _described(path, made, rows)
-        else:
-            path.unlink()
+def _write(path: Path, made: Table) -> int:
+    """Write a table; return the number of its rows."""
+    names = [column.name for column in made.columns]
+    if path.suffix == ".parquet":
+        with open(path, "wb") as binary:
+            return write_parquet(binary, names, made.rows, {}, "zstd")
+    with open(path, "w", encoding="utf-8", newline="") as text:
+        return write_csv(text, names, made.rows)
 
 
 def _texts(draft: Path, selection: str) -> Iterator[Resource]:
@@ -122,18 +108,16 @@ def _texts(draft: Path, selection: str) -> Iterator[Resource]:
         for mark, value in (("SELECTION", selection), ("VERSION", __version__)):
             text = text.replace(f"@{mark}@", value)
         (draft / name).write_text(text, encoding="utf-8")
-        yield _file(draft / name, name) | {"name": name.partition(".")[0].lower()}
+        yield _file(draft, name)
 
 
-def _file(path: Path, name: str) -> Resource:
-    return {
-        "path": name,
-        "format": path.suffix[1:],
-        "hash": f"sha256:{sha256(path)}",
-    }
+def _file(draft: Path, path: str) -> Resource:
+    name, _, form = path.lower().rpartition(".")
+    of_file = {"name": re.sub("[/=_]", "-", name), "path": path, "format": form}
+    return of_file | {"hash": f"sha256:{sha256(draft / path)}"}
 
 
-def _described(path: Path, made: Table, rows: int) -> Resource:
+def _described(draft: Path, made: Table, rows: int) -> Resource:
     """Return a written table with the meaning, unit and error bound of each column."""
     columns = []
     for each in made.columns:
@@ -141,8 +125,8 @@ def _described(path: Path, made: Table, rows: int) -> Resource:
         told["empty"] = each.empty if each.empty != "never" else ""
         kind = {"name": each.name, "type": _TYPES.get(each.kind, each.kind)}
         columns.append(kind | {key: text for key, text in told.items() if text})
-    known = {"name": path.stem, "title": made.title, "rows": rows, "schema": {"fields": columns}}
-    return _file(path, made.path) | known
+    known = {"title": made.title, "rows": rows, "schema": {"fields": columns}}
+    return _file(draft, made.path) | known | ({"complete": rows == made.words} if made.words else {})
 
 
 def _package(moment: Moment, selection: str, found: Sequence[Resource]) -> dict[str, Any]:
@@ -165,24 +149,18 @@ def _package(moment: Moment, selection: str, found: Sequence[Resource]) -> dict[
     }
 
 
-def _check_target(folder: Path, force: bool) -> None:
-    """Refuse a folder that exists, unless it is a dataset that may be replaced."""
+def _check(folder: Path, force: bool, subsets: Sequence[Chosen]) -> None:
+    """Refuse a folder that exists, unless it is a dataset to be replaced, and a disk without room."""
     parent = folder.resolve().parent
     if not parent.is_dir():
         raise StoreError(f"there is no folder {parent}: make it first")
+    if folder.exists() and not force:
+        raise ExportError(f"{folder} already exists: --force replaces a dataset")
     if folder.exists():
-        if not force:
-            raise ExportError(f"{folder} already exists: --force replaces a dataset")
         read_package(folder)
-
-
-def _check_room(folder: Path, subsets: Sequence[Chosen]) -> None:
-    """Refuse a disk without room for the most that words and files have been seen to take."""
-    need = 0
-    for subset in subsets:
-        ((p, _),) = subset.selection.periods
-        need += _OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * p)
-    if (free := shutil.disk_usage(folder.resolve().parent).free) < need:
+    periods = [(len(subset), subset.selection.periods[0][0]) for subset in subsets]
+    need = sum(_OF_FILE + words * (_OF_WORD + _OF_BOUNCE * p) for words, p in periods)
+    if (free := shutil.disk_usage(parent).free) < need:
         raise StoreError(
             f"no room for {folder}: it takes up to {need / 1e6:.1f} MB, and {free / 1e6:.1f} MB is free"
         )

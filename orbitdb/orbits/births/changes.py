@@ -44,9 +44,8 @@ class Changes(ByValue):
 
     always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)
     word: Integers  # the word that changes, shape (K,)
-    # the place, and the proved bound on its error, shape (K,)
-    a: Floats
-    error: Floats
+    a: Floats  # the place, shape (K,)
+    error: Floats  # the proved bound on its error, shape (K,)
     born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
     # the bounce of the word, from 1, that passes through a joint; one of them if several do, shape (K,)
     bounce: Integers

@@ -245,7 +245,7 @@ def parse_symmetry(text: str) -> str:
     group = label(smallest_group(map(NAMES.index, named.split(","))))
     if group != named:
         raise SelectionError(
-            f"symmetry {text!r} is no group, and none of a word: the smallest that holds it is {group}"
+            f"symmetry {text!r} is not a group: the smallest group that contains it is {group}"
         )
     return group
 
@@ -269,7 +269,7 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
         raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
     if Status.FAMILY in found:
         raise SelectionError(
-            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' tells of it"
+            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
         )
     return found
 

@@ -101,7 +101,6 @@ class Selection(ByValue):
         return printable(" ".join(parts))
 
     def _subjects(self) -> tuple[str, str]:
-        """Return the noun for one row and for several."""
         if not self.statuses or set(self.statuses) == set(STORED):
             return "word", "words"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)

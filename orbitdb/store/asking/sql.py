@@ -15,8 +15,8 @@ import sqlalchemy as sa
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.codes import spelled_out
 from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.schema import VIEWS
-from orbitdb.store.file.tables import driver
 from orbitdb.store.file.tokens import meaningful
 
 SECONDS = 60.0

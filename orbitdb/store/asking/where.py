@@ -110,7 +110,7 @@ def check_size(where: str, parameters: Parameters) -> None:
 def check_names(where: str, parameters: Parameters) -> None:
     """Raise `ValueError` for values without a name; SQLite reports names without a value."""
     if idle := [name for name in parameters if name not in names_in(where)]:
-        raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
+        raise ValueError(f"it has no :{', :'.join(idle)}: leave out its value")
 
 
 def _check_shape(found: list[Token]) -> None:

@@ -1,4 +1,4 @@
-"""Open the database file safely for reading or writing, and explain what is wrong with it."""
+"""Open the database file safely for reading or writing."""
 
 import os
 import sqlite3
@@ -8,11 +8,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import own_views, refuse_foreign, refuse_tampered
+from orbitdb.store.file.guard import own_views, plain_errors, refuse_foreign, refuse_tampered, remedy
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -55,7 +59,7 @@ def check_file(path: Path) -> int | None:
         if stat.S_ISDIR(found.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
         if not stat.S_ISREG(found.st_mode):
-            raise StoreError(f"{path} is no ordinary file: name another with --db")
+            raise StoreError(f"{path} is not an ordinary file: name another with --db")
         if found.st_size == 0:
             return None
     except OSError as error:
@@ -170,7 +174,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
     if path.exists() and not os.access(path, os.W_OK):
-        raise StoreError(_remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
+        raise StoreError(remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
@@ -181,6 +185,40 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
         return connection
 
     return connect
+
+
+def reading_engine(path: Path) -> "sa.Engine":
+    """Return an engine that cannot write (`to_read`)."""
+    return _engine(to_read(path), "BEGIN", kept=not read_alone(path))
+
+
+def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
+    """Return an engine whose transactions take the write lock at once (`to_write`).
+
+    A fill does without the check of references, because its random lookups would take a third of the time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str, kept: bool = True) -> "sa.Engine":
+    import sqlalchemy as sa  # single words are asked for without it
+
+    # without locks, a connection would keep pages of a file that has changed since
+    pool = sa.pool.QueuePool if kept else sa.pool.NullPool
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
+
+    @sa.event.listens_for(engine, "begin")
+    def take_lock(connection: "sa.Connection") -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine
+
+
+def driver(connection: "sa.Connection") -> sqlite3.Connection:
+    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
 
 
 def waiting(ask: Callable[[], object]) -> None:
@@ -228,38 +266,6 @@ def asking(path: Path) -> Iterator[sqlite3.Connection]:
     with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
         yield connection
-
-
-@contextmanager
-def plain_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite or the file system into a `StoreError` with a remedy."""
-    try:
-        yield
-    except Exception as error:
-        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
-        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
-            raise
-        if str(cause) == "interrupted":  # by a signal
-            raise KeyboardInterrupt from error
-        told = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)  # text that is not UTF-8
-        raise StoreError(_remedy(path, told)) from error
-
-
-def _remedy(path: Path, message: str) -> str:
-    remedies = {
-        "locked": f"{path} is in use by another process that writes: try again when it has finished",
-        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
-        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
-        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
-        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
-        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
-    }
-    for part, remedy in remedies.items():
-        if part in message:
-            return remedy
-    return f"{path}: {message}"
 
 
 def _shortened(text: object, part: object, by: object) -> str | None:

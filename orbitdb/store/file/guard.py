@@ -1,4 +1,4 @@
-"""The guard refuses a file with active contents, or with the journal of another file.
+"""The guard refuses a file with active contents, or with the journal of another file, and explains errors.
 
 SQLite runs parts of a file: triggers, views, virtual tables, generated columns, CHECK and DEFAULT
 expressions, indexes on expressions. So the guard first reads the schema as text, which runs nothing. The
@@ -16,8 +16,8 @@ continues the runs in the file.
 import json
 import os
 import sqlite3
-from collections.abc import Callable
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -60,7 +60,7 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
         faults = [" ".join(which) for which in _OURS if _OURS[which] != found.get(which)]
     if faults:
         raise TamperedError(
-            f"{path} is not as orbitdb made it ({faults[0]}), and nothing of it was run: restore a copy, "
+            f"{path} is not as orbitdb made it ({faults[0]}); nothing in it was run: restore a copy, "
             "or fill a new one",
             len(schema),
             faults,
@@ -185,3 +185,36 @@ def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
         commits = int(asked.pop("commits", 0))
         found[number] = ((started, version, json.dumps(asked, sort_keys=True)), commits)
     return found
+
+
+@contextmanager
+def plain_errors(path: Path) -> Iterator[None]:
+    """Turn errors of SQLite or the file system into a `StoreError` with a remedy."""
+    try:
+        yield
+    except Exception as error:
+        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
+        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
+            raise
+        if str(cause) == "interrupted":  # by a signal
+            raise KeyboardInterrupt from error
+        told = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)  # text that is not UTF-8
+        raise StoreError(remedy(path, told)) from error
+
+
+def remedy(path: Path, message: str) -> str:
+    """Say in one line what an error of SQLite means, and what to do."""
+    remedies = {
+        "locked": f"{path} is in use by another process that writes: try again when it has finished",
+        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
+        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
+        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
+        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
+    }
+    for part, remedy in remedies.items():
+        if part in message:
+            return remedy
+    return f"{path}: {message}"

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import check_file, data_folder, plain_errors, to_write
+from orbitdb.store.file.database import check_file, data_folder, to_write, writing_engine
+from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES, VIEWS
-from orbitdb.store.file.tables import writing_engine
 from orbitdb.symbols.members import ELEMENT_ROWS
 
 

@@ -1,16 +1,12 @@
-"""The tables and views of a database file for SQLAlchemy, and engines for reading and writing."""
+"""The tables and views of a database file for SQLAlchemy."""
 
-import sqlite3
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
 from orbitdb.orbits.status import Status
-from orbitdb.store.file.database import read_alone, to_read, to_write, waiting
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
@@ -65,35 +61,3 @@ def pruned_rows(a: float) -> sa.Subquery:
     names = {**dict(catalogue.c), **dict(classes.c)}
     listed = [own.get(name, sa.null()).label(name) for name in names]
     return sa.select(pruned.c.id, *listed).subquery(catalogue.name)
-
-
-def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
-    # without locks, a connection would keep pages of a file that has changed since
-    pool = sa.pool.NullPool if read_alone(path) else sa.pool.QueuePool
-    return _engine(to_read(path), "BEGIN", pool)
-
-
-def writing_engine(path: Path, references: bool = True) -> sa.Engine:
-    """Return an engine whose transactions take the write lock at once (`to_write`).
-
-    A fill does without the check of references, because its random lookups would take a third of the time.
-    """
-    return _engine(to_write(path, references), "BEGIN IMMEDIATE", sa.pool.QueuePool)
-
-
-def driver(connection: sa.Connection) -> sqlite3.Connection:
-    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
-    own = connection.connection.driver_connection
-    assert isinstance(own, sqlite3.Connection)
-    return own
-
-
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str, pool: type[sa.Pool]) -> sa.Engine:
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
-
-    @event.listens_for(engine, "begin")
-    def take_lock(connection: sa.Connection) -> None:
-        waiting(lambda: driver(connection).execute(begin))
-
-    return engine

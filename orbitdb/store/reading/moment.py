@@ -18,8 +18,8 @@ from orbitdb.store.asking.selection import Selection, unknown_column
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors, unchanged
-from orbitdb.store.file.tables import driver, reading_engine
+from orbitdb.store.file.database import default_path, driver, need_newest, reading_engine, unchanged
+from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.reading import fills, lives, lookup, question, records, rows
 from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life

@@ -95,7 +95,6 @@ def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
-    """Return the sizes of tables and indexes; empty if SQLite lacks `dbstat`."""
     try:
         rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
     except sa.exc.OperationalError:

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Masks, Places
-from orbitdb.column_files import Column, ColumnBlock
+from orbitdb.column_files import ColumnBlock, Values
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
@@ -207,7 +207,7 @@ class _Block:
         need_words(texts, [p * (len(text) // p) if p else -1 for p, text in zip(orders, texts, strict=True)])
         for least, text in zip(self.shared["representative"], texts, strict=True):
             if least is not None and least != text[: len(least)]:
-                raise unsound("a least word that begins no class:", least)
+                raise unsound("a representative that does not begin its class:", least)
         self.words = [
             texts[row][orders[row] * place : orders[row] * (place + 1)]
             for row, place in zip(self.rows, self.places, strict=True)
@@ -215,9 +215,9 @@ class _Block:
         if not all(self.words):
             raise unsound("a class without some of its words:", self.shared["representative"][0])
 
-    def columns(self, names: Sequence[str]) -> list[Column]:
+    def columns(self, names: Sequence[str]) -> list[Values]:
         """Return some columns."""
-        made: dict[str, Callable[[], Column]] = {
+        made: dict[str, Callable[[], Values]] = {
             "code": lambda: self.words,
             "word": lambda: self.words,
             "element": self._elements,
@@ -226,7 +226,7 @@ class _Block:
         }
         return [made[name]() if name in made else self._column(name) for name in names]
 
-    def _column(self, name: str) -> Column:
+    def _column(self, name: str) -> Values:
         values = self.shared.get(name)
         if values is None:
             return [None] * len(self.rows)
@@ -265,7 +265,7 @@ class _Block:
             try:
                 images = image_coordinates([self.words[row] for row in members], texts, element, places)
             except ValueError as error:
-                raise unsound("a word that is no image of", texts[0]) from error
+                raise unsound("a word that is not an image of", texts[0]) from error
             for row, image in zip(members, images, strict=True):
                 found[row] = image
         return found

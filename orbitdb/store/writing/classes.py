@@ -17,8 +17,9 @@ from orbitdb.arrays import Floats, Marks
 from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
-from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, orbit, pruned
+from orbitdb.store.file.tables import birth_fill, change, cycle, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members

@@ -15,19 +15,9 @@ from sqlalchemy.dialects.sqlite import insert
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import plain_errors
-from orbitdb.store.file.guard import COUNT_COMMIT, Place, beside, place, renew_views
-from orbitdb.store.file.tables import (
-    driver,
-    entropy_bound,
-    level,
-    level_fill,
-    reading_engine,
-    run,
-    stadium,
-    trajectory,
-    writing_engine,
-)
+from orbitdb.store.file.database import driver, reading_engine, writing_engine
+from orbitdb.store.file.guard import COUNT_COMMIT, Place, beside, place, plain_errors, renew_views
+from orbitdb.store.file.tables import entropy_bound, level, level_fill, run, stadium, trajectory
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
