@@ -9,11 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli.options import number_option
+from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 
 if TYPE_CHECKING:
+    from orbitdb.arrays import Floats
     from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.store.reading.moment import Moment
+
+Table = list[tuple[str | None, float]]
+"""Parity, if it has one, and number of each level in a file."""
 
 _LIGHT = 299_792_458.0
 """Speed of light in metres per second."""
@@ -27,49 +33,25 @@ Parities = Annotated[
 ]
 
 
+_HELP = "Levels k, one per line, or a table with a column k [default: those of the catalogue]."
+OF_FILE = ("energies", "frequency", "radius")
+"""Options that say what a file of levels holds."""
+
+
 @dataclass(frozen=True)
 class GivenLevels:
     """The options for levels in a file, and for the parity of levels."""
 
-    levels: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="File of levels k, one per line, or csv with a column k [default: those of the catalogue].",
-        ),
-    ] = None
-    energies: Annotated[
-        bool, typer.Option("--energies", help="The file holds energies k^2 (in csv, a column energy).")
-    ] = False
+    levels: Annotated[Path | None, typer.Option(metavar="FILE", help=_HELP)] = None
     parity: Annotated[
         str | None, typer.Option(help="ee, eo, oe or oo, if the levels are of one [default: all].")
     ] = None
-
-    def of_one(self) -> "Parity | None":
-        """Return the parity, or None if none is named; raise for several."""
-        return None if self.parity is None else one_parity(self.parity)
-
-    def read(self, parity: str | None) -> list[float] | None:
-        """Return the levels k of one parity or of all, or None if no file is named."""
-        if self.levels is None:
-            return None
-        return read_file(self.levels, "energy" if self.energies else "k", parity)
-
-
-@dataclass(frozen=True)
-class MeasuredLevels(GivenLevels):
-    """The same for a measured list, which may hold frequencies."""
-
-    levels: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="FILE",
-            help="Levels k, one per line, or csv with a column k [default: those of the catalogue].",
-        ),
-    ] = None
+    energies: Annotated[
+        bool, typer.Option("--energies", help="The file holds energies k^2 (in a table, a column energy).")
+    ] = False
     frequency: Annotated[
         Literal["Hz", "kHz", "MHz", "GHz"] | None,
-        typer.Option(help="The file holds frequencies in this unit (csv: a column frequency)."),
+        typer.Option(help="The file holds frequencies in this unit (in a table, a column frequency)."),
     ] = None
     radius: Annotated[
         float | None, number_option(help="Radius of the semicircles in metres, with --frequency.")
@@ -83,12 +65,53 @@ class MeasuredLevels(GivenLevels):
         if self.radius is not None and not 0 < self.radius < math.inf:
             raise InputError(f"--radius {self.radius:g}: give metres, such as 0.2")
 
-    def read(self, parity: str | None) -> list[float] | None:
-        """Return the levels k, from frequencies too."""
-        if self.levels is None or self.frequency is None or self.radius is None:
-            return super().read(parity)
-        wave = 2 * math.pi * _UNITS[self.frequency] * self.radius / _LIGHT
-        return [wave * each for each in read_file(self.levels, "frequency", parity)]
+    def of_one(self) -> "Parity | None":
+        """Return the parity, or None if none is named; raise for several."""
+        return None if self.parity is None else one_parity(self.parity)
+
+    def read(self, parity: "Parity | None") -> "Floats | None":
+        """Return the levels k of one parity or of all, in rising order, or None if no file is named."""
+        return None if self.levels is None else self._of(self._table(self.levels), parity)
+
+    def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
+        """Return the levels of each parity, from the file or the catalogue."""
+        from orbitdb.answers.spectrum import levels_from_zero
+        from orbitdb.billiard.stadium import Stadium
+        from orbitdb.quantum.spectrum import check_levels
+
+        named = read_parities(self.parity)
+        if self.levels is None:
+            return {each: levels_from_zero(moment, a, each).k for each in named}
+        table = self._table(self.levels)
+        known = {parity for parity, _ in table}
+        if known == {None} and len(named) > 1:
+            raise InputError(
+                f"statistics need one parity: name it with --parity, or add a column parity to {self.levels}"
+            )
+        here = [each for each in named if known == {None} or str(each) in known]
+        return {each: check_levels(self._of(table, each), Stadium(a), each) for each in here}
+
+    def _table(self, path: Path) -> "Table":
+        return read_file(path, "energy" if self.energies else "k" if self.frequency is None else "frequency")
+
+    def _of(self, table: "Table", parity: "Parity | None") -> "Floats":
+        """Return the levels k of one parity or of all, in rising order, with a note if they were not."""
+        import numpy as np
+
+        values = np.array([value for of, value in table if parity is None or of in (None, parity)], float)
+        if (np.diff(values) < 0).any():
+            note(f"the levels in {self.levels} were not in order: sorted")
+        values = np.sort(values)
+        if self.frequency is not None and self.radius is not None:
+            values *= 2 * math.pi * _UNITS[self.frequency] * self.radius / _LIGHT
+        return np.sqrt(values) if self.energies else values
+
+
+@dataclass(frozen=True)
+class MeasuredLevels(GivenLevels):
+    """The same, with the file as an argument."""
+
+    levels: Annotated[Path | None, typer.Argument(metavar="FILE", help=_HELP)] = None
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
@@ -123,37 +146,41 @@ def one_parity(text: str) -> "Parity":
     return first
 
 
-def read_file(path: Path, column: str, parity: str | None) -> list[float]:
-    """Return the levels k in a file, or another column; from a csv with parities only the named parity.
+def read_file(path: Path, name: str) -> "Table":
+    """Return the parity, if there is one, and the number in a column, of each row of a file.
 
-    Energies become k. Refuses unreadable files and impossible levels.
+    The file is csv, a table with tabs, semicolons or spaces, or one number per line. Comments begin with #.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "no text"
         raise InputError(f"{path}: {why}; give a file with one level per line") from None
-    lines = [line for line in text.splitlines() if line.strip()]
-    bare = not lines or _level(lines[0].split(",")[0]) is not None
-    table = csv.DictReader(lines, [column] if bare else None, skipinitialspace=True)
-    if column not in (table.fieldnames or ()):
-        raise InputError(f"{path}: its heading has no column {column}: rename one, or leave out the heading")
+    lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
+    bare = not lines or _number(lines[0].split(mark)[0]) is not None
+    table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
+    if name not in (table.fieldnames or ()):
+        raise InputError(f"{path}: its heading has no column {name}: rename one, or leave out the heading")
     found = []
     for number, row in enumerate(table, 1):
-        if parity not in (None, row.get("parity", parity)):
-            continue
-        level = _level(row[column] or "")
+        if None in row:
+            raise InputError(
+                f"{path}: row {number} has too many columns: name all in a heading, or give one number per "
+                "line, with a decimal point"
+            )
+        level = _number(row[name] or "")
         if level is None:
             raise InputError(
-                f"{path}: row {number} has no level: {row[column]!r:.40}; give one number per line"
+                f"{path}: row {number} has no level: {row[name]!r:.40}; give one number per line"
             )
-        if level <= 0:
-            raise InputError(f"{path}: row {number} is {level:g}: levels are above 0")
-        found.append(math.sqrt(level) if column == "energy" else level)
+        if not 0 < level < math.inf:
+            raise InputError(f"{path}: row {number} is {level:g}: levels are finite and above 0")
+        found.append((row.get("parity"), level))
     return found
 
 
-def _level(text: str) -> float | None:
+def _number(text: str) -> float | None:
     try:
         return real(text)
     except ValueError:

@@ -487,7 +487,7 @@ class Catalogue:
         k_max : float, optional
             End of the window, in 1/radius; by default the end of the levels, or 30 without levels.
         levels : array-like, shape (N,), optional
-            All levels k from the lowest on, in rising order; by default those in the catalogue.
+            All levels k from the lowest on; by default those in the catalogue.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
         a : float, optional

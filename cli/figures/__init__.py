@@ -4,13 +4,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from orbitdb.cli.choice import Choice
+from orbitdb.cli.given_levels import OF_FILE
 
 Kind = Literal[
     "orbit", "reverse", "life", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births",
     "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi",
 ]  # fmt: skip
 OF_WORD = ("words", "code", "a")
-_OF_LEVELS = ("a", "levels", "energies", "parity")
+_OF_LEVELS = ("a", "levels", "parity", *OF_FILE)
 OF_WAVE = (*OF_WORD, "k", "parity")
 _OF_SUBSET = ("a", *Choice.__dataclass_fields__)
 
@@ -52,12 +53,14 @@ DRAWINGS: dict[Kind, Drawing] = {
         "levels.draw_length_spectrum", _OF_LEVELS, "the length spectrum of levels beside that of the orbits"
     ),
     "staircase": Drawing(
-        "levels.draw_levels", ("a",), "levels below k, and what the orbits give (run 'orbitdb levels' first)"
+        "levels.draw_levels",
+        _OF_LEVELS,
+        "levels below k, and what the orbits give (run 'orbitdb levels' first)",
     ),
     "assess": Drawing("levels.draw_assessment", _OF_LEVELS, "where levels are missing, by the orbits"),
     "spacings": Drawing("levels.draw_spacings", _OF_LEVELS, "the spacings of levels, in units of their mean"),
     "rigidity": Drawing(
-        "levels.draw_rigidity", _OF_LEVELS, "Delta_3 of levels, beside that of random matrices"
+        "levels.draw_rigidity", _OF_LEVELS, "Delta_3 and number variance, beside those of random matrices"
     ),
     "wave": Drawing(
         "levels.draw_wave", OF_WAVE, "psi^2 of the level nearest to --k, with the orbit of WORD if named"

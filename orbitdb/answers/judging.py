@@ -5,9 +5,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from orbitdb.answers.spectrum import levels_from_zero, read_classes, stored_levels
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
@@ -26,6 +25,9 @@ if TYPE_CHECKING:
 
 _LEAST, _ENOUGH = 8, 12
 """Highest period that still improves levels."""
+
+_SHOWN = 3
+"""Number of places with missing levels to name in one line."""
 
 _MOST_K = 300.0
 _CLEARLY = 6.0
@@ -92,14 +94,8 @@ def assess_levels(
     """
     stadium = Stadium(a)
     of = None if parity is None else Parity(parity)
-    given = levels_from_zero(moment, stadium.a, of).k if k is None else np.asarray(k, np.float64)
+    given = levels_from_zero(moment, stadium.a, of).k if k is None else check_levels(k, stadium, of)
     notes = []
-    if given.ndim != 1:
-        raise InputError(f"levels of shape {given.shape}: give one row of numbers")
-    if np.isfinite(given).all() and (np.diff(given) < 0).any():
-        given = np.sort(given)
-        notes.append("the levels were not in order: sorted")
-    check_levels(given, stadium, of)
     classes, _ = _classes(moment, stadium.a)
     found = assess(given, orbits_for(stadium, classes, of, float(given[-1])), stadium.a, of, fit_radius)
     if of is not None and found.gaps:
@@ -109,6 +105,19 @@ def assess_levels(
         if costs[best] < costs[of] - _CLEARLY:
             notes.append(f"the parity {best} fits these levels better than {of}")
     return found, notes
+
+
+def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
+    """Say which levels a list lacks, in one line; nothing if it is complete or the orbits cannot tell."""
+    try:
+        found, notes = assess_levels(moment, a, k, parity)
+    except InputError:
+        return []
+    if not found.gaps:
+        return []
+    places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
+    more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
+    return [f"{found.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
 
 
 def orbits_for(stadium: Stadium, classes: Classes, parity: Parity | None, last: float) -> Staircase:

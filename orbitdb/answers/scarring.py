@@ -1,18 +1,19 @@
 """Scars: how strongly orbits mark levels."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
-from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.waves import Wave, waves
+from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
+from orbitdb.quantum.waves import waves
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
@@ -20,8 +21,10 @@ SHORTEST = 20
 """Number of shortest classes to try if no word is named."""
 STRONGEST = 5
 """Number of them to report for each level."""
+NEIGHBOURS = 15
+"""Number of levels of the parity on each side of a level that its strength is compared with."""
 _ENOUGH = 5
-"""Fewest levels of a parity for a mean."""
+"""Fewest of them for a mean."""
 _ROUNDING = 1e-9
 """Smaller deviations are rounding, for example on an axis where all waves are 0."""
 
@@ -39,8 +42,8 @@ class Scar(NamedTuple):
     strength : float
         Mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
     above : float or None
-        Strength minus the mean over the levels of this parity in the range, in standard deviations; None
-        for fewer than five levels, or if all have the same strength.
+        Strength minus the mean over up to `NEIGHBOURS` levels of the parity on each side, in their standard
+        deviations; None for fewer than five, or if all have the same strength.
     """
 
     k: float
@@ -52,11 +55,7 @@ class Scar(NamedTuple):
 
 def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) -> list[Scar]:
     """Return how strongly one orbit scars each level in a range of k, the strongest first."""
-    found = [
-        scar
-        for parity in parities
-        for (scar,) in _judged(_waves(orbit.a, low, high, parity), [orbit], parity)
-    ]
+    found = [scar for each in parities for (scar,) in _scars([orbit], low, high, each)]
     return sorted(found, key=lambda scar: -scar.strength)
 
 
@@ -64,34 +63,36 @@ def scars_of_shortest(
     moment: Moment, a: float, low: float, high: float, parities: Iterable[Parity]
 ) -> list[Scar]:
     """Return the short stored orbits that scar each level in a range of k most, by k."""
-    stadium = Stadium(a)
-    orbits = _shortest(moment, stadium.a)
+    orbits = _shortest(moment, a)
     found: list[Scar] = []
     for parity in parities:
-        for scars in _judged(_waves(stadium.a, low, high, parity), orbits, parity):
+        for scars in _scars(orbits, low, high, parity):
             found += sorted(scars, key=lambda scar: -scar.strength)[:STRONGEST]
     return sorted(found, key=lambda scar: (scar.k, -scar.strength))
 
 
-def _waves(a: float, low: float, high: float, parity: Parity) -> list[Wave]:
-    return list(waves(Stadium(a), low, high, parity))
+def _scars(orbits: Sequence[Orbit], low: float, high: float, parity: Parity) -> Iterator[list[Scar]]:
+    """Yield the scars of each level of one parity in a range of k; its neighbours may lie outside."""
+    stadium = Stadium(orbits[0].a)
+    smooth = weyl(stadium, parity)
+    first = min(low, wavenumber(smooth, smooth(low) - NEIGHBOURS))
+    last = max(high, wavenumber(smooth, smooth(high) + NEIGHBOURS))
+    known = [(wave.k, wave.strengths(orbits)) for wave in waves(stadium, first, last, parity)]
+    for n, (k, strength) in enumerate(known):
+        if low <= k < high:
+            others = [
+                other for _, other in known[max(n - NEIGHBOURS, 0) : n] + known[n + 1 : n + 1 + NEIGHBOURS]
+            ]
+            yield [
+                Scar(k, parity, orbit.code, float(own), _above(own, np.array(of_others)))
+                for orbit, own, of_others in zip(orbits, strength, np.array(others).T, strict=True)
+            ]
 
 
-def _judged(known: Sequence[Wave], orbits: Sequence[Orbit], parity: Parity) -> list[list[Scar]]:
-    """Return the scars of each level of one parity."""
-    if not known:
-        return []
-    strength = np.stack([wave.strengths(list(orbits)) for wave in known])
-    spread = strength.std(axis=0)
-    above = (strength - strength.mean(axis=0)) / np.where(spread > 0, spread, 1.0)
-    told = (spread > _ROUNDING) & (len(known) >= _ENOUGH)
-    return [
-        [
-            Scar(wave.k, parity, orbit.code, float(s), float(z) if known_mean else None)
-            for orbit, s, z, known_mean in zip(orbits, row, far, told, strict=True)
-        ]
-        for wave, row, far in zip(known, strength, above, strict=True)
-    ]
+def _above(own: float, others: Floats) -> float | None:
+    """Return how far a strength is above the mean of others, in their standard deviations."""
+    spread = float(others.std()) if len(others) >= _ENOUGH else 0.0
+    return float(own - others.mean()) / spread if spread > _ROUNDING else None
 
 
 def _shortest(moment: Moment, a: float) -> list[Orbit]:

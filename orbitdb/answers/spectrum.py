@@ -39,16 +39,21 @@ def levels_from_zero(
     """Return the stored levels from 0 to the first gap, or to a k below it (`Catalogue.levels`)."""
     parities = list(Parity) if parity is None else parities_of([parity])
     found = {each: stored_levels(moment.connection, a, each) for each in parities}
-    ends = []
-    for windows in found.values():
+    ends = {}
+    for each, windows in found.items():
         end = 0.0
         for window in windows:
             end = window.high if window.low == end else end
-        ends.append(end)
-    high = min(ends) if k_max is None else k_max
-    if not 0 < high <= min(ends):
+        ends[each] = end
+    last = min(ends.values())
+    high = last if k_max is None else k_max
+    if not 0 < high <= last:
         asked = 30 if k_max is None else k_max
-        known = f"levels are stored up to k = {min(ends):g}" if min(ends) else "no levels are stored"
+        of = "" if parity is None else f" of parity {parity}"
+        known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
+        if any(ends.values()) and not last:
+            some = ", ".join(each for each, end in ends.items() if end)
+            known = f"only levels of parity {some} are stored, which --parity names,"
         raise InputError(
             f"{known} at a = {exact(a)}: 'orbitdb levels --k 0:{asked:g} --a {exact(a)}' finds them"
         )
@@ -88,7 +93,7 @@ def read_spectrum(
     points: int,
     k_max: float | None = None,
     levels: "ArrayLike | None" = None,
-    parity: str | None = None,
+    parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
     ends = np.asarray(lengths, np.float64)
@@ -102,9 +107,7 @@ def read_spectrum(
     if parity is not None and parity not in list(Parity):
         raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
     stadium, of = Stadium(a), None if parity is None else Parity(parity)
-    given = None if levels is None else np.asarray(levels, np.float64)
-    if given is not None:
-        check_levels(given, stadium, of)
+    given = None if levels is None else check_levels(levels, stadium, of)
     classes, codes, highest = read_classes(moment, Selection(stadium.a))
     known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]

@@ -130,10 +130,10 @@ def draw_levels(ax: Axes, levels: "Levels") -> None:
 
 
 def draw_assessment(ax: Axes, found: "Assessment") -> None:
-    """Draw N_X(k_i) - i + 1/2 at each level of a list, and its steps at missing levels."""
+    """Draw how many levels are missing below each level of a list, by the orbits and in whole numbers."""
     place = np.arange(1, len(found) + 1)
-    true, off = found.number > 0, found.expected - place + 0.5
-    ax.plot(found.k[true], off[true], ".", markersize=3, label="$N_X(k_i) - i + 1/2$")
+    true, off = found.number > 0, found.excess
+    ax.plot(found.k[true], off[true], ".", markersize=3, label="orbits, less the levels")
     ax.step(found.k[true], (found.number - place)[true], where="mid", label="levels missing so far")
     if not true.all():
         ax.plot(found.k[~true], off[~true], "x", markersize=6, label="spurious or double")

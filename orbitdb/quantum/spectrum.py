@@ -20,11 +20,13 @@ from orbitdb.quantum.lengths import peak_of_each
 
 if TYPE_CHECKING:
     import pandas
+    from numpy.typing import ArrayLike
 
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
 _LEAST_LEVELS = 10
-_OFF = 0.2
+_OFF, _FEW = 0.2, 4
+"""Allowed difference from Weyl's law: a share of its number, and a few levels."""
 _FAMILY = "02"
 
 
@@ -154,25 +156,44 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
     return values.real.tolist(), values.imag.tolist()
 
 
-def check_levels(k: Floats, stadium: Stadium, parity: Parity | None) -> None:
-    """Refuse a list that cannot be all levels of a stadium of radius 1.
+def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -> Floats:
+    """Return levels in rising order; refuse a list that cannot be all levels of a stadium of radius 1.
 
     Raises
     ------
     InputError
-        If the levels are too few, not positive, not in rising order, or not as many as Weyl's law expects.
+        If the levels are too few, not positive, or not as many as Weyl's law expects.
     """
+    k = np.sort(np.asarray(levels, np.float64), axis=-1)
+    if k.ndim != 1:
+        raise InputError(f"levels of shape {k.shape}: give one row of numbers")
     if len(k) < _LEAST_LEVELS:
         raise InputError(f"{several(len(k), 'level')}, too few: give {_LEAST_LEVELS} or more")
-    if not np.isfinite(k).all() or k.min() <= 0:
-        raise InputError(f"level {k[~(k > 0)][:1].sum():g}: give k above 0, in 1/radius")
-    if (falls := np.flatnonzero(np.diff(k) < 0)).size:
-        n = int(falls[0])
-        raise InputError(f"level {n + 2} ({k[n + 1]:g}) is below the one before it: sort the levels")
-    expected = float(weyl(stadium, parity)(k[-1]))
-    if abs(len(k) - expected) > _OFF * expected + 4:
-        of = "" if parity is None else f" of parity {parity}"
+    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
+        raise InputError(f"level {wrong[0]:g}: give finite k above 0, in 1/radius")
+    if not _plausible(len(k), k[-1], stadium, parity):
+        of = " of all parities" if parity is None else f" of parity {parity}"
+        expected = max(0.0, float(weyl(stadium, parity)(k[-1])))
         raise InputError(
             f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: check --energies, --parity and --a, and that k is in 1/radius"
+            f"{exact(stadium.a)}: {_remedy(len(k), k[-1], stadium, parity)}"
         )
+    return k
+
+
+def _plausible(count: int, end: float, stadium: Stadium, parity: Parity | None) -> bool:
+    expected = float(weyl(stadium, parity)(end))
+    return abs(count - expected) <= _OFF * expected + _FEW
+
+
+def _remedy(count: int, end: float, stadium: Stadium, parity: Parity | None) -> str:
+    """Say what may be wrong with a list that has too many levels or too few."""
+    if _plausible(count, math.sqrt(end), stadium, parity):
+        return "they look like energies: give --energies"
+    if _plausible(count, end**2, stadium, parity):
+        return "they look like wavenumbers: leave out --energies"
+    if parity is not None and _plausible(count, end, stadium, None):
+        return "they look like those of all parities: leave out --parity"
+    if parity is None and any(_plausible(count, end, stadium, each) for each in Parity):
+        return "they look like those of one parity: name it with --parity"
+    return "check --parity, --a and the unit: k is in 1/radius, frequencies need --frequency and --radius"

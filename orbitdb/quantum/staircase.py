@@ -62,6 +62,11 @@ class Staircase:
     cutoffs: tuple[float, ...]
     smooth: Floats
 
+    @property
+    def density(self) -> Floats:
+        """Smooth density of levels, shape (n,)."""
+        return np.gradient(self.smooth, self.k)
+
     def at(self, k: Floats) -> Floats:
         """Return N_X at some k by linear interpolation, shape (X, m)."""
         return np.stack([np.interp(k, self.k, row) for row in self.count])
@@ -157,7 +162,7 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
     found = orbits.reached(np.arange(0.5, most))
     found = found[:, ~np.isnan(found).any(axis=0)]
     k = np.sort(np.median(found, axis=0))
-    spacing = 1 / np.maximum(np.interp(k, orbits.k, np.gradient(orbits.smooth, orbits.k)), _LEAST_DENSITY)
+    spacing = 1 / np.maximum(np.interp(k, orbits.k, orbits.density), _LEAST_DENSITY)
     spread = np.ptp(found, axis=0) / spacing
     window = np.ones(_NEIGHBOURS)
     near = np.convolve(spread, window, "same") / np.convolve(np.ones(len(spread)), window, "same")

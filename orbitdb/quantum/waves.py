@@ -12,16 +12,14 @@ A. Baecker, S. Fuerstberger, R. Schubert, Phys. Rev. E 70 (2004) 036204 (Husimi 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
+from numpy.typing import ArrayLike
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
@@ -29,7 +27,8 @@ from orbitdb.errors import InputError
 from orbitdb.extras import drawn
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.elements import eigenvectors, nodes
+from orbitdb.quantum.elements import eigenvectors
+from orbitdb.quantum.interpolation import INSIDE, Cells
 from orbitdb.quantum.levels import parities_of, windows
 
 if TYPE_CHECKING:
@@ -38,13 +37,8 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
 
-_NEAREST = 12
-"""Number of nodes near a point whose cells are searched for it."""
-_NEWTON, _SETTLED = 20, 1e-12
 _BLOCK = 1 << 13
 """Number of points evaluated together, so that their data stay in the cache."""
-_INSIDE = 1e-7
-"""Distance outside a cell, in its coordinates, at which a point still counts as inside."""
 _MORE_NODES = 24
 """Extra nodes of the quadrature along a chord, in addition to k times its length."""
 
@@ -67,7 +61,7 @@ class Wave:
     parity: Parity
     k: float
     values: Floats
-    _cells: "_Cells" = field(repr=False)
+    _cells: Cells = field(repr=False)
 
     def __repr__(self) -> str:
         return f"<wave {self.parity} at k = {self.k:.6g}, a = {exact(self.stadium.a)}>"
@@ -84,7 +78,7 @@ class Wave:
         sign = np.where(x < 0, self.parity.signs[0], 1) * np.where(y < 0, self.parity.signs[1], 1)
         points = np.stack([np.abs(x).ravel(), np.abs(y).ravel()], axis=-1)
         beyond = np.maximum(points[:, 0] - self.stadium.a, 0.0)
-        inside = beyond**2 + points[:, 1] ** 2 <= 1 + _INSIDE
+        inside = beyond**2 + points[:, 1] ** 2 <= 1 + INSIDE
         found = np.full(len(points), np.nan)
         known = points[inside]
         parts = (known[first : first + _BLOCK] for first in range(0, len(known), _BLOCK))
@@ -116,7 +110,7 @@ class Wave:
         """
         return float(self.strengths([orbit])[0])
 
-    def strengths(self, orbits: "list[Orbit]") -> Floats:
+    def strengths(self, orbits: "Sequence[Orbit]") -> Floats:
         """Return the strengths of several orbits (`strength`)."""
         places, weights, count = [], [], []
         for orbit in orbits:
@@ -186,7 +180,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     for task in windows(at, of, low, high):
         grid = task.grid()
         _, values, vectors = eigenvectors(grid.root, task.low**2, task.high**2)
-        cells = _Cells(grid.points)
+        cells = Cells(grid.points)
         for k, function in zip(np.sqrt(values).tolist(), grid.functions(vectors), strict=True):
             yield Wave(at, of, k, function / 2, cells)
 
@@ -217,104 +211,3 @@ def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
         places.append(one + (x[:, None] + 1) / 2 * (other - one))
         weights.append(weight * length / 2)
     return np.concatenate(places), np.concatenate(weights)
-
-
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """The cells shared by the waves of a window; `points` has shape (E, n, n, 2)."""
-
-    points: Floats
-
-    @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self.points.reshape(-1, 2))
-
-    def at(self, points: Floats) -> "_Places":
-        """Find the cells of points, shape (N, 2), and their coordinates there by Newton's method."""
-        n = self.points.shape[1]
-        x, _, slope = nodes(n - 1)
-        _, near = self._tree.query(points, k=_NEAREST)
-        cell, inside = np.full(len(points), -1), np.zeros((len(points), 2))
-        closest = np.full(len(points), np.inf)
-        for nearest in near.T:
-            open_ = np.flatnonzero(closest > 0)
-            if not len(open_):
-                break
-            which, node = np.divmod(nearest[open_], n * n)
-            place = np.stack([x[node // n], x[node % n]], axis=-1)
-            place = self._newton(points[open_], which, place, slope)
-            beyond = np.maximum(np.abs(place).max(axis=-1) - 1, 0.0)
-            beyond[beyond < _INSIDE] = 0.0
-            better = beyond < closest[open_]
-            rows = open_[better]
-            cell[rows], inside[rows], closest[rows] = which[better], place[better], beyond[better]
-        return _Places(cell, inside, self.points)
-
-    def _newton(self, points: Floats, which: NDArray[np.intp], place: Floats, slope: Floats) -> Floats:
-        place, moving = place.copy(), np.arange(len(points))
-        for _ in range(_NEWTON):
-            at = _Places(which[moving], place[moving], self.points)
-            off = points[moving] - at.interpolated(self.points[at.cell])
-            step = np.linalg.solve(at.jacobian(), off[..., None])[..., 0]
-            place[moving] = np.clip(at.inside + step, -1.5, 1.5)
-            moving = moving[np.abs(step).max(axis=-1) > _SETTLED]
-            if not len(moving):
-                break
-        return place
-
-
-@dataclass(frozen=True, eq=False)
-class _Places:
-    """Points given by their cells, shape (N,), and their coordinates in -1..1 there, shape (N, 2)."""
-
-    cell: NDArray[np.intp]
-    inside: Floats
-    points: Floats
-
-    @cached_property
-    def _bases(self) -> tuple[Floats, Floats]:
-        order = self.points.shape[1] - 1
-        return _lagrange(self.inside[:, 0], order), _lagrange(self.inside[:, 1], order)
-
-    def interpolated(self, nodal: Floats) -> Floats:
-        """Interpolate nodal values, shape (N, n, n, ...), at the points."""
-        one, other = self._bases
-        return _contracted(one, other, nodal)
-
-    def jacobian(self) -> Floats:
-        """Return the derivatives of x, y with respect to the coordinates, shape (N, 2, 2)."""
-        return np.stack(self._derivatives(self.points[self.cell]), axis=-1)
-
-    def _derivatives(self, nodal: Floats) -> tuple[Floats, Floats]:
-        slope = nodes(self.points.shape[1] - 1)[2]
-        one, other = self._bases
-        return _contracted(one @ slope, other, nodal), _contracted(one, other @ slope, nodal)
-
-    def values(self, function: Floats) -> Floats:
-        """Return a function, shape (E, n, n), at the points."""
-        return self.interpolated(function[self.cell])
-
-    def slopes(self, function: Floats) -> Floats:
-        """Return the gradient of a function at the points, shape (N, 2)."""
-        by = np.stack(self._derivatives(function[self.cell]), axis=-1)
-        found = np.linalg.solve(np.swapaxes(self.jacobian(), -1, -2), by[..., None])[..., 0]
-        return np.asarray(found, np.float64)
-
-
-def _contracted(one: Floats, other: Floats, nodal: Floats) -> Floats:
-    """Return the sum of one_i other_j nodal_ij for each point, shape (N, ...)."""
-    found: Floats = np.einsum("pi,pi...->p...", one, np.einsum("pj,pij...->pi...", other, nodal))
-    return found
-
-
-def _lagrange(x: Floats, order: int) -> Floats:
-    """Return the Lagrange polynomials of the nodes at x, shape (N, n), by the barycentric formula."""
-    at, _, _ = nodes(order)
-    weights = 1 / np.where(np.eye(order + 1, dtype=bool), 1.0, at[:, None] - at).prod(axis=1)
-    off = x[:, None] - at
-    exactly = off == 0
-    terms = weights / np.where(exactly, 1.0, off)
-    found: Floats = np.asarray(terms / terms.sum(axis=1, keepdims=True), np.float64)
-    rows = exactly.any(axis=1)
-    found[rows] = exactly[rows]
-    return found

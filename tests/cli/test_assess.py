@@ -109,7 +109,9 @@ def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, t
     assert list(rows[0])[:5] == ["parity", "balls", "levels", "gap_ratio", "gap_ratio_error"]
     assert rows[0]["levels"] == len(exact)
     assert abs(rows[0]["gap_ratio"] - rows[2]["gap_ratio"]) < 5 * rows[0]["gap_ratio_error"]
-    assert cli("assess", "--statistics", "--db", own).says(2, "no levels are stored", "orbitdb levels")
+    assert cli("assess", "--statistics", "--db", own).says(
+        2, "no levels of parity ee are stored", "orbitdb levels"
+    )
 
 
 def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
@@ -176,3 +178,50 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
     assert target.read_bytes().startswith(b"\x89PNG")
     assert cli(*asked).says(2, "name one parity")
     assert cli("plot", figure, "--parity", "oo", "-o", str(target), "--force", "--db", own).says(2, "--k")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda k: [*k[:5], math.nan, *k[5:]], "row 6 is nan"),
+        (lambda k: [*k, math.inf], "row 22 is inf"),
+        (lambda k: k[:9], "too few"),
+        (lambda k: [each**2 for each in k], "they look like energies: give --energies"),
+        (lambda k: [each**0.5 for each in k], "they look like wavenumbers: leave out --energies"),
+        (lambda k: [each / 1000 for each in k], "frequencies need --frequency"),
+    ],
+)
+def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact, tmp_path, change, told):
+    path = written(tmp_path / "k.txt", change(exact.tolist()))
+    assert cli("assess", path, "--parity", "oo", "--db", own).says(2, told)
+
+
+def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
+    path = written(tmp_path / "k.txt", exact.tolist())
+    assert cli("assess", path, "--db", own).says(2, "those of one parity: name it with --parity")
+
+
+@pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
+def test_tables_are_read_with_any_mark_between_columns(cli, own, exact, tmp_path, mark):
+    path = tmp_path / "k.txt"
+    rows = "".join(f"{k!r}{mark}oo\n" for k in exact.tolist())
+    path.write_text(f"# made up\nk{mark}parity\n{rows}")
+    found = cli("assess", str(path), "--parity", "oo", "--db", own)
+    assert (found.code, found.err[:19]) == (0, "no level is missing")
+    assert cli("assess", str(path), "--statistics", "--db", own).err.startswith(f"oo: {len(exact)} levels")
+    path.write_text(rows.replace(".", ","))
+    assert cli("assess", str(path), "--parity", "oo", "--db", own).code == 2
+
+
+def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own, exact, tmp_path):
+    path = written(tmp_path / "f.txt", (np.delete(exact, 9) * GHZ)[::-1].tolist())
+    asked = ("--parity", "oo", "--frequency", "GHz", "--radius", "0.2", "--db", own)
+    for command in (
+        ("spectrum", "--levels", path, "--points", "3"),
+        ("assess", path, "--statistics"),
+        ("plot", "spectrum", "--levels", path, "-o", str(tmp_path / "spectrum.png")),
+    ):
+        found = cli(*command, *asked)
+        assert found.code == 0
+        assert "not in order: sorted" in found.err
+        assert "1 level is missing of 21, k from 0 to 11.91: 8.127 to 9.109;" in found.err

@@ -27,6 +27,7 @@ from orbitdb.billiard.stability import birkhoff
 from orbitdb.cli.advice import remember
 from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, levels, subsets
+from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
@@ -241,10 +242,10 @@ def test_figures_report_missing_periods(known, capsys, kind):
 def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path, capsys):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
-    with pytest.raises(InputError, match=r"no levels to draw: .* --k 0:30 --a 1\.6' finds"):
-        answer(path, levels.draw_levels, chosen)
+    with pytest.raises(InputError, match=r"no levels are stored .* --k 0:30 --a 1\.6' finds"):
+        answer(path, levels.draw_levels, chosen, GivenLevels())
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = answer(path, levels.draw_levels, chosen)
+    made: Any = answer(path, levels.draw_levels, chosen, GivenLevels())
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
     at, rest = named(below, "levels, less")
@@ -255,14 +256,14 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     classes, _, _ = answer(path, read_classes, chosen)
     orbits = orbits_for(stadium, classes, None, 9.0).at(at)[0]
     np.testing.assert_allclose(named(above, "orbits")[1], orbits)
-    np.testing.assert_allclose(named(below, "orbits, $X = 16$, less")[1], orbits - weyl(stadium, None)(at))
+    np.testing.assert_allclose(named(below, "orbits, $X = 13$, less")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
-    assert legend(above) == ["levels", "orbits, $X = 16$", "Weyl's law"]
+    assert legend(above) == ["levels", "orbits, $X = 13$", "Weyl's law"]
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
-    spectrum = answer(path, levels.draw_length_spectrum, chosen)
+    spectrum = answer(path, levels.draw_length_spectrum, chosen, GivenLevels())
     found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
@@ -291,7 +292,7 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 
 def test_the_length_spectrum_can_be_drawn_without_levels(known):
-    made: Any = answer(known.path, levels.draw_length_spectrum, Selection(1.6))
+    made: Any = answer(known.path, levels.draw_length_spectrum, Selection(1.6), GivenLevels())
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
 
 

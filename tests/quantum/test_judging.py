@@ -13,9 +13,10 @@ from orbitdb.answers.judging import beside, levels_from_orbits
 from orbitdb.answers.spectrum import read_classes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.amplitudes import Parity, orbit_terms, weyl
-from orbitdb.quantum.assessment import CUTOFF, WIDEST, assess, numbered
+from orbitdb.quantum.assessment import CUTOFF, WIDEST, assess
 from orbitdb.quantum.lengths import family
 from orbitdb.quantum.levels import levels
+from orbitdb.quantum.numbering import numbered
 from orbitdb.quantum.staircase import CUTOFFS, staircase
 from orbitdb.store.asking.selection import Selection
 
@@ -106,7 +107,8 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
     whole = assess(exact, orbits, 1.6, Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
     assert whole.verdict() == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}"
-    for n in range(len(exact) - 8):  # a level missing near the end shifts too few others
+    assert np.abs(whole.excess).max() < 0.3
+    for n in range(len(exact) - 3):  # a missing level is seen if three or more follow it
         found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
         assert (found.missing, found.spurious) == (1, 0)
         (gap,) = found.gaps
@@ -136,8 +138,8 @@ def test_the_assignment_found_is_the_cheapest_of_all(data):
     """The reference tries every assignment of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
-    sigma = np.full(len(expected), data.draw(st.floats(0.1, 1)))
-    numbers, cost = numbered(expected[None], sigma[None])
+    sigma = data.draw(st.floats(0.1, 1))
+    numbers, cost = numbered(expected[None], sigma)
     tried = [_cost(expected, sigma, each) for each in _every(len(expected), 7)]
     assert cost[0] == pytest.approx(min(tried))
     assert _cost(expected, sigma, numbers[0].tolist()) == pytest.approx(min(tried))
@@ -157,7 +159,7 @@ def _cost(expected, sigma, numbers):
     """Return the cost of an assignment; numbers after the last one are not missing."""
     given = [number for number in numbers if number]
     left_out = max(given, default=0) - len(given) + numbers.count(0)
-    off = sum((x - n + 0.5) ** 2 / (2 * s**2) for x, n, s in zip(expected, numbers, sigma, strict=True) if n)
+    off = sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
     return 6 * left_out + off
 
 
@@ -173,7 +175,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
             catalogue.assess(k, "oo")
     with pytest.raises(InputError, match="no orbits at a = 2"):
         catalogue.assess(exact, "oo", a=2)
-    with pytest.raises(InputError, match="no levels are stored"):
+    with pytest.raises(InputError, match="no levels of parity oo are stored"):
         catalogue.assess(parity="oo")
 
 

@@ -231,7 +231,7 @@ def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
         (lambda k: np.where(k == k[3], np.nan, k), "above 0"),
         (lambda k: k - k[0], "above 0"),
         (lambda k: k - 2 * k[0], "above 0"),
-        (lambda k: k[[0, 1, 3, 2, *range(4, 60)]], "level 4 .* is below the one before"),
+        (lambda k: k[[0, 1, 3, 2, *range(4, 60)]], None),
         (lambda k: 1.3 * k, "Weyl's law"),
         (lambda k: k / 1.3, "Weyl's law"),
     ],
@@ -241,6 +241,7 @@ def test_bad_levels_are_refused_by_weyls_law(parity, change, told):
     smooth = weyl(Stadium(1.6), parity)
     k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
     with nullcontext() if told is None else pytest.raises(InputError, match=told) as refused:
-        check_levels(k, Stadium(1.6), parity)
+        assert (check_levels(k, Stadium(1.6), parity) == np.sort(k)).all()
     if told == "Weyl's law":
-        assert (" of parity oe at a = 1.6" in str(refused)) == (parity is not None)
+        of = "all parities" if parity is None else "parity oe"
+        assert f" of {of} at a = 1.6" in str(refused)

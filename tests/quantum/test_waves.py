@@ -8,13 +8,14 @@ import pytest
 from there import there
 
 from orbitdb import InputError, solve_word, waves
-from orbitdb.answers.scarring import scars_of
+from orbitdb.answers.scarring import NEIGHBOURS, scars_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.elements import eigenvectors, grid
+from orbitdb.quantum.interpolation import Cells
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.mesh import quarter_disc, rectangle
-from orbitdb.quantum.waves import Wave, _Cells, boundary
+from orbitdb.quantum.waves import Wave, boundary
 
 A = 1.6
 
@@ -82,7 +83,7 @@ def test_the_functions_of_a_rectangle_are_products_of_sines():
     _, values, vectors = eigenvectors(made.root, k2 - 1, k2 + 1)
     assert values == pytest.approx([k2], rel=1e-10)
     points = np.array([[0.2, 0.3], [0.9, 0.8], [0.65, 0.5]])
-    found = _Cells(made.points).at(points).values(made.functions(vectors)[0])
+    found = Cells(made.points).at(points).values(made.functions(vectors)[0])
     exact = 2 / math.sqrt(1.3) * np.sin(2 * math.pi * points[:, 0] / 1.3) * np.sin(math.pi * points[:, 1])
     np.testing.assert_allclose(found * np.sign(found[0] * exact[0]), exact, atol=1e-9)
 
@@ -97,7 +98,7 @@ def test_the_functions_of_a_quarter_disc_are_bessel_functions():
     assert math.sqrt(values[0]) == pytest.approx(zero, rel=1e-11)
     r, angle = np.array([0.2, 0.5, 0.9]), np.array([0.3, 0.8, 1.2])
     points = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=-1)
-    found = _Cells(made.points).at(points).values(made.functions(vectors)[0])
+    found = Cells(made.points).at(points).values(made.functions(vectors)[0])
     exact = jv(2, zero * r) * np.sin(2 * angle) / math.sqrt(math.pi / 8) / abs(jv(3, zero))
     np.testing.assert_allclose(found * np.sign(found[0]), exact, atol=1e-9)
 
@@ -151,12 +152,19 @@ def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
 
 
 @pytest.mark.slow
-def test_scars_are_sorted_by_strength(few):
-    found = scars_of(solve_word("0123", A), 8, 10, [Parity.OO])
+def test_scars_are_sorted_by_strength_and_judged_by_their_neighbours(few):
+    orbit = solve_word("0123", A)
+    found = scars_of(orbit, 8, 10, [Parity.OO])
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
-    assert {scar.k for scar in found} == {wave.k for wave in few}
-    above = [there(scar.above) for scar in found]
-    assert np.mean(above) == pytest.approx(0, abs=1e-9)
-    assert np.std(above) == pytest.approx(1)
+    assert sorted(scar.k for scar in found) == pytest.approx([wave.k for wave in few])
+    above = {scar.k: there(scar.above) for scar in found}
+    (one,) = scars_of(orbit, few[2].k - 1e-6, few[2].k + 1e-6, [Parity.OO])
+    assert one.above == pytest.approx(
+        next(z for k, z in above.items() if abs(k - one.k) < 1e-9), rel=1e-6
+    )  # whatever the range
+    every = list(waves(A, 0, 13, Parity.OO))
+    here = next(n for n, wave in enumerate(every) if abs(wave.k - one.k) < 1e-9)
+    others = [wave.strength(orbit) for wave in every[max(here - NEIGHBOURS, 0) : here + NEIGHBOURS + 1]]
+    own = others.pop(min(here, NEIGHBOURS))
+    assert one.above == pytest.approx((own - np.mean(others)) / np.std(others), rel=1e-6)
     assert isinstance(few[0], Wave)
-    assert repr(few[0]) == f"<wave oo at k = {few[0].k:.6g}, a = 1.6>"

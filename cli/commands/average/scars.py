@@ -35,9 +35,9 @@ def scars(
     """Measure how strongly orbits scar quantum levels.
 
     strength: the mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
-    above: how far it is above the mean of the levels of its parity in the range, in standard deviations. With
-    WORD you see all levels, the most scarred first; without, for each level the five strongest of the twenty
-    shortest stored orbits.
+    above: how far it is above the mean of the 15 levels of its parity on each side, in standard deviations.
+    With WORD you see all levels, the most scarred first; without, for each level the five strongest of the
+    twenty shortest stored orbits.
     """
     from orbitdb.answers.scarring import Scar
 

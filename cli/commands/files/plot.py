@@ -14,7 +14,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, lengths, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
-from orbitdb.cli.given_levels import GivenLevels
+from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
@@ -135,9 +135,9 @@ def plot(
     elif "words" in takes:
         made = _of_word(kind, codes, at, db)
     elif "parity" in takes:
-        parity = given.of_one()
-        levels = given.read(parity)
-        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, levels=levels, parity=parity)
+        if given.levels is None:
+            options.refuse_idle(context, "without --levels", *OF_FILE)
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, given=given)
     else:
         made = _of_subset(DRAWINGS[kind].draw, choice, USUAL_A if kind == "births" else at, db)
     style.adjust(made, inches, title)
@@ -180,7 +180,7 @@ def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further
 def _of_wave(
     kind: Kind, codes: Sequence[str], k: float | None, given: GivenLevels, a: float | None, db: Path
 ) -> "Figure":
-    """Draw the wave of the level next to some k, with any orbit over it."""
+    """Draw the wave of the level nearest to some k, with any orbit over it."""
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:
