@@ -17,7 +17,7 @@ from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact, with_error
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.levels import LevelWindow, windows
+from orbitdb.quantum.levels import LevelWindow, in_order, windows
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds, keep_levels
 from orbitdb.trajectories.ensemble import Reference
@@ -72,12 +72,12 @@ def find_levels(
     if path is not None:
         with reading(path) as moment:
             found = {parity: stored_levels(moment.connection, stadium.a, parity) for parity in parities}
-    tasks = [
+    tasks = in_order(
         task
         for parity in parities
         for gap in missing_levels(found[parity], low, high)
         for task in windows(stadium, parity, *gap)
-    ]
+    )
     if not tasks:
         return found
     parameters = {"command": "levels", "k": f"{low:g}:{high:g}", "a": stadium.a}

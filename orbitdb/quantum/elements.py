@@ -1,14 +1,13 @@
-"""Spectral elements: the Laplacian on curved cells, and all its eigenvalues in an interval.
+"""Spectral elements: functions on curved cells, and the energy of their gradient.
 
 The polynomials interpolate at Gauss-Lobatto-Legendre nodes. The quadrature uses the same nodes, so the mass
-matrix is diagonal. The gradient is a matrix B of its values at all nodes, weighted so that K = B^T B. Then
-|B v|^2 gives the energy of a function as a sum of positive terms, without cancellation.
+matrix is diagonal. The energy of a function is a sum of squares, without cancellation.
 
 Source: A. T. Patera, J. Comput. Phys. 54 (1984) 468; G. E. Karniadakis and S. J. Sherwin,
 Spectral/hp Element Methods for Computational Fluid Dynamics (2005).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import NamedTuple
 
@@ -16,18 +15,16 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse import csgraph, linalg
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
-from orbitdb.errors import WorkError
 from orbitdb.quantum.mesh import Cell
-
-_MORE = 6
-"""Extra eigenvalues outside the interval, which make the iterations converge sooner."""
 
 _SAME = 1e-10
 """Nodes closer than this are the same; different ones are at least 1e-6 apart."""
+
+_NOTHING = np.finfo(np.float64).tiny
 
 
 @cache
@@ -44,7 +41,9 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
     ndarray, shape (order + 1,); the same; ndarray, shape (order + 1, order + 1)
     """
     polynomial = legendre.Legendre.basis(order)
-    inside = np.sort(polynomial.deriv().roots().real)
+    slope = polynomial.deriv()
+    inside = np.sort(slope.roots().real)
+    inside -= slope(inside) / slope.deriv()(inside)  # the roots are only good to 1e-13
     x = np.concatenate([[-1.0], inside, [1.0]])
     values = polynomial(x)
     matrix = values[:, None] / values / (x[:, None] - x + np.eye(order + 1))
@@ -54,146 +53,76 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
 
 
 class Grid(NamedTuple):
-    """Nodes of cells, and the gradient on them.
+    """Nodes of cells, and the gradient of functions given at the nodes.
 
     Attributes
     ----------
-    root : csr_matrix
-        The matrix B. The eigenvalues of B^T B are those of -Laplace, k^2 in units of 1/radius^2. It has two
-        rows per node of a cell and a column per free node. Functions are multiplied by the root of the mass,
-        so that |v|^2 is the integral of the square.
     points : ndarray, shape (E, n, n, 2)
         The nodes of each cell.
     node : ndarray of int, shape (E, n, n)
         Index of each of them among the M different nodes.
-    mass : ndarray, shape (M,)
-        Diagonal of the mass matrix.
-    free : ndarray of bool, shape (M,)
-        Whether a node is free, that is, the function there is not fixed to 0.
+    weight : ndarray, shape (E, n, n)
+        Weights of the quadrature.
+    slope : ndarray, shape (2, 2, E, n, n)
+        Derivatives of the coordinates of the cell (second index) with respect to x and y (first index), times
+        the root of the weight.
     """
 
-    root: sparse.csr_matrix
     points: Floats
     node: NDArray[np.intp]
-    mass: Floats
-    free: NDArray[np.bool_]
+    weight: Floats
+    slope: Floats
 
-    def functions(self, vectors: Floats) -> Floats:
-        """Return eigenvectors, shape (free nodes, F), as functions at the nodes of cells, (F, E, n, n)."""
-        values = np.zeros((vectors.shape[1], len(self.mass)))
-        values[:, self.free] = vectors.T / np.sqrt(self.mass[self.free])
-        return values[:, self.node]
+    def gradient(self, values: Floats) -> Floats:
+        """Return the gradients of functions, shape (F, E, n, n), at the nodes, shape (2, F, E, n, n).
+
+        They are multiplied by the root of the weight, so that the sum of their squares is the energy.
+        """
+        derivative = nodes(values.shape[-1] - 1)[2]
+        along, across = derivative @ values, values @ derivative.T
+        return np.stack([one * along + other * across for one, other in self.slope])
+
+    def energy(self, values: Floats) -> Floats:
+        """Return the energies of functions in each cell, shape (F, E)."""
+        found = np.empty(values.shape[:2])
+        for n in range(len(values)):  # one at a time, to save memory
+            found[n] = np.square(self.gradient(values[n : n + 1])).sum(axis=(0, 1, 3, 4))
+        return found
+
+    def truncation(self, values: Floats) -> Floats:
+        """Estimate the energy that functions, shape (F, E, n, n), lack because the degree is too low.
+
+        In each cell it is the energy of the two highest degrees, times their ratio to the two before.
+        """
+        lower, lowest = (_lowered(values, by) for by in (2, 4))
+        last, before = self.energy(values - lower), self.energy(lower - lowest)
+        return np.asarray((last * last / np.maximum(np.maximum(before, last), _NOTHING)).sum(axis=1))
 
 
-def grid(cells: Sequence[Cell], order: int, fixed: Callable[[Floats], NDArray[np.bool_]]) -> Grid:
-    """Return the nodes of cells, and the gradient of functions on them.
+def _lowered(values: Floats, by: int) -> Floats:
+    """Return functions at the nodes without their highest degrees in either coordinate."""
+    order = values.shape[-1] - 1
+    basis = legendre.legvander(nodes(order)[0], order)
+    keep = basis[:, :-by] @ np.linalg.inv(basis)[:-by]
+    return keep @ values @ keep.T
 
-    Parameters
-    ----------
-    cells : sequence of Cell
-        Neighbouring cells share whole edges.
-    order : int
-        Degree of the polynomials.
-    fixed : callable
-        Returns at which points, shape (N, 2), functions are 0 (Dirichlet); the rest of the edge is free.
-    """
-    x, weights, slope = nodes(order)
+
+def grid(cells: Sequence[Cell], order: int) -> Grid:
+    """Return the nodes of cells that share whole edges, for polynomials of a degree."""
+    x, weights, derivative = nodes(order)
     s, t = np.meshgrid((x + 1) / 2, (x + 1) / 2, indexing="ij")
     points = np.stack([cell.points(s, t) for cell in cells])
-    along = np.einsum("ij,ejkc->eikc", slope, points)
-    across = np.einsum("kj,eijc->eikc", slope, points)
+    near = points - points[:, :1, :1]  # far from the origin, rounding would spoil the derivatives
+    along = np.einsum("ij,ejkc->eikc", derivative, near)
+    across = np.einsum("kj,eijc->eikc", derivative, near)
     inverse = np.linalg.inv(np.stack([along, across], axis=-1))
-    area = weights[:, None] * weights / np.abs(np.linalg.det(inverse))
-    flat, node = _joined(points.reshape(-1, 2))
-    node, free = node.reshape(area.shape), ~fixed(flat)
-    mass = np.bincount(node.ravel(), area.ravel())
-    shape = (*area.shape, order + 1)
-    columns = (
-        np.broadcast_to(node.transpose(0, 2, 1)[:, None], shape),
-        np.broadcast_to(node[:, :, None], shape),
-    )
-    slopes = (slope[None, :, None], slope[None, None])
-    root, row = np.sqrt(area), np.arange(area.size).reshape(area.shape)
-    matrix = sparse.csr_matrix((2 * area.size, len(mass)))
-    for part in range(2):
-        for direction in range(2):
-            values = (root * inverse[..., direction, part])[..., None] * slopes[direction]
-            rows = np.broadcast_to((row + part * area.size)[..., None], shape)
-            entries = (rows.ravel(), columns[direction].ravel())
-            matrix += sparse.csr_matrix((values.ravel(), entries), shape=matrix.shape)
-    matrix.eliminate_zeros()
-    root_of_mass = sparse.diags_array(1 / np.sqrt(mass))
-    return Grid((matrix @ root_of_mass)[:, free], points, node, np.asarray(mass, np.float64), free)
+    weight = weights[:, None] * weights / np.abs(np.linalg.det(inverse))
+    slope = np.sqrt(weight) * np.moveaxis(inverse, (-1, -2), (0, 1))
+    return Grid(points, _joined(points.reshape(-1, 2)).reshape(weight.shape), weight, slope)
 
 
-def _joined(points: Floats) -> tuple[Floats, NDArray[np.intp]]:
-    """Return the different points, shape (M, 2), and the index of each point among them."""
+def _joined(points: Floats) -> NDArray[np.intp]:
+    """Return the index of each point, shape (N, 2), among the different ones."""
     pairs = cKDTree(points).query_pairs(_SAME, output_type="ndarray")
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    _, node = csgraph.connected_components(links, directed=False)
-    return points[np.unique(node, return_index=True)[1]], node
-
-
-def eigenvalues(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats]:
-    """Return the number of eigenvalues of B^T B below an interval, and those in it, in rising order."""
-    below, values, _ = eigenvectors(root, low, high)
-    return below, values
-
-
-def eigenvectors(root: sparse.csr_matrix, low: float, high: float) -> tuple[int, Floats, Floats]:
-    """Return the number of eigenvalues of B^T B below an interval, those in it, and their eigenvectors.
-
-    Parameters
-    ----------
-    root : csr_matrix
-        The matrix B.
-    low, high : float
-        The interval, low < high; low may be 0.
-
-    Returns
-    -------
-    int; ndarray, shape (F,), in rising order; ndarray, shape (M, F), of norm 1
-
-    Raises
-    ------
-    WorkError
-        If the eigenvalues cannot be counted or not all are found.
-
-    Notes
-    -----
-    By Sylvester's law of inertia, the negative pivots of B^T B - s count the eigenvalues below s. This checks
-    shift-and-invert Lanczos iterations. The values are Rayleigh quotients |B v|^2 / |v|^2.
-    """
-    matrix = (root.T @ root).tocsc()
-    below = _factors(matrix, low)[1] if low > 0 else 0
-    count = _factors(matrix, high)[1] - below
-    if not count:
-        return below, np.zeros(0), np.zeros((matrix.shape[0], 0))
-    middle = (low + high) / 2
-    factors, _ = _factors(matrix, middle)
-    inverse = linalg.LinearOperator(matrix.shape, factors.solve, dtype=np.float64)
-    start = np.random.default_rng(0).standard_normal(matrix.shape[0])  # the same levels every time
-    asked = min(count + _MORE, matrix.shape[0] - 2)
-    _, vectors = linalg.eigsh(matrix, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
-    vectors /= np.sqrt(np.square(vectors).sum(axis=0))
-    values = np.square(root @ vectors).sum(axis=0)
-    inside = np.flatnonzero((values >= low) & (values < high))
-    inside = inside[np.argsort(values[inside])]
-    found: Floats = values[inside]
-    if len(found) != count:
-        raise WorkError(
-            f"only {len(found)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
-            "change the ends of the range slightly"
-        )
-    return below, found, vectors[:, inside]
-
-
-def _factors(matrix: sparse.csc_matrix, shift: float) -> tuple[linalg.SuperLU, int]:
-    """Return the factors of a matrix minus a shift, and its number of negative eigenvalues."""
-    shifted = (matrix - shift * sparse.eye_array(matrix.shape[0])).tocsc()
-    factors = linalg.splu(
-        shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
-    if not np.array_equal(factors.perm_r, factors.perm_c):
-        raise WorkError(f"the levels below k^2 = {shift:g} cannot be counted: give another range")
-    return factors, int((factors.U.diagonal() < 0).sum())
+    return np.asarray(csgraph.connected_components(links, directed=False)[1], np.intp)

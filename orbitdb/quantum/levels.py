@@ -1,14 +1,14 @@
 """The Dirichlet levels of a stadium: the k at which Laplace psi = -k^2 psi, psi = 0 on the boundary.
 
-They are found in windows of k. Each window is solved on two grids. The finer grid gives the levels and
-decides which are in the window. The coarser grid has polynomials of lower degree and fewer cells at the
-joint. The error of a level is twice its distance from the level with the same number on the coarser grid.
+They are found in windows of k. The error of a level allows for rounding, and for the degree of the
+polynomials: the energy of the two highest degrees, extrapolated cell by cell (`Grid.truncation`).
 """
 
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +18,13 @@ from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
-from orbitdb.errors import InputError, WorkError
+from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
-from orbitdb.quantum.elements import Grid, eigenvalues, grid
+from orbitdb.quantum.condensation import Interiors, eigenfunctions
+from orbitdb.quantum.elements import grid
 from orbitdb.quantum.mesh import quarter_stadium
 
 if TYPE_CHECKING:
@@ -36,15 +37,15 @@ MOST_LEVELS = 20_000
 """Largest number of levels of all parities below the end of a range. A window needs memory in proportion to
 it, 3 to 4 GB at this limit, and all windows take hours."""
 
-_IN_WINDOW = 96
+_IN_WINDOW = 48
 """Approximate number of levels of a parity in a window."""
-_COARSE, _FINE = (14, 2), (16, 3)
-"""Degree of the polynomials, and divisions of the cells at the joint, of the two grids."""
-_PHASE = 10.5
+_GRID = (18, 1)
+"""Degree of the polynomials, and divisions of the cells at the joint."""
+_PHASE = 9.5
 """Largest value of k times the size of a cell."""
-_SAFETY = 2.0
-ROUNDING = 2e-12
-"""Relative error allowed for rounding: the difference between three grids, with a margin."""
+ROUNDING = 4e-15
+"""Relative error allowed for rounding: four times the largest one found, against the levels of rectangles and
+discs in closed form, and against finer grids at half lengths from 0.05 to 20."""
 _ON_END = 1e-10
 """Relative distance from the end of a window within which a level counts as on it; grids differ by less."""
 _BEYOND = 1e-6
@@ -92,56 +93,50 @@ class LevelTask:
     low: float
     high: float
 
-    def solved(self) -> LevelWindow:
-        """Solve on two grids.
+    def solved(self, order: int = _GRID[0], layers: int = _GRID[1]) -> LevelWindow:
+        """Solve on a grid.
 
-        Raises
-        ------
-        WorkError
-            If the grids disagree on the number of levels.
+        A level on an end belongs to the window above, whichever way it was rounded.
+
+        Parameters
+        ----------
+        order : int, optional
+            Degree of the polynomials.
+        layers : int, optional
+            Number of times the cells at the joint are divided.
         """
         began = time.process_time()
-        below, k = self.on_grid(*_FINE)
-        fewer, coarse = self._around(*_COARSE)
-        same = coarse[max(below - fewer, 0) : below - fewer + len(k)]
-        if below < fewer or len(same) < len(k):
-            raise WorkError(
-                f"two grids give different numbers of {self.parity} levels with k from {self.low:g} to "
-                f"{self.high:g}: change the ends of the range slightly"
-            )
-        error = _SAFETY * np.abs(k - same) + ROUNDING * k
+        low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
+        elements = self.elements(order, layers)
+        below, values, functions = eigenfunctions(elements, self.fixed, low**2, high**2)
+        k = np.sqrt(values)
+        first, last = np.searchsorted(k, np.array([self.low, self.high]) * (1 - _ON_END))
+        k, functions = k[first:last], functions[first:last]
+        stored = np.maximum(k, self.low)
+        error = elements.grid.truncation(functions) / (2 * k) + ROUNDING * k + (stored - k)
         seconds = time.process_time() - began
         return LevelWindow(
-            self.a, self.parity, self.low, self.high, below, k, error, seconds, arithmetic=arithmetic()
+            self.a, self.parity, self.low, self.high, below + int(first), stored, error, seconds, arithmetic()
         )
 
-    def on_grid(self, order: int, layers: int) -> tuple[int, Floats]:
-        """Return the number of levels below the window, and the levels in it.
-
-        `order` is the degree of the polynomials, `layers` the number of divisions of the cells at the joint.
-        A level on an end belongs to the window above, whichever way it was rounded.
-        """
-        before, k = self._around(order, layers)
-        first, last = np.searchsorted(k, np.array([self.low, self.high]) * (1 - _ON_END))
-        return before + int(first), np.maximum(k[first:last], self.low)
-
-    def _around(self, order: int, layers: int) -> tuple[int, Floats]:
-        """Return the number of levels below a slightly wider window, and the levels in it."""
-        low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
-        below, values = eigenvalues(self.grid(order, layers).root, low**2, high**2)
-        return below, np.sqrt(values)
-
-    def grid(self, order: int = _FINE[0], layers: int = _FINE[1]) -> Grid:
-        """Return a grid for the window, by default the finer one."""
-        return grid(quarter_stadium(self.a, _PHASE / self.high, layers), order, self.fixed)
+    def elements(self, order: int = _GRID[0], layers: int = _GRID[1]) -> Interiors:
+        """Return the elements for the window, by default those that give its levels."""
+        steps = math.ceil(self.high / (2 * _PHASE))  # on half the height, so that windows share their cells
+        return _elements(self.a, 1 / (2 * steps), order, layers)
 
     def fixed(self, points: Floats) -> NDArray[np.bool_]:
-        """Return at which points, shape (N, 2), the functions are 0: on the edge, and on axes if odd."""
-        x, y = points.T
+        """Return at which points, shape (..., 2), the functions are 0: on the edge, and on axes if odd."""
+        x, y = points[..., 0], points[..., 1]
         beyond = np.maximum(x - self.a, 0.0)
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
         edge = beyond**2 + y**2 > 1 - 1e-8
         return edge | (odd_x & (x < 1e-8)) | (odd_y & (y < 1e-8))
+
+
+@lru_cache(maxsize=1)
+def _elements(a: float, size: float, order: int, layers: int) -> Interiors:
+    """Return the elements of all parities; windows that follow one another share them."""
+    return Interiors(grid(quarter_stadium(a, size, layers), order))
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
@@ -168,6 +163,11 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
             end = high
         yield LevelTask(stadium.a, parity, low, end)
         low = end
+
+
+def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
+    """Return tasks in the order in which windows of all parities share their elements."""
+    return sorted(tasks, key=lambda task: task.high)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -264,7 +264,7 @@ def levels(
         If the stadium or the range is outside what has been tested.
     """
     at = as_stadium(stadium)
-    found = {
-        parity: [task.solved() for task in windows(at, parity, low, high)] for parity in parities_of(parities)
-    }
+    found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}
+    for task in in_order(task for parity in found for task in windows(at, parity, low, high)):
+        found[task.parity].append(task.solved())
     return Levels.joined(at.a, low, high, found)

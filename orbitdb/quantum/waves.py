@@ -27,7 +27,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import drawn
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.elements import eigenvectors
+from orbitdb.quantum.condensation import eigenfunctions
 from orbitdb.quantum.interpolation import INSIDE, Cells
 from orbitdb.quantum.levels import parities_of, windows
 
@@ -178,10 +178,10 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     """
     at, (of,) = as_stadium(stadium), parities_of([parity])
     for task in windows(at, of, low, high):
-        grid = task.grid()
-        _, values, vectors = eigenvectors(grid.root, task.low**2, task.high**2)
-        cells = Cells(grid.points)
-        for k, function in zip(np.sqrt(values).tolist(), grid.functions(vectors), strict=True):
+        elements = task.elements()
+        _, values, functions = eigenfunctions(elements, task.fixed, task.low**2, task.high**2)
+        cells = Cells(elements.grid.points)
+        for k, function in zip(np.sqrt(values).tolist(), functions, strict=True):
             yield Wave(at, of, k, function / 2, cells)
 
 

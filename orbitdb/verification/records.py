@@ -37,8 +37,8 @@ RECOUNTED = 3000
 
 _COUNTED = ("windows", "undecided", "lower", "upper")
 
-_GRID = (18, 4)
-"""Degree, and divisions of the cells at the joint, of a finer grid than both that find levels."""
+_GRID = (20, 2)
+"""Degree, and divisions of the cells at the joint: a finer grid than the one that levels are found on."""
 
 _BOUNCES = 100_000
 """Bounces of the new run, which takes a tenth of a second at most values of a."""
@@ -125,10 +125,10 @@ def _window(stored: LevelWindow) -> Iterator[Check]:
     Raises `InputError` if orbitdb cannot have made such a window.
     """
     tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
-    found = [task.on_grid(*_GRID) for task in tasks]
-    k = np.concatenate([each for _, each in found])
+    found = [task.solved(*_GRID) for task in tasks]
+    k = np.concatenate([each.k for each in found])
     labels = [f"{stored.parity} {each:.6g}" for each in stored.k]
-    if (stored.below, len(stored.k)) != (found[0][0], len(k)):
+    if (stored.below, len(stored.k)) != (found[0].below, len(k)):
         yield judged("levels", [f"{stored.parity} {stored.low:g} to {stored.high:g}"], [True])
     else:
         allowed = np.where(stored.error < ROUNDING * stored.k, 0.0, stored.error + ROUNDING * k)

@@ -11,63 +11,90 @@ from scipy.special import jv
 
 from orbitdb import InputError, Stadium
 from orbitdb.quantum.amplitudes import Parity, weyl
-from orbitdb.quantum.elements import eigenvalues, grid
+from orbitdb.quantum.condensation import Interiors, eigenfunctions
+from orbitdb.quantum.elements import grid
 from orbitdb.quantum.levels import LevelTask, levels, windows
-from orbitdb.quantum.mesh import quarter_stadium
+from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("a", "parity"),
-    fuzz_but([(1.6, "ee"), (0.05, "eo")], [(1.6, "oo"), (1.6, "ee"), (0.05, "eo"), (4.0, "oe")]),
+    fuzz_but([(1.6, "ee"), (0.05, "eo")], [(1.6, "oo"), (1.6, "ee"), (0.05, "eo"), (20.0, "ee")]),
 )
-def test_levels_agree_with_a_finer_grid_within_their_errors(a, parity):
-    task = LevelTask(a, Parity(parity), 0.0, 9.0)
+@pytest.mark.parametrize("high", [9.0, 18.9])
+def test_levels_agree_with_a_finer_grid_within_their_errors(a, parity, high):
+    task = LevelTask(a, Parity(parity), max(high - 6 / (a + 0.5), 0.0), high)
     found = task.solved()
-    cells = quarter_stadium(a, 0.25, 4)
-    _, finer = eigenvalues(grid(cells, 18, task.fixed).root, 0.0, 81.0)
-    assert len(finer) == len(found.k)
-    assert (np.abs(found.k - np.sqrt(finer)) <= found.error).all()
-    assert found.error.max() < 1e-9
+    finer = Interiors(grid(quarter_stadium(a, 0.25, 3), 20))
+    _, k2, _ = eigenfunctions(finer, task.fixed, task.low**2, task.high**2)
+    off = np.abs(found.k - np.sqrt(k2))
+    assert (off <= found.error).all()
+    assert (found.error <= 50 * np.maximum(off, 2e-16 * found.k)).all()
 
 
-_GRID = (8, 1)
+@pytest.mark.slow
+@pytest.mark.parametrize(("a", "parity", "high"), [(0.5, "ee", 37.9), (1.6, "eo", 37.9), (0.5, "oo", 56.9)])
+def test_errors_hold_where_the_degree_is_too_low(a, parity, high):
+    task = LevelTask(a, Parity(parity), high - 3, high)
+    for order in (14, 16):
+        found, finer = task.solved(order, 1), task.solved(20, 2)
+        assert (found.below, len(found.k)) == (finer.below, len(finer.k))
+        assert (np.abs(found.k - finer.k) <= found.error).all()
+        assert np.median(found.error / np.abs(found.k - finer.k)) < 50
+
+
+@pytest.mark.parametrize("parity", Parity)
+def test_levels_are_counted_as_in_the_whole_matrix_even_at_poles(parity):
+    """The stiffness of all nodes, from functions that are 1 at one node."""
+    task, made = LevelTask(0.5, parity, 0.0, 9.0), grid(quarter_disc(0.5, 0.5), 6)
+    fixed = np.bincount(made.node.ravel(), task.fixed(made.points).ravel()) > 0
+    mass = np.bincount(made.node.ravel(), made.weight.ravel())
+    free = np.flatnonzero(~fixed)
+    hats = (made.node == free[:, None, None, None]) / np.sqrt(mass[made.node])
+    slopes = made.gradient(hats).swapaxes(0, 1).reshape(len(free), -1)
+    whole, elements = np.linalg.eigvalsh(slopes @ slopes.T), Interiors(made)
+    for pole in elements.levels.ravel()[::9]:
+        for end in (pole, 1.3 * pole, *(pole * (1 + np.array([-1e-9, 1e-9, 1e-5])))):
+            below, values, _ = eigenfunctions(elements, task.fixed, end, 1.01 * end)
+            assert below in {(whole < end * (1 - 1e-6)).sum(), (whole < end).sum()}
+            inside = whole[below : below + len(values)]
+            np.testing.assert_allclose(values, inside, rtol=1e-9)
 
 
 def _number(low: float, high: float, order: int = 8) -> tuple[int, int]:
     """Return the number of levels below a window, and in it."""
-    below, k = LevelTask(0.5, Parity.EE, low, high).on_grid(order, 1)
-    assert ((low <= k) & (k < high)).all()
-    return below, len(k)
+    found = LevelTask(0.5, Parity.EE, low, high).solved(order, 1)
+    assert ((low <= found.k) & (found.k < high)).all()
+    return found.below, len(found.k)
+
+
+@pytest.fixture(scope="module")
+def lowest() -> float:
+    """The lowest level of parity ee at a = 0.5."""
+    (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).solved(8, 1).k
+    return float(k)
 
 
 @pytest.mark.parametrize("places", [-2, 0, 2])
-def test_a_level_on_an_end_belongs_to_the_window_above_it(places):
+def test_a_level_on_an_end_belongs_to_the_window_above_it(places, lowest):
     """So does a level a few floats away, which another grid or processor may give."""
-    _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
-    end = k + places * np.spacing(k)
+    end = lowest + places * np.spacing(lowest)
     assert _number(0.0, end) == (0, 0)
     assert _number(end, 2.0) == (0, 1)
     assert _number(end, 2.0, order=10) == (0, 1)
 
 
 @pytest.mark.parametrize("off", [-1e-8, 1e-8])
-def test_a_level_close_to_an_end_stays_on_its_side(off):
-    _, (k,) = LevelTask(0.5, Parity.EE, 0.0, 2.0).on_grid(*_GRID)
-    assert _number(k * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
+def test_a_level_close_to_an_end_stays_on_its_side(off, lowest):
+    assert _number(lowest * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
 
 
-@pytest.mark.parametrize("coarse", [(4, 1), (8, 1)], ids=["differing grids", "rounding alone"])
-def test_the_stated_error_is_twice_the_difference_of_two_grids_and_rounding(monkeypatch, coarse):
-    """With coarser grids than usual, whose levels differ by more than rounding, or not at all."""
-    fine = (8, 1)
-    monkeypatch.setattr("orbitdb.quantum.levels._FINE", fine)
-    monkeypatch.setattr("orbitdb.quantum.levels._COARSE", coarse)
-    task = LevelTask(0.5, Parity.EE, 0.0, 2.0)
-    found, (_, k), (_, other) = task.solved(), task.on_grid(*fine), task.on_grid(*coarse)
-    assert len(k) == 1
-    assert found.k == pytest.approx(k, rel=1e-13, abs=0)
-    assert found.error == pytest.approx(2 * np.abs(k - other) + 2e-12 * k, rel=0.05, abs=0)
+def test_a_level_moved_to_an_end_says_so_in_its_error(lowest):
+    end = lowest * (1 + 5e-11)
+    found = LevelTask(0.5, Parity.EE, end, 2.0).solved(8, 1)
+    assert found.k.tolist() == [end]
+    assert found.error[0] >= end - lowest
 
 
 @pytest.mark.slow

@@ -1,0 +1,188 @@
+"""Eigenvalues of the Laplacian on spectral elements, by static condensation.
+
+The interior of each cell is diagonalised once: K = Q diag(l) Q^T there. At any shift s, elimination of the
+interiors then costs a division by l - s, and leaves the Schur complement on the rims of the cells, with an
+eighth of the unknowns. By Sylvester's law of inertia and Haynsworth's addition of inertias, the number of
+eigenvalues below s is the number of negative pivots of the Schur complement plus the number of l below s.
+
+Sources: E. V. Haynsworth, Linear Algebra Appl. 1 (1968) 73; W. H. Wittrick and F. W. Williams, Q. J. Mech.
+Appl. Math. 24 (1971) 263.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import linalg
+
+from orbitdb.arrays import Floats
+from orbitdb.errors import WorkError
+from orbitdb.quantum.elements import Grid
+
+Fixed = Callable[[Floats], NDArray[np.bool_]]
+"""Tells at which points, shape (..., 2), functions are 0 (Dirichlet); the rest of the edge is free."""
+
+_MORE = 6
+"""Extra eigenvalues outside the interval, which make the iterations converge sooner."""
+_NEAR = 1e-7
+"""Relative distance that a shift keeps from every l. The Schur complement has poles there."""
+
+
+class Interiors:
+    """The stiffness matrices of cells, with their interiors diagonalised.
+
+    Functions are multiplied by the root of the mass, so that the mass matrix is the identity.
+
+    Attributes
+    ----------
+    grid : Grid
+    rim : ndarray of bool, shape (n n,)
+        Which nodes of a cell are on its rim: r of them.
+    scale : ndarray, shape (E, n n)
+        Inverse root of the mass of each node.
+    levels : ndarray, shape (E, m)
+        The eigenvalues l of the interiors.
+    modes : ndarray, shape (E, m, m)
+        Q, in columns.
+    coupling : ndarray, shape (E, r, m)
+        Stiffness between rim and modes.
+    stiffness : ndarray, shape (E, r, r)
+        Stiffness of the rim, which neighbours add up.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        count, n, _ = grid.node.shape
+        inside = np.zeros((n, n), np.bool_)
+        inside[1:-1, 1:-1] = True
+        self.grid, self.rim = grid, ~inside.ravel()
+        mass = np.bincount(grid.node.ravel(), grid.weight.ravel())
+        self.scale = 1 / np.sqrt(mass[grid.node]).reshape(count, -1)
+        r, m = np.count_nonzero(self.rim), np.count_nonzero(inside)
+        self.levels, self.modes = np.empty((count, m)), np.empty((count, m, m))
+        self.coupling, self.stiffness = np.empty((count, r, m)), np.empty((count, r, r))
+        for cell, scale in enumerate(self.scale):
+            alone = grid._replace(slope=grid.slope[:, :, cell, None])
+            slopes = alone.gradient(np.diag(scale).reshape(-1, 1, n, n))
+            slopes = slopes.swapaxes(0, 1).reshape(n * n, -1)
+            rim, within = slopes[self.rim], slopes[~self.rim]
+            self.levels[cell], modes = np.linalg.eigh(within @ within.T)
+            self.modes[cell], self.coupling[cell] = modes, rim @ within.T @ modes
+            self.stiffness[cell] = rim @ rim.T
+
+    def clear(self, shift: float, away: float) -> float:
+        """Return a shift, moved away from the poles if necessary: up if `away` is 1, down if it is -1."""
+        while np.abs(self.levels - shift).min() < _NEAR * shift:
+            shift *= 1 + 2 * away * _NEAR
+        return shift
+
+
+@dataclass(frozen=True, eq=False)
+class _Condensed:
+    """Interiors with their rims joined.
+
+    Vectors have the values at the `size` free nodes of rims, then the amplitudes of the modes.
+    """
+
+    of: Interiors
+    node: NDArray[np.intp]
+    """Index of each node of each rim among the free ones, shape (E, r); `size` for a fixed node."""
+    size: int
+
+    @classmethod
+    def joined(cls, of: Interiors, fixed: Fixed) -> "_Condensed":
+        """Return the rims without the nodes that are fixed."""
+        points, node = of.grid.points.reshape(*of.scale.shape, 2), of.grid.node.reshape(of.scale.shape)
+        node = np.where(fixed(points[:, of.rim]), -1, node[:, of.rim])
+        free = np.unique(node[node >= 0])
+        return cls(of, np.where(node < 0, len(free), np.searchsorted(free, node)), len(free))
+
+    def factors(self, shift: float) -> tuple[linalg.SuperLU, int]:
+        """Return factors of the Schur complement at a shift, and the number of eigenvalues below it."""
+        of, n = self.of, self.size
+        blocks = of.stiffness - of.coupling / (of.levels - shift)[:, None] @ of.coupling.swapaxes(1, 2)
+        row = np.broadcast_to(self.node[:, :, None], blocks.shape)
+        entries = (blocks.ravel(), (row.ravel(), row.swapaxes(1, 2).ravel()))
+        whole = sparse.csc_array(entries, shape=(n + 1, n + 1))[:n, :n] - shift * sparse.eye_array(n)
+        factors = linalg.splu(
+            whole.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+        if not np.array_equal(factors.perm_r, factors.perm_c):
+            raise WorkError(f"the levels below k^2 = {shift:g} cannot be counted: give another range")
+        return factors, int((factors.U.diagonal() < 0).sum() + (of.levels < shift).sum())
+
+    def inverse(self, shift: float) -> Callable[[Floats], Floats]:
+        """Return the inverse of the stiffness minus a shift, as a function of vectors."""
+        of, n, (factors, _) = self.of, self.size, self.factors(shift)
+        flexible, back = 1 / (of.levels - shift), np.ascontiguousarray(of.coupling.swapaxes(1, 2))
+
+        def solve(vector: Floats) -> Floats:
+            modes = vector[n:].reshape(flexible.shape) * flexible
+            loads = (of.coupling @ modes[..., None])[..., 0]
+            rims = factors.solve(vector[:n] - np.bincount(self.node.ravel(), loads.ravel(), n + 1)[:n])
+            modes -= flexible * (back @ np.append(rims, 0.0)[self.node][..., None])[..., 0]
+            return np.concatenate([rims, modes.ravel()])
+
+        return solve
+
+    def functions(self, vectors: Floats) -> Floats:
+        """Return vectors, shape (size + E m, F), as functions at the nodes of cells, (F, E, n, n)."""
+        of, count = self.of, vectors.shape[1]
+        rims = np.concatenate([vectors[: self.size], np.zeros((1, count))])[self.node]
+        found = np.empty((count, *of.scale.shape))
+        found[:, :, of.rim] = np.moveaxis(rims, -1, 0)
+        found[:, :, ~of.rim] = np.moveaxis(
+            of.modes @ vectors[self.size :].reshape(*of.levels.shape, -1), -1, 0
+        )
+        found = (found * of.scale).reshape(count, *of.grid.node.shape)
+        return found / np.sqrt((found**2 * of.grid.weight).sum(axis=(1, 2, 3), keepdims=True))
+
+
+def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tuple[int, Floats, Floats]:
+    """Return the number of eigenvalues of -Laplace below an interval, those in it, and their functions.
+
+    Parameters
+    ----------
+    of : Interiors
+    fixed : callable
+        Tells where functions are 0.
+    low, high : float
+        The interval, low < high; low may be 0. An end that is a pole of the Schur complement moves outward.
+
+    Returns
+    -------
+    int; ndarray, shape (F,), in rising order; ndarray, shape (F, E, n, n), the functions at the nodes of the
+    cells, with integral 1 of the square
+
+    Raises
+    ------
+    WorkError
+        If the eigenvalues cannot be counted or not all are found.
+
+    Notes
+    -----
+    The count checks shift-and-invert Lanczos iterations. The values are the energies of the functions.
+    """
+    condensed = _Condensed.joined(of, fixed)
+    low, high = of.clear(low, -1), of.clear(high, 1)
+    below = condensed.factors(low)[1] if low > 0 else 0
+    count = condensed.factors(high)[1] - below
+    if not count:
+        return below, np.zeros(0), np.zeros((0, *of.grid.node.shape))
+    middle = of.clear((low + high) / 2, 1)
+    size = condensed.size + of.levels.size
+    inverse = linalg.LinearOperator((size, size), condensed.inverse(middle), dtype=np.float64)
+    start = np.random.default_rng(0).standard_normal(size)  # the same levels every time
+    asked = min(count + _MORE, size - 2)
+    _, vectors = linalg.eigsh(inverse, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
+    functions = condensed.functions(vectors)
+    values = of.grid.energy(functions).sum(axis=1)
+    inside = np.flatnonzero((values >= low) & (values < high))
+    inside = inside[np.argsort(values[inside])]
+    if len(inside) != count:
+        raise WorkError(
+            f"only {len(inside)} of {count} levels with k^2 from {low:g} to {high:g} were found: "
+            "change the ends of the range slightly"
+        )
+    return below, values[inside], functions[inside]
