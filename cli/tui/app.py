@@ -167,6 +167,10 @@ class BrowseApp(Working, OrderlyApp):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
+        """Leave, once what the keys before this one began is known."""
+        self.call_later(self._quit)
+
+    def _quit(self) -> None:
         """Leave; ask first if a fill runs or an export is being written."""
         if not (self.fills or self.exports):
             self.exit()

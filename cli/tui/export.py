@@ -72,7 +72,7 @@ def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bo
 
     def take(name: str) -> None:
         path = path_of(name).absolute()
-        screen.post_message(Export(path, partial(write, path)))
+        screen.app.post_message(Export(path, partial(write, path)))
 
     def check(name: str) -> str:
         return kind_told(name, figure, rows)

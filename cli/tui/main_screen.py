@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import BindingType
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.screen import Screen
@@ -18,7 +18,7 @@ from orbitdb.cli.tui.choices import Choices
 from orbitdb.cli.tui.dialogs.fill import FillDialog
 from orbitdb.cli.tui.greeting import Greeting
 from orbitdb.cli.tui.kept import Kept
-from orbitdb.cli.tui.keys import MAIN, Keys, bindings, key
+from orbitdb.cli.tui.keys import MAIN, Keys, bindings
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.orbit.panel import OrbitPanel
@@ -30,12 +30,14 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
+_LEAVE = Binding("q", "leave_whole", "back", tooltip="back to the rows")
+
 
 class MainScreen(OwnScreen[None]):
     """Look at orbits and choose them."""
 
     KEYS: ClassVar[Keys] = MAIN
-    BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), key("q", "leave_whole")]
+    BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), _LEAVE]
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 

@@ -190,7 +190,7 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self.post_message(self.Stop())
+            self.app.post_message(self.Stop())
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Compute the estimate for the fields; then start if requested."""
@@ -220,12 +220,12 @@ class FillDialog(Dialog[None]):
         if not begin or not words or self._fills:
             return
         if words < LARGE:
-            self.post_message(self.Begin(wish))
+            self.app.post_message(self.Begin(wish))
             return
         question = f"{told}. You can stop it at any time and resume it later."
         self.ask(
             QuestionDialog(question, "Fill", "Cancel"),
-            lambda sure: sure and self.post_message(self.Begin(wish)),
+            lambda sure: sure and self.app.post_message(self.Begin(wish)),
         )
 
     def _say(self, text: str, wrong: bool = False) -> None:
