@@ -32,7 +32,7 @@ _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
-class BrowseApp(Working, OrderlyApp):
+class BrowseApp(OrderlyApp, Working):
     """Browse a catalogue, which need not exist, starting with a subset and optionally a word.
 
     The state file keeps columns, filters and marked words; without one, they last for the session.
@@ -168,7 +168,7 @@ class BrowseApp(Working, OrderlyApp):
 
     async def action_quit(self) -> None:
         """Leave, once what the keys before this one began is known."""
-        self.call_later(self._quit)
+        self._main.call_later(self.call_later, self._quit)
 
     def _quit(self) -> None:
         """Leave; ask first if a fill runs or an export is being written."""

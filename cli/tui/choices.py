@@ -34,7 +34,7 @@ RINGS: dict[str, tuple[Any, ...]] = {
 _LONGEST_NAME = 40
 
 
-class Choices(Working, Static):
+class Choices(Static, Working):
     """The chosen subset, as a line with links to the actions that change it."""
 
     selection: reactive[Selection] = reactive(Selection, init=False, layout=False, repaint=False)

@@ -25,7 +25,10 @@ Answer = TypeVar("Answer")
 
 
 class Working(DOMNode):
-    """A screen, widget or application that works in threads, and asks in dialogs."""
+    """A screen, widget or application that works in threads, and asks in dialogs.
+
+    It is named last among base classes: Textual takes the styles of the first one.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -97,7 +100,7 @@ class Field(Input):
             event.prevent_default()
 
 
-class OwnScreen(Working, Screen[Result]):
+class OwnScreen(Screen[Result], Working):
     """A screen that ignores early keys, closes once, and reports errors."""
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:

@@ -108,7 +108,7 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         assert odd.startswith("nothing: not a criterion")
         [wrong] = await told("F", "j", "enter")
         assert wrong.startswith("where 'q < 3': no such column: q; ")
-        assert main.selection == Selection()
+        assert main.choices.selection == Selection()
         assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
         await press(pilot, "o", "F", "k", "enter")
         told_of = {"x" * 41: "41 characters: take", "odd": "will be replaced", "a\tb": "take a name"}

@@ -65,18 +65,18 @@ async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp
     state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
-        assert app.screen.selection.where is None  # no orbit is marked yet
+        assert app.screen.choices.selection.where is None  # no orbit is marked yet
         await press(pilot, "asterisk", "j", "j", "asterisk")
         assert "13      *  2" in shown(app)
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = export(Shown(app.file.reader, app.screen.selection, Ordering(), None), file)
+        told = export(Shown(app.file.reader, app.screen.choices.selection, Ordering(), None), file)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]
         await press(pilot, "apostrophe")
-        assert app.screen.selection.where == "p < 4"
+        assert app.screen.choices.selection.where == "p < 4"
         await press(pilot, "o", "F")
         await ask(pilot, "enter", "short")
     assert file.read_text().count("\n") == 3
@@ -86,7 +86,7 @@ async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp
         await press(pilot, "F")
         assert "orbits at a = 1.6 where p < 4" in shown(app)
         await press(pilot, "enter")
-        assert app.screen.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
+        assert app.screen.choices.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
         await press(pilot, "F", "delete", "escape")
     kept = json.loads(state.read_text())
     assert kept["marked"] == ["13"]
