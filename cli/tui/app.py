@@ -1,4 +1,4 @@
-"""The application: it holds the catalogue and the fill, and shows the screens."""
+"""The application: holds the catalogue and the running fill, and shows the screens."""
 
 import time
 from collections.abc import Iterable
@@ -104,7 +104,7 @@ class BrowseApp(OrderlyApp, Working):
         self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
-        """Show the stored data, not more often than one can read."""
+        """Show the progress, and read the stored rows again from time to time."""
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
@@ -130,7 +130,7 @@ class BrowseApp(OrderlyApp, Working):
             self.workers.cancel_group(self, "fill")
 
     def on_export(self, message: Export) -> None:
-        """Write a file in a thread, unless that is being done already."""
+        """Write a file in a thread, unless it is being written already."""
         path = message.path
         if path in self.exports:
             self.failed(f"{path} is still being written: wait for it, or name another file")
@@ -167,7 +167,7 @@ class BrowseApp(OrderlyApp, Working):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
-        """Leave, once what the keys before this one began is known."""
+        """Quit, after the keys pressed before have taken effect."""
         self._main.call_later(self.call_later, self._quit)
 
     def _quit(self) -> None:
@@ -177,12 +177,12 @@ class BrowseApp(OrderlyApp, Working):
             return
         question = "A fill is running. What is stored is kept, and you can resume it later."
         if not self.fills:
-            question = "An export is being written. If you quit now, there will be no file."
+            question = "An export is being written. If you quit now, no file is left."
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Give every action of the screen, and the other actions of Textual, each once."""
+        """Yield every action of the screen, then the other actions of Textual, each once."""
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding

@@ -1,4 +1,4 @@
-"""The dialog that asks what to fill, gives an estimate, and shows the progress."""
+"""The dialog of a fill: what to fill, an estimate, and the progress."""
 
 import time
 from collections.abc import Generator, Sequence
@@ -87,7 +87,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
-    """Return the estimate and the number of words of a wish; refuse it without room on the disk."""
+    """Return the estimate and the number of words of a wish; raise if the disk has too little room."""
     from orbitdb.filling.estimate import about, check_room, gigabytes, need
 
     at = f"at a = {exact(wish.a)}"

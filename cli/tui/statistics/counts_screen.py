@@ -80,7 +80,7 @@ def bars(counts: Counts, without: int = 0) -> RenderableType:
 
 
 class CountsScreen(OwnScreen[None]):
-    """The numbers of words of a subset of each kind, and a histogram of a column."""
+    """How many words of each kind a subset has, and a histogram of one column."""
 
     KEYS: ClassVar[Keys] = COUNTS
     BINDINGS = bindings(COUNTS)
@@ -179,5 +179,5 @@ class CountsScreen(OwnScreen[None]):
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
-        """Take the next column, or the one before."""
+        """Draw the next column, or the previous one."""
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]

@@ -1,4 +1,4 @@
-"""Follow the current orbit in *a* by keys, and the rows with it as far as births are stored."""
+"""Follow the current orbit in *a* by keys; the rows follow it where births are stored."""
 
 import math
 from collections.abc import Callable, Sequence

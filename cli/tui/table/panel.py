@@ -111,7 +111,7 @@ class RowsPanel(Vertical, Working):
     # reading
 
     def read(self, selection: Selection) -> None:
-        """Read rows in a worker, and pass them on unless others are wanted by then.
+        """Read rows in a worker, and take them unless others are wanted by then.
 
         If there were none before, the first rows are shown until all are there.
         """
@@ -161,7 +161,7 @@ class RowsPanel(Vertical, Working):
         return self.report in _AT_WORK
 
     def stop_reading(self) -> None:
-        """Stop reading, because the choice is about to change."""
+        """Stop reading, because another subset will be chosen."""
         if self.reads:
             self.give_up("rows")
             self.report, self.asked = "", None
@@ -181,10 +181,10 @@ class RowsPanel(Vertical, Working):
         return None if row is not None and row[0] == self._shown else self._shown
 
     def take(self, rows: Pages) -> bool:
-        """Show rows, and return whether a word was wanted there in vain.
+        """Show rows, and return whether the wanted word is missing from them.
 
-        The cursor stays on its word if it is among them, and at the top if it was there. A shown word
-        without a row moves to its row once it has one.
+        The cursor stays on its word if that is among them, and at the top if it was there. It goes to the
+        shown word once that has a row.
         """
         row, alone = self.table.row, self.alone
         word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)

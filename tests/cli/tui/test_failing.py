@@ -54,7 +54,7 @@ def test_choices_that_cannot_be_saved_last_for_the_session(tmp_path):
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
     with kept.changing() as state:
         state.marked.append("13")
-    assert "what is chosen holds for now only" in told[0]
+    assert "your choice lasts for this session only" in told[0]
     assert kept.state.marked == ["13"]
 
 
@@ -103,7 +103,7 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
         await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
-        assert all(line in shown(app) for line in ("keep the present one", "odd", "wrong"))
+        assert all(line in shown(app) for line in ("keep the current one", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
         [wrong] = await told("F", "j", "enter")
