@@ -36,8 +36,8 @@ PANELS = {
         "entropy": "Compute the topological entropy, by period",
         "lyapunov": "Compute average Lyapunov exponents, by period",
         "spectrum": "Compare the length spectra of quantum levels and orbits",
-        "assess": "Tell which levels of a list are missing, and their statistics",
-        "scars": "Tell how strongly orbits scar quantum levels",
+        "assess": "Find the levels missing from a list, and their statistics",
+        "scars": "Measure how strongly orbits scar quantum levels",
     },
     "Files and figures": {
         "export": "Write rows to csv, jsonl, parquet or npz",
@@ -58,8 +58,8 @@ _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
 _MODULES |= {"info": "maintenance.file", "migrate": "maintenance.file", "sweep": "make.fill"}
 _UNLISTED = {"tui": "ask.browse"}
 _MODULES |= _UNLISTED
-"""The modules in `orbitdb.cli.commands` by command. Each has its function, its `EXAMPLES`, by name if it has
-several commands, and optionally an `AFTERWORD`."""
+"""The module of each command in `orbitdb.cli.commands`. It has the function, `EXAMPLES` (by name if it has
+several commands), and optionally an `AFTERWORD`."""
 
 _OPTIONS = {
     "Catalogue": ("a", "db"),
@@ -73,13 +73,13 @@ _OPTIONS = {
     ),
     "Other": ("help",),
 }  # fmt: skip
-"""Panels for options shared by commands, after those of one command."""
+"""Panels of the options that commands share; options of a single command come first."""
 
 
 class Command(TyperCommand):
     """A command with its options in panels.
 
-    Refuses an option given twice if only the last value would count.
+    It refuses an option given twice if only the last value would count.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
@@ -134,10 +134,8 @@ def _options(
     pass
 
 
-logging.getLogger("matplotlib").setLevel(logging.ERROR)  # no messages about fonts
-logging.getLogger("sqlalchemy.pool").setLevel(
-    logging.CRITICAL
-)  # no messages about Ctrl-C while a file closes
+logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report missing fonts
+logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # it would report Ctrl-C while a file closes
 
 
 def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
@@ -172,8 +170,8 @@ def _command(names: tuple[str, ...]) -> Any:
 def call(arguments: Sequence[str]) -> Any:
     """Run a command; return its exit code, if it has one.
 
-    Raises `ParsingError` for bad arguments, KeyboardInterrupt after Ctrl-C or the end of an awaited input,
-    and BrokenPipeError if nobody reads the output.
+    Raises `ParsingError` for bad arguments, KeyboardInterrupt after Ctrl-C or if the input ends early, and
+    BrokenPipeError if nobody reads the output.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:

@@ -22,7 +22,7 @@ _AROUND = " \t\r\n\ufeff"
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Return the words of arguments and ``--code`` unchecked; ``-`` stands for the lines of stdin."""
+    """Yield words from arguments and ``--code``, unchecked; ``-`` stands for the lines of stdin."""
     try:
         for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":
@@ -48,8 +48,8 @@ ALL = "all"
 """The value of --a for every stored a."""
 
 
-def several(asked: Sequence[str] | None) -> bool:
-    """Tell whether there may be several values of a, so that rows must name theirs."""
+def many_a(asked: Sequence[str] | None) -> bool:
+    """Tell whether there may be several values of a, so that each row must give its own."""
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
@@ -111,7 +111,7 @@ def lengths(text: str) -> tuple[float, ...]:
 
 
 _MOST_CHARACTERS = 1_000_000
-"""Most characters of points, far more than needed."""
+"""Most characters to read; no trajectory needs as many."""
 
 _BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
@@ -159,9 +159,9 @@ def _from_json(text: str) -> Any:
             found, place = decoder.raw_decode(text, start.start())
             rows += found if isinstance(found, list) else [found]
     except json.JSONDecodeError as error:
-        raise ValueError(f"line {error.lineno} is no json") from None
+        raise ValueError(f"line {error.lineno} is not json") from None
     if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
-        raise ValueError("an object has no x and y")
+        raise ValueError("an object lacks x or y")
     return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
 
 
@@ -175,7 +175,7 @@ def _from_lines(text: str) -> list[list[float]]:
     for number, cells in rows[named:]:
         values = [cells[place] for place in places if place < len(cells)] if named else cells
         if len(values) != 2:
-            raise ValueError(f"line {number} has not two numbers")
+            raise ValueError(f"line {number} does not have two numbers")
         try:
             points.append([real(value) for value in values])
         except ValueError as error:

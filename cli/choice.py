@@ -74,8 +74,7 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at one a; raise for an unreadable option."""
-        from orbitdb.store.asking.criteria import chosen_by
-        from orbitdb.store.asking.parsing import parse_bounds, parse_parameter
+        from orbitdb.store.asking.criteria import chosen_by, parse_bounds, parse_parameter
         from orbitdb.store.asking.selection import SelectionError
 
         parameters = dict(map(parse_parameter, self.parameters or ()))

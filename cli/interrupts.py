@@ -66,7 +66,7 @@ def end_as_users_expect() -> None:
 def end_undisturbed() -> None:
     """Raise nothing from here on, because only the interpreter is left to close.
 
-    Ctrl-C is ignored. A signal to end ends the process at once, which may still wait for a reader of its
+    Ctrl-C is ignored. A signal ends the process at once, even while it waits for a reader of its
     output.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)

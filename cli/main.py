@@ -83,21 +83,21 @@ def _ended(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> int
 
 
 def _consolation(arguments: Sequence[str]) -> str:
-    """For a command that stores data, say what an early end means for it."""
+    """Say what an early end means for stored data, if the command stores any."""
     match arguments[0]:
         case "births" if not any(argument.startswith("--p") for argument in arguments):
             return ""
         case "verify" if "--rigorous" not in arguments:
             return ""
         case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
-            return f"; {_KEPT}, the same command goes on from there"
+            return f"; {_KEPT}, and the same command goes on from there"
         case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
     return ""
 
 
 def _failed(error: Exception) -> int:
-    """Say what was wrong; raise again what nobody has foreseen."""
+    """Say what was wrong; raise a fault of the program again."""
     from orbitdb.cli.app import ParsingError
 
     match error:

@@ -16,7 +16,7 @@ from orbitdb.store.file.database import default_path
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Show the fields of a dataclass to Typer as options, in place of a parameter of that type."""
+    """Replace each parameter that is a dataclass by its fields, which Typer reads as options."""
     groups: dict[str, Any] = {}
     shown = []
     for each in signature(command).parameters.values():
@@ -48,7 +48,7 @@ def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
     """Offer the statuses of rows."""
-    from orbitdb.orbits.orbit import STORED
+    from orbitdb.orbits.status import STORED
 
     rows = ((status.value, status.sentence) for status in STORED)
     return _in_list(incomplete, [*rows, ("all", "every one")])
@@ -114,7 +114,7 @@ Database = Annotated[
         metavar="PATH",
         default_factory=default_path,
         show_default=False,
-        readable=False,  # the store reports faults of a file
+        readable=False,  # the store reports what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
@@ -145,7 +145,7 @@ Order = Annotated[
     str,
     typer.Option(
         "--order",
-        help="Columns to sort by; desc behind one sorts it downwards.",
+        help="Columns to sort by; desc after one reverses it.",
         autocompletion=offered_columns,
     ),
 ]
@@ -167,16 +167,16 @@ Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exi
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
-    """Refuse all options without effect in some case, such as ``with --code``.
+    """Refuse every given option that has no effect in a case such as ``with --code``.
 
-    The names are the parameters with an effect; the catalogue and the output options always have one.
+    The names are the parameters that have one; the catalogue and the output options always do.
     """
     useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
 
 
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
-    """Refuse some options without effect in some case (`takes_only`)."""
+    """Refuse the named options if they are given where they have no effect (`takes_only`)."""
     given = [
         parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.metavar).strip("[].")
         for parameter in context.command.params

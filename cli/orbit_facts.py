@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from typing import Any
 
+from orbitdb.answer_columns import OF_BOUNCES
 from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
-from orbitdb.columns import OF_BOUNCES, OF_ORBITS, OF_WORDS
+from orbitdb.columns import OF_ORBITS, OF_WORDS
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
@@ -50,7 +51,7 @@ def facts(
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Describe the values of a at which a word is an orbit."""
+    """Say at which a a word is an orbit."""
     return ", and ".join(
         ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
         (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")

@@ -15,36 +15,35 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.render import note
+from orbitdb.column import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.store.file.database import check_file, default_path
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.chosen import Chosen
     from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.reading.rows import Chosen
 
 _NATURAL = ("p", "representative", "element")
 """The last sort keys of rows."""
-
-Row = tuple[Any, ...]
 
 
 def asked_columns(
     columns: str | None, usual: Sequence[str], a: Sequence[str] | None, known: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Return the requested columns, or the usual ones, of the catalogue or of a list of known ones.
+    """Return the requested columns, or the usual ones; `known` are those of the catalogue by default.
 
-    With several a, the column a is included after the word, or else first.
+    With several a, the column a comes first, or second after the word.
     """
-    from orbitdb.store.asking.parsing import parse_names
+    from orbitdb.store.asking.selection import parse_names
 
     if known is None:
         from orbitdb.store.asking.conditions import COLUMNS  # imports SQLAlchemy, which a word does not need
 
         known = COLUMNS
     names = tuple(usual if columns is None else parse_names(columns, known))
-    if "a" in names or not arguments.several(a):
+    if "a" in names or not arguments.many_a(a):
         return names
     place = 1 if names[:1] in (("code",), ("word",)) else 0
     return (*names[:place], "a", *names[place:])
@@ -54,7 +53,7 @@ def asked_columns(
 def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
-    """Give one moment of a catalogue, and the subset chosen by options at each a."""
+    """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
     from orbitdb.store.reading.moment import reading as opened
 
     values = arguments.named(asked)
@@ -67,7 +66,7 @@ def reading(
 
 
 def _note_rotations(chosen: "Selection") -> None:
-    """Write a note if a valid filter compares codes with a rotation that names no row."""
+    """Write a note if a valid filter compares a code with a rotation that no row has."""
     if chosen.where is None:
         return
     from orbitdb.store.asking.codes import hint
@@ -79,14 +78,14 @@ def _note_rotations(chosen: "Selection") -> None:
 
 
 def averaged(choice: Choice) -> Choice:
-    """Return the choice of orbits to average over, which excludes every status but those with a length."""
+    """Return the choice; refuse one that includes words without a length, which have no averages."""
     if choice.status is not None and choice.status.strip() == "all":
         raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
     return choice
 
 
 def known_catalogue(db: Path) -> Path | None:
-    """Return the path of the catalogue, or None without one, with a note if it was named."""
+    """Return the path of the catalogue, or None if there is none; note that if it was named."""
     if check_file(db) is not None:
         return db
     if db != default_path():
@@ -95,7 +94,7 @@ def known_catalogue(db: Path) -> Path | None:
 
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
-    """Return the values of a for questions on single words, with or without a catalogue."""
+    """Return the values of a for questions about single words, with or without a catalogue."""
     from orbitdb.store.reading.lookup import a_meant
 
     values = arguments.named(asked)
@@ -117,8 +116,8 @@ def _told(a: float, path: Path) -> float:
 
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
-    """Write notes on chosen periods that are partial, not filled, or lack births that matter."""
-    from orbitdb.answers.gaps import gaps
+    """Write notes on chosen periods that are partly filled, not filled, or lack births that matter."""
+    from orbitdb.answers.unfilled import gaps
 
     for chosen in stadiums:
         for told in gaps(moment, chosen, names=names, order=order):
@@ -127,7 +126,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
     """Write a note that a subset is empty, if any of its periods is filled."""
-    from orbitdb.answers.gaps import nothing
+    from orbitdb.answers.unfilled import nothing
 
     for chosen in stadiums:
         for told in nothing(moment, chosen):
@@ -136,7 +135,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     """Write a note for each a with the length up to which a list of orbits is complete."""
-    from orbitdb.answers.gaps import complete_length, describe_complete
+    from orbitdb.answers.unfilled import complete_length, describe_complete
 
     for chosen in stadiums:
         told = describe_complete(complete_length(moment.fills(chosen.a), chosen))
@@ -157,7 +156,7 @@ def in_order(
     limit: int | None,
     offset: int = 0,
 ) -> Iterator[Row]:
-    """Return rows of a subset at one a, or of several merged in one order, equal ones by a.
+    """Return rows of a subset, or of one at each of several a, in one order; ties go by a.
 
     An empty field comes last in either direction.
     """
@@ -192,7 +191,7 @@ def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
 
 def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return the provenance of rows; with several a, the partial periods of each."""
-    from orbitdb.answers.gaps import partial_fills
+    from orbitdb.answers.unfilled import partial_fills
 
     values = [chosen.a for chosen in stadiums]
     partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]

@@ -35,8 +35,8 @@ def bring(path: Path) -> "Migration":
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods of --p and --from in rising order; refuse those that cannot be filled."""
-    from orbitdb.store.asking.parsing import periods_up_to
-    from orbitdb.store.asking.periods import fillable
+    from orbitdb.store.asking.criteria import periods_up_to
+    from orbitdb.store.asking.selection import fillable
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")
@@ -54,13 +54,19 @@ def written(periods: Sequence[int]) -> str:
 
 
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
-    """Write the estimate of a large fill or sweep, or of any one with --dry-run."""
+    """Write the estimate of a large fill or sweep, or with --dry-run of any."""
     from orbitdb.filling.estimate import LARGE, about, gigabytes
 
     if dry_run or coming.words >= LARGE:
         room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
 
+
+_HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
+Highest = Annotated[str, _HIGHEST]
+SomeHighest = Annotated[str | None, _HIGHEST]
+Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
+"""Read together by `asked_periods`."""
 
 _MOST_JOBS = 1024
 
@@ -95,7 +101,7 @@ class Solvers:
                 "--scheduler scheduler.json, its file"
             )
         if self.scheduler is not None and self.jobs is not None:
-            raise InputError("--jobs counts processes here, a dask cluster has its own: leave out --jobs")
+            raise InputError("--jobs counts processes here, and a dask cluster has its own: leave out --jobs")
 
     def number(self) -> int:
         """Return the number of processes for a fill; a cluster always has enough."""

@@ -13,7 +13,8 @@ before a block says what is particular about it:
     <!-- varies -->          its numbers are drawn at random: the words must agree
     <!-- times -->           its numbers that are not whole are times: the others must agree, too
 
-A ``text`` block is taken as output only directly behind a ``python`` block.
+A ``text`` block is taken as output only directly behind a ``python`` block. That of a notebook's cell stands
+in a comment ``<!-- shows``.
 """
 
 import argparse

@@ -115,8 +115,10 @@ def examples(page: Path) -> list[Example]:
 
 def _python(block: Block, behind: Block | None, lines: list[str]) -> Example:
     start = end = block.end
-    if behind is not None and behind.language == "text" and not any(lines[block.end + 1 : behind.start - 1]):
-        start, end = behind.start, behind.end
+    if behind is not None and behind.language == "text":
+        between = lines[block.end + 1 : behind.start - 1]
+        if not any(line not in ("", "<!-- shows") for line in between):
+            start, end = behind.start, behind.end
     shown = "\n".join(lines[start:end])
     return Example("python", block.text(lines), shown, start, end, block.start + 1, block.mark)
 

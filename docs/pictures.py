@@ -82,12 +82,12 @@ def deviations(folder: Path) -> str:
     found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
     assert held is not None  # every period is filled
     means = exact_means(1.6)
-    known = simulate_legs(Stadium(1.6), 20_000_000, (means.growth.value, means.growth.error)).lambda_d
+    known = simulate_legs(Stadium(1.6), 20_000_000, means.growth).lambda_d
     averages = {
         "fixed points, Eq. (5)": found.lambda_d,
         "mean of $p - 1$ and $p$": found.lambda_d_pair,
         "zeta function": found.lambda_d_zeta,
-        "sum rules, one mean less": held.lambda_l_below * means.per_bounce,
+        "sum rules, one mean less": held.lambda_l_below * Stadium(1.6).legs_per_bounce,
         "sum rules": held.lambda_d_sum_rule,
     }
     with figure(7.2, 4.0) as made:
@@ -211,7 +211,10 @@ SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
 
 ASKED = {
     "orbit.svg": ["orbitdb plot orbit 1232131 --a 1.2 -o figure.svg"],
-    "assess.svg": ["orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg"],
+    "assess.svg": [
+        "orbitdb fill --p 12 --a 1.8  # measured.txt: levels below k = 40, one in twenty removed",
+        "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg",
+    ],
 }
 """The commands of figures that Python draws here."""
 

@@ -3,8 +3,8 @@
     python docs/program.py            tells which pages differ from the program
     python docs/program.py --write    writes the tables anew into the pages
 
-A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. The public names alone are
-put in their place when Sphinx builds the page (`fill_in`).
+A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. When Sphinx builds a page,
+`fill_in` puts the public names in their place, and shows what the cells of a notebook show.
 """
 
 import inspect
@@ -15,15 +15,18 @@ from enum import Enum
 from functools import partial
 from typing import Any
 
-from orbitdb.columns import GROUPS, OF_ORBITS, Column
+from orbitdb.column import Column
+from orbitdb.columns import GROUPS, OF_ORBITS
 
 _NAMES = "<!-- here: names -->"
+_SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
+"""An output in a comment, because Jupyter makes its own."""
 _WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Put the public names in the place of their mark, as Sphinx reads a page."""
-    source[0] = source[0].replace(_NAMES, names())
+    """Put the public names in the place of their mark, and show outputs, as Sphinx reads a page."""
+    source[0] = _SHOWN.sub(r"\1", source[0].replace(_NAMES, names()))
 
 
 def renewed(text: str) -> str:
@@ -120,8 +123,9 @@ def _epilog(text: str) -> Iterator[str]:
     if lines:
         yield "<!-- not run: examples of the help -->\n```console\n" + "\n".join(lines) + "\n```"
     for part in parts:
-        if part.startswith("\b"):
-            yield "\nThe columns are those of the page [Columns](columns.md).\n"
+        kept = part.strip().removeprefix("\b").strip()
+        if kept != part.strip():  # its lines stay as they are
+            yield f"\n```text\n{kept}\n```\n"
         elif not part.startswith("  "):
             yield "\n" + _plain(part) + "\n"
 
@@ -131,7 +135,7 @@ def columns(shown: Sequence[Column]) -> str:
     lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
-        means = re.sub(r"'([^']+)'", r"`\1`", each.means)
+        means = re.sub(r"(?<!\w)'([^']+)'", r"`\1`", each.means).replace("|", r"\|")
         lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
     return "\n".join(lines)
 

@@ -41,18 +41,19 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.newton import solve as solve
-    from orbitdb.orbits.orbit import Orbit as Orbit, Orbits as Orbits, Status as Status
+    from orbitdb.orbits.batch import Orbits as Orbits
+    from orbitdb.orbits.orbit import Orbit as Orbit
+    from orbitdb.orbits.status import Status as Status
     from orbitdb.orbits.single_word import existence as existence, solve_word as solve_word
     from orbitdb.quantum.assessment import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.asking.selection import Selection as Selection
-    from orbitdb.store.reading.fills import Fill as Fill
+    from orbitdb.store.reading.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.reading.lives import Life as Life
-    from orbitdb.store.reading.sweeps import Sweep as Sweep
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
-    from orbitdb.verification.whole import Verification as Verification
+    from orbitdb.verification.verify import Verification as Verification
     # isort: on
 
 __version__ = "0.2.0"
@@ -67,17 +68,18 @@ _HOMES = {
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
-    "orbits.orbit": ("Orbit", "Orbits", "Status"),
+    "orbits.orbit": ("Orbit",),
+    "orbits.batch": ("Orbits",),
+    "orbits.status": ("Status",),
     "quantum.assessment": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
     "quantum.spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.asking.selection": ("Selection",),
-    "store.reading.fills": ("Fill",),
+    "store.reading.fills": ("Fill", "Sweep"),
     "store.reading.lives": ("Life",),
-    "store.reading.sweeps": ("Sweep",),
     "trajectories.ensemble": ("Reference", "simulate"),
-    "verification.whole": ("Verification",),
+    "verification.verify": ("Verification",),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}
 

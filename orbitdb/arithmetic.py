@@ -8,6 +8,7 @@ where a careless reduction of the argument would show.
 """
 
 import platform
+import sys
 from functools import cache
 from importlib.metadata import version
 
@@ -15,6 +16,9 @@ from orbitdb.errors import WorkError
 
 BOUNDS = 3
 """Counts the changes of any formula that decides the bits of a stored number."""
+
+EPSILON = sys.float_info.epsilon
+"""Twice the largest relative rounding error of one operation."""
 
 ABOVE = 1 + 2.0**-40
 """Factor that covers the rounding of a bound's own evaluation: up to 4096 operations on positive numbers."""

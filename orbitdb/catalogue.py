@@ -1,4 +1,4 @@
-"""The roof: `Catalogue`, a database of periodic orbits to make, to ask and to check."""
+"""`Catalogue`, the roof of the library: a database of periodic orbits to make, ask and check."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from orbitdb.answers.gaps import describe_fills
+from orbitdb.answers.unfilled import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -36,14 +36,13 @@ if TYPE_CHECKING:
     from orbitdb.quantum.assessment import Assessment
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.spectrum import Spectrum
-    from orbitdb.store.reading.fills import Fill
+    from orbitdb.store.reading.fills import Fill, Sweep
     from orbitdb.store.reading.lives import BirthFill, Life
-    from orbitdb.store.reading.sweeps import Sweep
     from orbitdb.trajectories.ensemble import Reference
-    from orbitdb.verification.whole import Verification
+    from orbitdb.verification.verify import Verification
 
 _SHOWN = 4
-"""Number of further values of a in a short description."""
+"""Most further values of a in a repr."""
 
 
 class Catalogue:
@@ -54,13 +53,13 @@ class Catalogue:
     path : path-like, optional
         The file; by default that of ``ORBITDB_DB``, or one in your data folder.
     a : float, optional
-        The stadium of questions that name none; by default the only one with orbits in the
-        catalogue, else 1.6.
+        The default stadium of all methods; if not given, the only one with orbits in the catalogue,
+        else 1.6.
 
     Raises
     ------
     StoreError
-        If there is no catalogue there, or it cannot be read by this version.
+        If there is no catalogue there, or this version cannot read it.
 
     Examples
     --------
@@ -72,7 +71,7 @@ class Catalogue:
     >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    A ``with`` block closes it. The next question opens it again:
+    A ``with`` block closes it; the next question opens it again:
 
     >>> with Catalogue("orbits.db") as catalogue:
     ...     catalogue.count(p=7, status="orbit")
@@ -85,7 +84,7 @@ class Catalogue:
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
-        """Open a catalogue; first make it, or bring it to the newest schema."""
+        """Open a catalogue; make it if there is none, or bring it to the newest schema."""
         from orbitdb.store.file.migrate import migrate
 
         path = Path(path) if path is not None else default_path()
@@ -99,12 +98,12 @@ class Catalogue:
 
     @property
     def a(self) -> float:
-        """The stadium of questions that name none; once known, it stays the same.
+        """The default stadium, which stays the same once it is known.
 
         Raises
         ------
         InputError
-            If none was given, and the catalogue has orbits at several, but none at 1.6.
+            If none was given, and the catalogue has orbits at several values of a, but not at 1.6.
         """
         if self._a is None:
             with self._file.moment() as moment:
@@ -118,7 +117,7 @@ class Catalogue:
         self.close()
 
     def close(self) -> None:
-        """Close the file. The next question opens it again."""
+        """Close the file; the next question opens it again."""
         self._file.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
@@ -134,7 +133,7 @@ class Catalogue:
         return f"<Catalogue {self.path.name}: {known}>"
 
     def _contents(self, moment: Moment) -> str:
-        """Say in one line what is filled, beginning with its own a."""
+        """Say in one line what is filled, first at the default a."""
         values = moment.a_values(orbits=True)
         try:
             own = [meant(values) if self._a is None else self._a]
@@ -152,7 +151,7 @@ class Catalogue:
         Parameters
         ----------
         word : str
-            Symbols 0..5, in any rotation.
+            Symbols 0..5, or run notation, in any rotation.
         a : float, optional
             The stadium, by default the catalogue's.
 
@@ -173,14 +172,14 @@ class Catalogue:
         return solve_word(word, a)
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether the catalogue holds a word, in any rotation and with any status."""
+        """Tell whether a word is stored, in any rotation and with any status."""
         try:
             return isinstance(word, str) and self.find(word) is not None
         except WordError:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the orbit of a word, in the given rotation or run notation, whatever its status.
+        """Return the orbit of a word, in the rotation given, whatever its status.
 
         A word that is not stored is solved now, with ``stored`` false.
 
@@ -190,8 +189,6 @@ class Catalogue:
             If it repeats a shorter word.
         WordError
             If it is not a word.
-        TypeError
-            If it is not a string.
         """
         symbols = parse(word)
         if not is_primitive(symbols):
@@ -199,11 +196,11 @@ class Catalogue:
         return self._find_or_solve(symbols, self.a)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the stored words by period, as least rotations."""
+        """Yield the stored words as least rotations, by period."""
         return (word for (word,) in self.rows(columns=("code",)))
 
     def __len__(self) -> int:
-        """Return the number of words, without geometrically pruned ones."""
+        """Return the number of stored words, without geometrically pruned ones."""
         return self.count()
 
     def __bool__(self) -> bool:
@@ -226,14 +223,14 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or name it by the criteria, as in `select`.
+            The subset; or give criteria, as in `select`.
         columns : sequence of str, optional
-            Some of the columns of the view ``catalogue``.
+            Columns of the view ``catalogue``.
         order : str, optional
-            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among
-            equal rows the lower period, representative and element come first.
+            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among equal
+            rows, the lower period, representative and element come first.
         limit, offset : int, optional
-            Largest number of rows, and how many to skip first.
+            Most rows to yield, and how many to skip first.
 
         Raises
         ------
@@ -245,7 +242,7 @@ class Catalogue:
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
-        """Return the number of rows in a chosen subset; the parameters are those of `select`."""
+        """Return the number of words in a chosen subset; the parameters are those of `select`."""
         with self._question(selection, criteria) as (moment, chosen):
             return moment.count(chosen)
 
@@ -253,12 +250,7 @@ class Catalogue:
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
         """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
 
-        Parameters
-        ----------
-        selection : Selection, optional
-            Only its a and periods matter; or give them as criteria. By default all stored periods.
-        **criteria
-            As in `select`.
+        Of the parameters of `select`, only a and periods matter; by default, all periods that are stored.
         """
         from orbitdb.answers.counts import count
 
@@ -279,7 +271,7 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or give the criteria.
+            The subset; or give the criteria below.
         order : str, optional
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
@@ -287,9 +279,9 @@ class Catalogue:
         a : float, optional
             The stadium, by default the catalogue's.
         p : int, str or iterable of int, optional
-            A period, text such as ``2,3,5-7``, or several: ``range(2, 6)``, a list, an array.
+            A period, several such as ``range(2, 6)``, or text such as ``2,3,5-7``.
         status : Status, str or iterable of them, optional
-            One or several, also as a text with commas, such as ``orbit,boundary``.
+            One or several, also as text such as ``orbit,boundary``.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
         exists, not_at : float or iterable of float, optional
@@ -307,22 +299,21 @@ class Catalogue:
         >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
-        from orbitdb.answers.subset import read_subset
+        from orbitdb.answers.select import read_subset
 
         with self._question(selection, criteria) as (moment, chosen):
             return read_subset(moment, chosen, order, coordinates)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
-        """Return the symmetry classes of a chosen subset, with the number of their words in it.
+        """Return the symmetry classes of chosen orbits, each with the number of its chosen words.
 
-        These are the classes with a length and lambda: orbits and, if you name their status, orbits
-        through a joint. The parameters are those of `select`.
+        The parameters are those of `select`. Orbits through a joint are included if you name their status.
 
         Raises
         ------
         SelectionError
-            If you name a status whose words have no length and lambda.
+            If you name a status without length and lambda.
         """
         from orbitdb.answers.whole_periods import read_classes
 
@@ -333,15 +324,15 @@ class Catalogue:
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
         """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
 
-        Of the parameters of `select`, only a and periods matter. Without a fill, the counts come from a sweep
-        or from births.
+        Of the parameters of `select`, only a and periods matter. Without a fill, counts come from a sweep or
+        from births.
 
         Examples
         --------
         >>> catalogue.table(p="2-4")["N_c"]
         [1, 8, 32]
         """
-        from orbitdb.answers.averaged import table
+        from orbitdb.answers.entropy import table
 
         with self._question(selection, criteria) as (moment, chosen):
             return table(moment, chosen)
@@ -357,7 +348,7 @@ class Catalogue:
         >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
         [1.1629, 1.1611]
         """
-        from orbitdb.answers.averaged import entropy
+        from orbitdb.answers.entropy import entropy
 
         with self._question(selection, criteria) as (moment, chosen):
             return entropy(moment, chosen)
@@ -371,7 +362,7 @@ class Catalogue:
         cut: float | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Result":
-        """Return the average Lyapunov exponents of chosen orbits by period, by every method.
+        """Return the Lyapunov exponents averaged over chosen orbits, by period and by every method.
 
         Parameters
         ----------
@@ -381,13 +372,8 @@ class Catalogue:
             ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
         cut : float, optional
             Return one zeta average instead, over all pseudo-cycles with a lambda up to this.
-
-        Raises
-        ------
-        InputError
-            If weight or cut cannot be used.
         """
-        from orbitdb.answers.averaged import lyapunov
+        from orbitdb.answers.lyapunov import lyapunov
 
         with self._question(selection, criteria) as (moment, chosen):
             return lyapunov(moment, chosen, weight, cut)
@@ -402,29 +388,29 @@ class Catalogue:
         limit: int | None = None,
         a: float | None = None,
     ) -> "Trajectory":
-        """Find the orbits that a trajectory shadows, from its start or from its bounces.
+        """Find the orbits that a trajectory shadows, given its start or its bounces.
 
-        The trajectory becomes symbols. Its pieces between near returns, of up to 24 bounces, become words and
-        are solved, stored or not. The result has the orbits that the trajectory follows for two bounces or
-        more.
+        The trajectory is turned into symbols. Its pieces between near returns, of up to 24 bounces, are
+        solved as words, stored or not. The result has the orbits that the trajectory follows for at least two
+        bounces.
 
         Parameters
         ----------
         start : (float, float, float), optional
-            x, y from the middle of the stadium, inside it or on its boundary, and the angle of the path from
-            the x axis (radians). The trajectory is followed forward and back.
+            x and y from the middle of the stadium, inside it or on its boundary, and the angle of the path
+            with the x axis in radians. The trajectory is followed forwards and backwards.
         points : array-like, shape (N, 2), optional
-            Instead of a start: x, y of 3 to 1000 successive bounces; the last may repeat the first. All of
-            them together are one more word to try, of any period. A point closer to a joint of wall and
-            semicircle than its error may be on the wrong side; the word is then not found.
+            Instead, x and y of 3 to 1000 successive bounces; the last may repeat the first. All of them
+            together are one more word to try, of any period. If a point is closer to a joint of wall and
+            semicircle than its error, it may be taken for the wrong side, and the word is not found.
         tolerance : float, optional
-            Largest distance of a bounce from that of the orbit and of points from the boundary, at most 1;
+            Largest distance of a bounce from that of the orbit, and of a point from the boundary, at most 1;
             0.01 by default.
         bounces : int, optional
-            Bounces to follow from a start, each way; by default 60. The trajectory ends once rounding may
+            Bounces to follow from a start, each way; 60 by default. The trajectory ends where rounding may
             have moved a bounce by the tolerance.
         limit : int, optional
-            Largest number of orbits; by default 10.
+            Most orbits to return; 10 by default.
         a : float, optional
             The stadium, by default the catalogue's.
 
@@ -457,7 +443,7 @@ class Catalogue:
         limit: int | None = None,
         a: float | None = None,
     ) -> "tuple[Candidate, ...]":
-        """Find the stored orbits that have a length, repeated or not; the nearest come first.
+        """Find the stored orbits that have a length, once or repeated; the nearest come first.
 
         Parameters
         ----------
@@ -466,14 +452,9 @@ class Catalogue:
         tolerance : float, optional
             Largest difference, at most 1; 0.001 by default. The error bounds of stored lengths are added.
         limit : int, optional
-            Largest number of orbits; by default all.
+            Most orbits to return; by default all.
         a : float, optional
             The stadium, by default the catalogue's.
-
-        Raises
-        ------
-        InputError
-            If a value cannot be used.
 
         Examples
         --------
@@ -500,7 +481,7 @@ class Catalogue:
         Parameters
         ----------
         lengths : (float, float), optional
-            The least and the largest, in units of the radius.
+            The range, in units of the radius.
         points : int, optional
             Number of lengths.
         k_max : float, optional
@@ -510,7 +491,7 @@ class Catalogue:
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
 
         Raises
         ------
@@ -536,7 +517,7 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "list[Fill]":
-        """Store all words of some periods with their orbits; or single words.
+        """Store all words of some periods with their orbits, or single words.
 
         An interrupted fill resumes where it stopped; finished periods are skipped.
 
@@ -545,20 +526,20 @@ class Catalogue:
         periods : int, str or iterable of int, optional
             Periods, such as ``"2-11"``.
         words : iterable of str, optional
-            Primitive words of any period, to be stored with their symmetry classes.
+            Primitive words of any period, to store with their symmetry classes.
         jobs : int or None, optional
-            Processes; None for one per core, if there is enough work. With more than one, a script needs the
-            usual ``if __name__ == "__main__":``.
+            Number of processes; None for one per core if there is enough work. With more than one, a script
+            needs the usual ``if __name__ == "__main__":``.
         geometric : bool, optional
-            Also store the geometrically pruned words of the periods.
+            Whether to store the geometrically pruned words of the periods, too.
         method : str, optional
             ``newton``, or ``relaxation``, the paper's, which is slow.
         workers : Workers, optional
-            An open `orbitdb.filling.cluster.Cluster` in place of processes.
+            An open `orbitdb.filling.cluster.Cluster`, in place of processes.
         progress : callable, optional
             Called with the amount done, the total, and a text. By default, a notebook shows a bar.
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
 
         Returns
         -------
@@ -568,7 +549,7 @@ class Catalogue:
         Raises
         ------
         InputError
-            If you name neither periods nor words, or an invalid value.
+            If you name neither periods nor words, or a value cannot be used.
         StoreError
             If the file cannot be written, or the disk is too full.
 
@@ -578,22 +559,22 @@ class Catalogue:
         >>> [fill.n_c for fill in own.fill("2-5")]
         [1, 8, 32, 48]
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.fill import fill
 
         at, wanted, single = self._at(a), _periods(periods), list(words)
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if wanted:
             with telling(progress, "fill") as tell:
-                make.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+                fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
         return [fill for fill in self.fills(at) if fill.p in wanted]
 
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
-        """Store a primitive word of any period, with its symmetry class, and return its orbit.
+        """Store a primitive word of any period with its symmetry class, and return its orbit.
 
-        The parameters are those of `fill`. The family 02 is not stored.
+        The other parameters are those of `fill`. The family 02 is not stored.
         """
         from orbitdb.filling.fill import fill_word
 
@@ -610,11 +591,11 @@ class Catalogue:
 
         The parameters are those of `fill`.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.births import find_births
 
         wanted = _periods(periods)
         with telling(progress, "births") as tell:
-            make.births(self.path, wanted, jobs, tell)
+            find_births(self.path, wanted, jobs, tell)
         return [each for each in self.birth_fills() if each.p in wanted]
 
     @with_criteria
@@ -630,25 +611,25 @@ class Catalogue:
     ) -> "list[Sweep]":
         """Count the orbits of periods and sum what averages need, without storing rows.
 
-        `table`, `entropy` and `lyapunov` use a sweep if there is no fill.
+        `table`, `entropy` and `lyapunov` use a sweep where there is no fill.
 
         Parameters
         ----------
         periods, jobs, workers, progress : optional
             As for `fill`.
         selection : Selection, optional
-            The orbits to count and sum; or give criteria, as in `select`; by default all.
+            The orbits, by default all; or give criteria, as in `select`.
 
         Raises
         ------
         SelectionError
             If the subset cannot be swept.
         """
-        from orbitdb.filling import make
+        from orbitdb.filling.sweeps import sweep
 
         chosen, wanted = self._chosen(selection, criteria), _periods(periods)
         with telling(progress, "sweep") as tell:
-            make.sweep(self.path, chosen, wanted, jobs, workers, tell)
+            sweep(self.path, chosen, wanted, jobs, workers, tell)
         return [each for each in self.sweeps(chosen.a, chosen) if each.p in wanted]
 
     def simulate(
@@ -666,13 +647,13 @@ class Catalogue:
         Parameters
         ----------
         bounces : int, optional
-            Bounces in all.
+            Total number of bounces.
         seed : int, optional
             The same seed gives the same result.
         rng : numpy.random.Generator, optional
             Draws the seed.
         legwise : bool, optional
-            Sample leg by leg and use exact means, for much smaller errors.
+            Whether to sample leg by leg and use exact means, which gives much smaller errors.
         progress, a : optional
             As for `fill`.
         """
@@ -699,13 +680,11 @@ class Catalogue:
         Parameters
         ----------
         edges : int, optional
-            Edges of the longest windows; 14 by default if nothing else limits the search.
-        width : float, optional
-            Stop when the bounds are this close.
-        seconds : float, optional
-            Stop after about this time.
+            Edges of the longest windows; 14 if nothing limits the search.
+        width, seconds : float, optional
+            Stop when the bounds are this close, or after about this time.
         balls : bool, optional
-            Check every decision in ball arithmetic, and use only what it proves.
+            Whether to check every decision in ball arithmetic, and use only what it proves.
         progress, a : optional
             As for `fill`.
 
@@ -720,7 +699,7 @@ class Catalogue:
         asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
         proofs: list[Any] | None = [] if balls else None
         with telling(progress, "bounds") as tell:
-            *_, last = records.bounds(self.path, [at], limits, proofs, 1, tell, asked)
+            *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
         return last
 
     def fill_levels(
@@ -733,7 +712,7 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Levels":
-        """Find and store all quantum levels with k_min <= k < k_max, each with an estimate of its error.
+        """Find and store all quantum levels with k_min <= k < k_max, each with an estimated error.
 
         Parameters
         ----------
@@ -749,7 +728,7 @@ class Catalogue:
 
         at = Stadium(self._at(a))
         with telling(progress, "levels") as tell:
-            found = records.levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
+            found = records.find_levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
         return Levels.joined(at.a, k_min, k_max, found)
 
     def levels(
@@ -760,25 +739,25 @@ class Catalogue:
         method: str = "elements",
         a: float | None = None,
     ) -> "Levels":
-        """Return the stored quantum levels from 0 on, or those that the stored orbits give by themselves.
+        """Return the quantum levels from k = 0 on: the stored ones, or those that follow from the orbits.
 
         Parameters
         ----------
         k_max : float, optional
-            The end of the range, in 1/radius; by default the first gap, or with ``orbits`` where the rms
-            error reaches a fifth of the mean spacing.
+            End of the range, in 1/radius; by default the first gap or, with ``orbits``, where the rms error
+            reaches a fifth of the mean spacing.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
         method : str, optional
-            ``elements``: those that `fill_levels` has stored; ``orbits``: from N_X(k), with errors that hold
-            for nine of ten levels (`orbitdb.quantum.staircase`).
+            ``elements``: those that `fill_levels` stored; ``orbits``: from N_X(k), with errors that hold for
+            nine of ten levels (`orbitdb.quantum.staircase`).
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
 
         Raises
         ------
         InputError
-            If levels up to there are not stored, or the orbits are too few.
+            If levels are not stored up to there, or there are too few orbits.
         """
         from orbitdb.answers.judging import levels_from_orbits
         from orbitdb.answers.spectrum import levels_from_zero
@@ -801,23 +780,23 @@ class Catalogue:
         fit_radius: bool = False,
         a: float | None = None,
     ) -> "Assessment":
-        """Tell which levels of a list are missing, and which are spurious, from the stored orbits.
+        """Tell from the stored orbits which levels a list lacks, and which are spurious.
 
         Parameters
         ----------
         k : array-like, shape (N,), optional
             All levels from the lowest on, in 1/radius; by default the stored ones.
         parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo``, if they are of one; by default levels of all parities.
+            ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have it; by default they have any.
         fit_radius : bool, optional
-            Whether the radius is only known to half a per cent, and is to be found.
+            Whether to fit the radius, if it is known only to half a per cent.
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
 
         Raises
         ------
         InputError
-            If these cannot be levels of the stadium, or the orbits are too few.
+            If these cannot be levels of the stadium, or there are too few orbits.
         """
         from orbitdb.answers.judging import assess_levels
         from orbitdb.quantum.levels import parities_of
@@ -842,16 +821,17 @@ class Catalogue:
         k_max, k_min : float
             The range of wavenumbers, in 1/radius.
         word : str, optional
-            An orbit; then all levels come, the most scarred first. By default each level comes with the five
-            of the twenty shortest stored orbits that scar it most.
+            An orbit; all levels are returned, the most scarred first. By default, each level has the five of
+            the twenty shortest stored orbits that scar it most.
         parities : sequence of str, optional
+            As for `fill_levels`.
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
 
         Raises
         ------
         InputError
-            If the range cannot be used, or the word is no orbit.
+            If the range cannot be used, or the word is not an orbit.
         """
         from orbitdb.answers.scarring import scars_of, scars_of_shortest
         from orbitdb.quantum.levels import parities_of
@@ -877,22 +857,22 @@ class Catalogue:
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Verification":
-        """Compute the catalogue again from its words alone and compare.
+        """Recompute the catalogue from its words alone and compare.
 
         Parameters
         ----------
         selection : Selection, optional
-            What to check, or give criteria, as in `select`; by default everything, at every a.
+            What to check, by default everything at every a; or give criteria, as in `select`.
         sample : int, optional
             Check only this many classes, drawn at random.
         restarts : int, optional
             Solve every word again from this many random starts.
         seed, rng : optional
-            Of sample and restarts, as for `simulate`.
+            For sample and restarts, as for `simulate`.
         births : bool, optional
-            Prove that no birth or death is missing between a = 0.02 and 1000.
+            Whether to prove that no birth or death is missing between a = 0.02 and 1000.
         rigorous : bool, optional
-            Prove every row in ball arithmetic, and store the certificate.
+            Whether to prove every row in ball arithmetic, and store the certificates.
         jobs, progress : optional
             As for `fill`.
 
@@ -901,8 +881,7 @@ class Catalogue:
         >>> catalogue.verify(p="2-5").sound
         True
         """
-        from orbitdb.verification.verify import report
-        from orbitdb.verification.whole import Verification, told, verification_steps
+        from orbitdb.verification.verify import Verification, report, told, verification_steps
 
         everywhere = selection is None and criteria.get("a") is None
         chosen = self._chosen(selection, criteria)
@@ -915,72 +894,48 @@ class Catalogue:
     # what else is stored
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in the catalogue, in order.
-
-        Parameters
-        ----------
-        orbits : bool, optional
-            Return only those at which there are orbits, if only single ones, or sums of sweeps.
-        """
+        """Return the values of a in order; with `orbits`, only those with stored orbits or sweeps."""
         with self._file.moment() as moment:
             return moment.a_values(orbits)
 
     def fills(self, a: float | None = None) -> "list[Fill]":
-        """Return what is filled at one a, by default the catalogue's, by period."""
+        """Return what is filled at one a, by period."""
         with self._file.moment() as moment:
             return moment.fills(self._at(a))
 
     def birth_fills(self) -> "list[BirthFill]":
-        """Return which periods have births and deaths stored, and how completely."""
+        """Return which periods have stored births and deaths, and how completely."""
         with self._file.moment() as moment:
             return moment.birth_fills()
 
     def births(self, p: int) -> "list[Life]":
-        """Return the lives of the classes of one period, by birth: the ranges of a in which they are orbits.
+        """Return the ranges of a in which the classes of a period are orbits, by birth.
 
-        Empty if no births of the period are stored: `orbitdb births` stores them.
+        Empty if no births of the period are stored (`fill_births`).
         """
         with self._file.moment() as moment:
             return moment.births(p)
 
     def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
-        """Return the closest proved bounds that are stored on the topological entropy at one a.
-
-        None if there are none: `orbitdb bounds` finds and stores them.
+        """Return the closest stored bounds on the topological entropy at one a, or None (`prove_bounds`).
 
         Parameters
         ----------
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
         proof : str, optional
-            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closer ones.
-
-        Raises
-        ------
-        InputError
-            If `proof` is another word.
+            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closest.
         """
         with self._file.moment() as moment:
             return moment.entropy_bounds(self._at(a), proof)
 
     def reference(self, a: float | None = None) -> "Reference | None":
-        """Return the stored averages over random trajectories at one a that have the smallest error.
-
-        None if there are none: `orbitdb simulate` makes and stores them.
-
-        Parameters
-        ----------
-        a : float, optional
-            The stadium; by default the catalogue's.
-        """
+        """Return the stored averages over trajectories with the smallest error, or None (`simulate`)."""
         with self._file.moment() as moment:
             return moment.reference(self._at(a))
 
     def entropy_curve(self, proof: str | None = None) -> "list[EntropyBounds]":
-        """Return the closest stored bounds on the topological entropy at every a, in order.
-
-        The parameter is that of `entropy_bounds`.
-        """
+        """Return the closest stored bounds on the topological entropy at every a (`entropy_bounds`)."""
         with self._file.moment() as moment:
             return moment.entropy_curve(proof)
 
@@ -990,20 +945,15 @@ class Catalogue:
         Parameters
         ----------
         a : float, optional
-            The stadium; by default the catalogue's.
+            The stadium, by default the catalogue's.
         selection : Selection, optional
-            The orbits that were swept; by default all. Its a and periods are ignored.
-
-        Raises
-        ------
-        SelectionError
-            If the subset cannot be swept.
+            The orbits that were swept, by default all; its a and periods are ignored.
         """
         with self._file.moment() as moment:
             return moment.sweeps(self._at(a), selection)
 
     def swept_subsets(self, a: float | None = None) -> list[Selection]:
-        """Return the subsets, other than all orbits, that are swept at one a, by default the catalogue's."""
+        """Return the subsets, other than all orbits, that are swept at one a."""
         with self._file.moment() as moment:
             return moment.swept_subsets(self._at(a))
 
@@ -1011,7 +961,7 @@ class Catalogue:
     def _question(
         self, selection: Selection | None, criteria: Criteria
     ) -> Iterator[tuple[Moment, Selection]]:
-        """Open the file at one moment for a question about a chosen subset."""
+        """Open one moment of the file for a question about a chosen subset."""
         chosen = self._chosen(selection, criteria)
         with self._file.moment() as moment:
             yield moment, chosen
@@ -1029,7 +979,6 @@ class Catalogue:
         return chosen_by(**named)
 
     def _at(self, a: float | None) -> float:
-        """Return the stadium that a question is about."""
         return self.a if a is None else Stadium(a).a
 
 
@@ -1038,5 +987,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
 
 
 def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return the seed, or one drawn from the generator if it is given."""
+    """Return the seed, drawn from the generator if there is one."""
     return seed if rng is None else int(rng.integers(2**63))

@@ -10,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.column import Row
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
 from orbitdb.extras import load
@@ -23,8 +24,7 @@ _LEVEL = 3
 """Compression level; zlib's default takes three times as long for files a tenth smaller."""
 
 
-Row = Sequence[Any]
-Column = NDArray[np.float64] | Sequence[Any]
+Values = NDArray[np.float64] | Sequence[Any]
 """Numbers with NaN, or plain values or arrays with None, for a missing value."""
 
 
@@ -34,11 +34,11 @@ class ColumnBlock:
 
     Attributes
     ----------
-    columns : sequence of Column
+    columns : sequence of Values
         Equally long.
     """
 
-    columns: Sequence[Column]
+    columns: Sequence[Values]
 
     def __len__(self) -> int:
         return len(self.columns[0])
@@ -48,7 +48,7 @@ class ColumnBlock:
         return zip(*map(plain, self.columns), strict=True)
 
 
-def plain(column: Column) -> Sequence[Any]:
+def plain(column: Values) -> Sequence[Any]:
     """Return a column as plain values, with None for missing ones."""
     if isinstance(column, np.ndarray):
         return [None if value != value else value for value in column.tolist()]
@@ -68,13 +68,15 @@ def write_parquet(
     rows: Iterable[Row],
     metadata: Mapping[str, Any],
     compression: str = "snappy",
-) -> None:
-    """Write typed columns, with each part of the metadata as JSON in the schema."""
+) -> int:
+    """Write typed columns, and each part of the metadata as JSON in the schema; return the number of rows."""
     parquet = load("pyarrow.parquet", "a parquet file", "parquet")
-    schema = arrow_schema(columns, metadata)
+    schema, count = arrow_schema(columns, metadata), 0
     with parquet.ParquetWriter(file, schema, compression=compression) as writer:
         for block in _in_columns(rows):
             writer.write_batch(arrow_batch(block, schema))
+            count += len(block[0])
+    return count
 
 
 def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Schema":
@@ -92,7 +94,7 @@ def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Sch
     return pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
 
 
-def arrow_batch(block: Sequence[Column], schema: "pa.Schema") -> "pa.RecordBatch":
+def arrow_batch(block: Sequence[Values], schema: "pa.Schema") -> "pa.RecordBatch":
     """Return columns as an Arrow record batch."""
     import pyarrow as pa
 

@@ -1,7 +1,7 @@
 """Dataclasses with arrays, compared by value, because ``==`` on arrays returns an array, not a bool."""
 
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any, Self
 
@@ -39,6 +39,12 @@ class Batch(ByValue):
     def rows(self, chosen: slice | NDArray[Any]) -> Self:
         """Return some of the N entries, given by a slice, places or a mask."""
         return type(self)(*(_chosen(value, chosen) for value in _values(self)))
+
+    @classmethod
+    def joined(cls, parts: Iterable[Self]) -> Self:
+        """Return the entries of one or more batches, all of whose fields are arrays."""
+        columns = zip(*(_values(part) for part in parts), strict=True)
+        return cls(*(np.concatenate(column, axis=-1) for column in columns))
 
 
 def _chosen(value: Any, chosen: slice | NDArray[Any]) -> Any:

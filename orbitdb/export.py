@@ -16,11 +16,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
+from orbitdb.column import Row
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.plaintext import cell
 
-Row = Sequence[Any]
 Metadata = Mapping[str, Any]
 
 
@@ -48,7 +48,7 @@ def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> in
 
 
 def json_object(columns: Sequence[str], row: Row) -> str:
-    """Return a row as a JSON object in ASCII; NaN and infinities become null."""
+    """Return a row as a JSON object in ASCII, with null for NaN and infinities."""
     values = (None if isinstance(value, float) and not math.isfinite(value) else value for value in row)
     return json.dumps(dict(zip(columns, values, strict=True)))
 
@@ -154,7 +154,7 @@ def metadata_path(path: Path) -> Path:
 
 @contextmanager
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
-    """Give a temporary path in the same folder; rename it to the final one after a complete write.
+    """Yield a temporary path in the same folder, and rename it after a complete write.
 
     A path that cannot be written is refused at once. Errors name `wanted` if it is given.
 

@@ -3,6 +3,8 @@
 In a catalogue from elsewhere, a status or a label can be any text.
 """
 
+from collections.abc import Iterable
+
 _FORMULA = tuple("=+-@＝＋－＠")
 """Characters that begin a formula in a spreadsheet, full-width ones included."""
 
@@ -49,3 +51,10 @@ def cell(value: object) -> object:
         return value
     text = printable(value)
     return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def guess(name: str, known: Iterable[str]) -> str:
+    """Suggest the known name closest to a wrong one; empty if none is similar."""
+    from difflib import get_close_matches  # seldom needed
+
+    return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))

@@ -16,7 +16,7 @@ def nobody(done: float, total: float, text: str) -> None:
 
 @contextmanager
 def telling(progress: Tell | None, text: str) -> Iterator[Tell]:
-    """Give a receiver of progress: the given one, a bar in a notebook, or nobody."""
+    """Yield what receives the progress: the given function, a bar in a notebook, or nobody."""
     if progress is not None or not _in_notebook():
         yield progress or nobody
     elif find_spec("tqdm") is not None:

@@ -12,6 +12,7 @@ from there import there
 
 import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
+from orbitdb.billiard.legs import Chain, cut
 from orbitdb.equality import ByValue
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import LevelWindow
@@ -76,6 +77,12 @@ def test_batches_are_compared_bit_by_bit():
     assert zero != minus
 
 
+def test_parts_of_a_batch_join_in_order():
+    ((_, legs),) = cut(from_strings(["0103", "1232", "0123"]))
+    parts = [legs.chain(np.array(rows, np.intp)) for rows in ([2], [], [0, 1])]
+    assert Chain.joined(parts) == legs.chain(np.array([2, 0, 1]))
+
+
 def test_nan_equals_nan_in_the_same_place():
     one = solve(from_strings(["1232131", "0103155"]), 1.6)
     odd = np.frombuffer(np.array([0xFFF8000000000001] * 2, dtype=np.uint64).tobytes(), dtype=float)
@@ -107,7 +114,7 @@ def test_records_with_large_arrays_have_a_one_line_repr(filled):
     )
     for record in found:
         assert "\n" not in repr(record)
-        assert repr(record).startswith((f"{type(record).__name__}(", "<length spectrum"))
+        assert repr(record).startswith((f"{type(record).__name__}(", "<"))
         assert len(repr(record)) < 1000
 
 

@@ -35,6 +35,8 @@ def test_the_wheel_works_away_from_the_sources(tmp_path):
     assert run("fill", "--p", "4", command=command, cwd=tmp_path, env=environment).returncode == 0
     result = run("table", command=command, cwd=tmp_path, env=environment)
     assert result.stdout.splitlines()[-1].split()[:4] == ["4", "32", "32", "130"]
+    written = run("export", tmp_path / "data", "--dataset", command=command, cwd=tmp_path, env=environment)
+    assert (written.returncode, (tmp_path / "data" / "LICENSE.txt").exists()) == (0, True)
     shown = "import orbitdb.cli; print(orbitdb.__file__, orbitdb.cli.__file__)"
     where = run(command=[sys.executable, "-P", "-c", shown], cwd=tmp_path, env=environment)
     assert [path.startswith(str(target)) for path in where.stdout.split()] == [True, True]

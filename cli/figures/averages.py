@@ -5,14 +5,13 @@ from dataclasses import replace
 import typer
 from matplotlib.figure import Figure
 
-from orbitdb.answers.averaged import entropy, lyapunov
-from orbitdb.answers.methods import EXPONENTS
+from orbitdb.answers.entropy import entropy
+from orbitdb.answers.lyapunov import EXPONENTS, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.cli.render import note
 from orbitdb.plots import curves
 from orbitdb.plots.style import figure
-from orbitdb.store.asking.periods import joined_spans
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, joined_spans
 from orbitdb.store.reading.moment import Moment
 
 NOTHING = ": nothing to draw"

@@ -78,7 +78,7 @@ def draw_assessment(
     for said in [*told, found.verdict()]:
         note(said)
     with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
-        found.draw(made.add_subplot())
+        curves.draw_assessment(made.add_subplot(), found)
     return made
 
 
@@ -127,7 +127,7 @@ def _by_parity(
     """Return the levels of each requested parity, from a list or the catalogue."""
     if levels is not None:
         if parity is None:
-            raise InputError("statistics are of one parity: name that of the levels with --parity")
+            raise InputError("statistics need one parity: name that of the levels with --parity")
         k = np.sort(np.asarray(levels, np.float64))
         check_levels(k, Stadium(chosen.a), parity)
         return {parity: k}
@@ -136,7 +136,7 @@ def _by_parity(
 
 
 def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw psi^2 of the level next to some k, and an orbit over it."""
+    """Draw psi^2 of the level nearest to some k, with any orbit over it."""
     found = _nearest(a, k, parity)
     with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
         waves.draw_wave(made.add_subplot(), found, orbit)
@@ -144,7 +144,7 @@ def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure
 
 
 def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw the Husimi function of the level next to some k, and the bounces of an orbit over it."""
+    """Draw the Husimi function of the level nearest to some k, with the bounces of any orbit over it."""
     found = _nearest(a, k, parity)
     with figure(7.2, 4.2, _title(found, orbit)) as made:
         waves.draw_husimi(made.add_subplot(), found, orbit)

@@ -1,4 +1,4 @@
-"""Figures of one orbit: its path, its reverse, and its life over a."""
+"""Figures of one orbit: its path, its reverse, and its life as a grows."""
 
 import numpy as np
 from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""Figures over a: births and deaths, and the entropy."""
+"""Figures with a on the horizontal axis: births and deaths, and the entropy."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orbitdb.answers.averaged import enclosure
+from orbitdb.answers.entropy import enclosure
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.entropy.windows import geometric_entropy
@@ -27,7 +27,7 @@ _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
 
 
 def draw_births(moment: Moment, chosen: Selection) -> Figure:
-    """Draw over a the share of words that are orbits, the entropy, and where orbits are born."""
+    """Draw the share of words that are orbits, the entropy, and the births, each against a."""
     changes = _changes(moment, chosen)
     shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
     shown = shown[-len(_STYLES) :]
@@ -61,9 +61,9 @@ def draw_births(moment: Moment, chosen: Selection) -> Figure:
 
 
 def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
-    """Draw proved bounds over a, and the entropy from any births.
+    """Draw proved bounds against a, and the entropy from births if there are any.
 
-    The bounds are the stored ones, or on a grid also new ones.
+    The bounds are the stored ones; those missing on a grid are found now.
     """
     known = [enclosure(moment, a)[0] for a in grid] or moment.entropy_curve()
     if not known:

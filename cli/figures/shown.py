@@ -1,4 +1,4 @@
-"""Figures of what the terminal UI shows: bounces in phase space, curves over the period, and counts."""
+"""Figures of what the terminal UI shows: bounces in phase space, curves against the period, and counts."""
 
 from collections.abc import Mapping, Sequence
 
@@ -25,7 +25,7 @@ _LINE = 0.2
 
 
 def draw_phase(orbits: Sequence[Orbit]) -> Figure:
-    """Draw the bounces of some orbits of one stadium, which have coordinates, in phase space."""
+    """Draw the bounces of some orbits, with coordinates at one a, in phase space."""
     a = orbits[0].a
     with figure(6.4, 4.0, f"phase space at a = {exact(a)}") as made:
         ax = made.add_subplot()
@@ -37,7 +37,7 @@ def draw_phase(orbits: Sequence[Orbit]) -> Figure:
 
 
 def draw_curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str], title: str) -> Figure:
-    """Draw curves over the period, those of each name below one another."""
+    """Draw curves against the period, one panel per name."""
     with figure(6.4, 2.6 * len(curves) + 0.8, title) as made:
         for ax, (name, group) in zip(made.subplots(len(curves), 1, sharex=True), curves.items(), strict=True):
             for style, label, p, values, marker in group:

@@ -1,4 +1,4 @@
-"""Figures of the orbits of chosen subsets, and of levels of the quantum stadium beside them."""
+"""Figures of the orbits of chosen subsets."""
 
 import math
 from collections.abc import Sequence
@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.answers import whole_periods
-from orbitdb.answers.gaps import complete_length
-from orbitdb.answers.subset import read_subset
+from orbitdb.answers.select import read_subset
+from orbitdb.answers.unfilled import complete_length
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.reading import note_gaps, note_nothing
@@ -24,12 +24,10 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 _BINS = 120
-_LENGTHS = (1.0, 12.0)
-_PLACES = 2000
 
 
 def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
-    """Draw one orbit of each class of a subset, or the first ones in its order, as many as the limit."""
+    """Draw one orbit of each class of a subset, the first ones in order if they exceed the limit."""
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
     for (word,) in moment.rows(chosen, ("representative",), order):
@@ -95,6 +93,6 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
 
 
 def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
-    """Say that there is nothing to draw; return how the command ends then."""
+    """Say that there is nothing to draw; return the exception that ends the command."""
     note_nothing(moment, chosen, more=NOTHING)
     return typer.Exit(1)

@@ -16,7 +16,7 @@ from orbitdb.cli.tui.kept import Kept, among_marked, criteria_of, selection_of
 from orbitdb.cli.tui.screens import Working
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.selection import Selection

@@ -21,12 +21,6 @@ USUAL = (
 )  # fmt: skip
 """Names of the default columns."""
 
-_MORE = (
-    "born", "dies", "walls", "maslov", "length_error", "lyapunov_error", "lambda_c_error", "residual",
-    "iterations", "solver", "representative", "rules", "cycle", "element",
-)  # fmt: skip
-"""Further columns in lists; others come last."""
-
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lambda_d": 9, "lambda_c": 9, "lyapunov": 11, "symmetry": 9,
     "margin": 9, "error": 8, "born": 11, "dies": 11, "residual": 8, "solver": 10, "rules": 7, "cycle": 12,
@@ -38,7 +32,7 @@ def _every() -> dict[str, Column]:
     # the word is the same as the code, and a is the same in all rows
     known = {each.name: each for each in IN_CATALOGUE if each.name not in ("word", "a")}
     found = {}
-    for name in dict.fromkeys((*USUAL, *_MORE, *known)):
+    for name in dict.fromkeys((*USUAL, *known)):
         text = known[name].kind not in ("number", "integer")
         found[name] = Column(name, _WIDTHS.get(name, len(name)), text, known[name].brief)
     return found

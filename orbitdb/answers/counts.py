@@ -1,4 +1,4 @@
-"""Counts: the paper's Table 1 at any a, and rows of a subset by values or bins of columns."""
+"""Count orbits by period at any a, and rows of a subset by values or bins of columns."""
 
 import math
 from collections import Counter
@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
-from orbitdb.store.asking.confinement import never
-from orbitdb.store.asking.periods import written_periods
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, written_periods
+from orbitdb.store.asking.sql import never
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment
@@ -23,13 +22,13 @@ if TYPE_CHECKING:
     from orbitdb.orbits.sums import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
-"""The columns of a fill that make a tally, in its order."""
+"""The columns of a fill that make a `Tally`, in its order."""
 
 _FINEST = 1e-12
-"""Least width of a bin relative to its value; closer edges would look alike in print."""
+"""Least relative width of a bin; closer edges would look alike in print."""
 
 _DECADES = 1000.0
-"""Bins are even in the logarithm if the ratio of the greatest value to the least exceeds this."""
+"""Bins are logarithmic if the greatest value is more than this many times the least."""
 
 Key = tuple[Any, ...]
 
@@ -43,13 +42,11 @@ class Counted:
     a : float
         The stadium.
     known : dict of int to Tally
-        By period. Includes periods not chosen that sums over divisors need.
+        By period, with those that are not chosen, but needed in sums over divisors.
     chosen : tuple of int
         The chosen periods among them.
-    from_births : tuple of int
-        The chosen periods counted from births, without a fill or a sweep.
-    from_sweeps : tuple of int
-        The chosen periods counted by a sweep, without a fill.
+    from_births, from_sweeps : tuple of int
+        The chosen periods counted from births, or else by a sweep, because they are not filled.
     """
 
     a: float
@@ -63,15 +60,15 @@ class Counted:
         """The chosen periods without a fill."""
         return self.from_sweeps + self.from_births
 
-    def cycles(self) -> NDArray[np.int64]:
-        """Return how many words of each period, from 0 to the highest chosen, are orbits; 0 if not known."""
+    def cycles(self) -> Integers:
+        """Return the number of orbits of each period from 0 to the highest chosen; 0 if unknown."""
         found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
         for p in self.chosen:
             found[p] = self.known[p].n_c
         return found
 
     def describe(self) -> str | None:
-        """Say which periods are not counted from a fill, and how they are; None if there are none."""
+        """Say how the periods without a fill are counted; None if there are none."""
         sources = {"from a sweep, their rows are not stored": self.from_sweeps,
                    "from births, with no fill": self.from_births}  # fmt: skip
         told = [
@@ -83,7 +80,7 @@ class Counted:
 
 
 def count(moment: Moment, selection: Selection) -> Counted:
-    """Return the counts of the paper's Table 1 at one a: from a fill, a sweep, or births."""
+    """Count the orbits of each period at one a: from a fill, else a sweep, else births."""
     known = {fill.p: _tally(fill) for fill in moment.fills(selection.a) if fill.whole}
     swept = {each.p: each.tally for each in moment.sweeps(selection.a) if each.whole and each.p not in known}
     known |= swept
@@ -118,11 +115,11 @@ class Histogram(ByValue):
     without : int
         Rows without a value.
     logarithmic : bool
-        Whether the bins are even in the logarithm.
+        Whether the bins are of equal width in the logarithm.
     """
 
-    edges: NDArray[np.float64]
-    counts: NDArray[np.int64]
+    edges: Floats
+    counts: Integers
     without: int
     logarithmic: bool
 
@@ -133,10 +130,7 @@ def tally(
     columns: Sequence[str],
     cancelled: Callable[[], bool] = never,
 ) -> dict[Key, int]:
-    """Return how many rows of a subset have each combination of values of some columns of the view ``class``.
-
-    `cancelled` is called now and then; True stops the work.
-    """
+    """Count the rows of a subset by the values of some columns of the view ``class``."""
     chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
     values = (chosen.values[name].tolist() for name in columns)
@@ -152,10 +146,9 @@ def histogram(
     bins: int,
     cancelled: Callable[[], bool] = never,
 ) -> Histogram | None:
-    """Return how many rows of a subset lie in each bin of a numeric column of classes.
+    """Count the rows of a subset in at most `bins` bins of a numeric column; None if no row has a value.
 
-    There are at most `bins` bins. Their edges are round numbers, or even in the logarithm. None if no row
-    has a value.
+    The edges are round numbers, or evenly spaced in the logarithm.
     """
     chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
@@ -171,22 +164,22 @@ def histogram(
     return Histogram(edges, counts, int(rows[~known].sum()), logarithmic)
 
 
-def _round_edges(low: float, high: float, bins: int) -> NDArray[np.float64]:
-    """Return multiples of a round number, such as 0.2 or 2.5, that enclose two values in few enough bins."""
+def _round_edges(low: float, high: float, bins: int) -> Floats:
+    """Return successive multiples of a round number, such as 0.2 or 2.5, that enclose two values."""
     width = max((high - low) / bins, _FINEST * abs(high))
     decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
     return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
 
 
-def _multiples(low: float, high: float, step: float) -> NDArray[np.float64]:
+def _multiples(low: float, high: float, step: float) -> Floats:
     first, last = math.floor(low / step), math.floor(high / step) + 1
-    # 3 * 0.1 is an ulp above the 0.3 that a user would type to get the same bin
+    # 3 * 0.1 is an ulp above the 0.3 that a user would type
     return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
 
 
 def marginal(counts: Mapping[Key, int], place: int) -> dict[Any, int]:
-    """Return how many rows have each value of one of the columns of a `tally`."""
+    """Count the rows of a `tally` by the values of one of its columns."""
     found: Counter[Any] = Counter()
     for key, count in counts.items():
         found[key[place]] += count

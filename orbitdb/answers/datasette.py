@@ -1,17 +1,39 @@
 """What Datasette needs to explain a catalogue: titles, columns with units, and canned queries."""
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from orbitdb.columns import IN_CATALOGUE, OF_LEVELS, OF_ORBITS, Column
+from orbitdb.answer_columns import OF_BOUNDS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
+from orbitdb.column import Column
+from orbitdb.columns import EVERY, IN_CATALOGUE
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES, comments
 
-_VIEWS = {
-    "catalogue": "One row for each word and half length a. Filter by a, p and status first.",
-    "class": "One row for each symmetry class and half length a.",
-    "life": "One row for each stretch of a over which a class is an orbit, from born to dies.",
+_SHOWN: dict[str, tuple[str, str, Sequence[Column]]] = {
+    "catalogue": ("Words", "One row for each word and half length a. Filter by a, p and status first.", ()),
+    "class": ("Symmetry classes", "One row for each symmetry class and half length a.", ()),
+    "life": (
+        "Births and deaths",
+        "One row for each stretch of a over which a class is an orbit, from born to dies.",
+        OF_LIVES,
+    ),
+    "level": ("Quantum levels", "", OF_LEVELS),
+    "entropy_bound": ("Bounds on the topological entropy", "", OF_BOUNDS),
+    "trajectory": ("Averages over random trajectories", "", OF_ENSEMBLES),
 }
+"""Views and tables with results: a title, a description, and columns that mean something else than in the
+view ``catalogue``. Datasette lists the others as hidden."""
+_OTHERS = {
+    "words": "all words of the class, one after another",
+    "coordinates": "coordinates of the representative, little-endian float64",
+    "word": EVERY["representative"].means,
+    "edges": EVERY["window"].means,
+    "id": "number of the row",
+    "stadium": "row of the table stadium, which has a",
+    "run": "row of the table run, which says who wrote it",
+}
+"""Columns that no registry has."""
 _A = "a = CAST(:a AS REAL)"
 _QUERIES = {
     "shortest": (
@@ -54,13 +76,15 @@ def datasette_metadata(path: Path) -> dict[str, Any]:
     path : Path
         Its stem is the name of the database.
     """
-    known = {column.name: _explained(column) for column in (*OF_LEVELS, *IN_CATALOGUE)}
-    tables: dict[str, Any] = {name: {"description": text} for name, text in comments().items()}
-    tables |= {name: {"description": text} for name, text in _VIEWS.items()}
-    for name, listed in _columns().items():
-        word = known["code" if name == "catalogue" else "representative"]
-        own = known | {"word": word}
-        tables[name]["columns"] = {each: own[each] for each in listed if each in own}
+    tables: dict[str, Any] = {
+        name: {"description": text, "hidden": True} for name, text in comments().items()
+    }
+    for name, (title, text, own) in _SHOWN.items():
+        known = {each.name: _explained(each) for each in (*EVERY.values(), *own)} | _OTHERS
+        if name == "catalogue":
+            known["word"] = _explained(EVERY["word"])
+        columns = {each: known[each] for each in _columns(name)}
+        tables[name] = {"title": title, "description": text or comments()[name], "columns": columns}
     queries = {name: {"title": title, "sql": sql} for name, (title, sql) in _QUERIES.items()}
     return {
         "title": "Unstable periodic orbits of the stadium billiard",
@@ -71,16 +95,14 @@ def datasette_metadata(path: Path) -> dict[str, Any]:
     }
 
 
-def _columns() -> dict[str, list[str]]:
-    """Return the columns of every table and view."""
-    tables = {name: re.findall(r"(?m)^    ([a-z]\w*) ", text) for name, text in TABLES.items()}
-    of_class = [*SHARED, *OF_CLASS]
-    return tables | {"catalogue": [each.name for each in IN_CATALOGUE], "class": of_class, "life": list(LIFE)}
+def _columns(name: str) -> list[str]:
+    """Return the columns of a table or view."""
+    of_view = {"catalogue": [each.name for each in IN_CATALOGUE], "class": [*SHARED, *OF_CLASS], "life": LIFE}
+    return list(of_view[name]) if name in of_view else re.findall(r"(?m)^    ([a-z]\w*) ", TABLES[name])
 
 
 def _explained(column: Column) -> str:
     """Return the meaning of a column, with its unit and the bound on its error."""
     unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
-    names = {each.name for each in OF_ORBITS}
-    bound = f"; error bounded by {column.bound}" if column.bound in names else ""
+    bound = f"; error in {column.bound}" if column.bound.endswith("_error") else ""
     return f"{column.means}{unit}{bound}"

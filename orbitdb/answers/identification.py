@@ -1,10 +1,10 @@
-"""Find orbits from a trajectory that stays near them, or from a length."""
+"""Identify orbits from a trajectory that follows them, or from a length."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -12,12 +12,18 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.extras import data_frame
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
+from orbitdb.orbits.status import Status
+from orbitdb.plaintext import several
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.traces import trace_points, trace_start
+
+if TYPE_CHECKING:
+    import pandas
 
 NEAR = 1e-2
 """Default tolerance for the distance of bounces from those of an orbit, in units of the radius."""
@@ -27,6 +33,11 @@ SAME_LENGTH = 1e-3
 
 SHOWN = 10
 """Default number of shadowed orbits to report."""
+
+SHADOWED = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
+            "lyapunov", "representative", "class_size", "a", "stored",
+            "sequence", "sequence_first")  # fmt: skip
+"""The columns of a shadowed orbit."""
 
 _LEAST_LENGTH = 4.0
 """Lower bound on the length of every orbit; 13 has 4 (1 + a)."""
@@ -78,11 +89,11 @@ class Trajectory(ByValue):
     sequence : str
         The symbols of its bounces; not a cyclic word.
     first : int
-        Number of the first bounce; number 1 is the first one after the start, or the first point.
+        Number of the first bounce; 1 is the first after the start, or the first point.
     points : ndarray, shape (T, 2)
         The bounces, from the middle of the stadium, in units of the radius.
     shadowed : tuple of Followed
-        The orbits, those that it goes round most often first.
+        The orbits; those that it goes round most often come first.
     total : int
         Their number before the limit.
     """
@@ -93,10 +104,27 @@ class Trajectory(ByValue):
     shadowed: tuple[Followed, ...]
     total: int
 
+    def __repr__(self) -> str:
+        bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
+        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} here>"
+
+    def rows(self) -> Iterator[tuple[Any, ...]]:
+        """Yield one row per shadowed orbit, with the columns `SHADOWED`."""
+        shared = {"sequence": self.sequence, "sequence_first": self.first}
+        for each in self.shadowed:
+            yield tuple(
+                shared[name] if name in shared else getattr(each if hasattr(each, name) else each.orbit, name)
+                for name in SHADOWED
+            )
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the shadowed orbits as a data frame (extra ``pandas``)."""
+        return data_frame(self.rows(), SHADOWED)
+
 
 @dataclass(frozen=True)
 class Candidate:
-    """A symmetry class of stored orbits whose length, times a number of repetitions, matches a given one.
+    """A symmetry class of stored orbits, one of whose multiples of the length matches a given length.
 
     Attributes
     ----------
@@ -109,7 +137,7 @@ class Candidate:
     length, length_error, lyapunov : float
         Of one traversal; ``length_error`` is None for the paper's relaxation.
     difference : float
-        r times the length, minus the given length.
+        r times the length, less the given length.
     """
 
     code: str
@@ -161,8 +189,8 @@ def identify_length(
 ) -> tuple[Candidate, ...]:
     """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
 
-    The bounds on the stored lengths are added to the tolerance, so that none is lost to rounding. The
-    tolerance is at most a quarter of the least length, so the number of repetitions is unique.
+    The error bounds of stored lengths are added to the tolerance, so that rounding loses none. The tolerance
+    is at most a quarter of the least length, so the number of repetitions is unique.
     """
     wanted = _measure("length", length, _MOST_LENGTH)
     within = _measure(

@@ -1,4 +1,4 @@
-"""Results: small tables by period."""
+"""`Result`: a small table by period."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import data_frame, drawn
+from orbitdb.plaintext import several
 from orbitdb.store.asking.selection import Selection
 
 if TYPE_CHECKING:
@@ -15,18 +16,21 @@ if TYPE_CHECKING:
 
 
 TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
-"""The columns of the paper's Table 1, then the classes and the words with other statuses."""
+"""The columns of the paper's Table 1; then classes, and words with other statuses."""
 
 PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
 
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
+_NAMED = 4
+"""Columns named in a repr."""
+
 TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result(ByValue):
-    """A small table, one row a period.
+    """A small table, one row per period.
 
     Attributes
     ----------
@@ -35,13 +39,15 @@ class Result(ByValue):
     columns : mapping of str to list
         Numbers; None for a missing value.
     facts : tuple of str
-        Its subset and related results, a line each.
+        Its subset and related results, one line each.
     notes : tuple of str
-        What is missing, and why values are None, a line each.
+        What is missing, and why values are None, one line each.
 
     Examples
     --------
     >>> table = catalogue.table(p="2-4")
+    >>> table
+    <3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>
     >>> table["N_c"]
     [1, 8, 32]
     """
@@ -59,17 +65,21 @@ class Result(ByValue):
         return list(self.columns[name])
 
     def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows, with some columns or all."""
+        """Yield the rows, with all columns or some."""
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
+        first, more = [*self.columns][:_NAMED], ", ..." if len(self.columns) > _NAMED else ""
+        rows = several(len(self), "row")
+        return f"<{rows}, {', '.join(first)}{more}: {self.selection.describe()}; print() shows them>"
+
+    def __str__(self) -> str:
         texts = [[name, *map(_short, values)] for name, values in self.columns.items()]
         widths = [max(map(len, column)) for column in texts]
         lines = ("  ".join(map(str.rjust, row, widths)) for row in zip(*texts, strict=True))
         return "\n".join([*lines, *self.facts, *self.notes])
 
     def _repr_html_(self) -> str:
-        """Show a table in a notebook."""
         head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
         cells = ("".join(f"<td>{escape(_short(value))}</td>" for value in row) for row in self.rows())
         body = "".join(f"<tr>{row}</tr>" for row in cells)
@@ -77,21 +87,15 @@ class Result(ByValue):
         return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a pandas data frame with the columns of the JSON output.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pandas is not installed (extra ``pandas``).
-        """
-        frame = load("pandas", "to_pandas()", "pandas").DataFrame(dict(self.columns))
+        """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
+        frame = data_frame(dict(self.columns))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
     def plot(
         self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw averages by period with matplotlib, as in the paper's Figs. 5 and 6.
+        """Draw averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
 
         Parameters
         ----------
@@ -100,32 +104,23 @@ class Result(ByValue):
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
 
-        Returns
-        -------
-        matplotlib.axes.Axes
-
         Raises
         ------
         ValueError
             If the result has no such averages.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
-        drawn: str | None = kind or next(iter(known), None)
-        if drawn not in known or not len(self):
+        wanted: str | None = kind or next(iter(known), None)
+        if wanted not in known or not len(self):
             has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
             raise ValueError(f"kind {kind!r}: {has}" if kind else "draw the entropy, lambda_d or lambda_c")
-        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
-        draw, what = (
-            (curves.draw_entropy, (self,)) if drawn == "entropy" else (curves.draw_exponent, (self, drawn))
-        )
-        axes: Axes = paths.draw_titled(draw, what, self.selection.describe(), ax)
-        return axes
+        entropy = wanted == "entropy"
+        figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
+        return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-"""The kinds of `Result.plot`, with the column that each needs."""
+"""The kinds of `Result.plot`, each with the column that it needs."""
 
 
 def _short(value: Any) -> str:

@@ -9,7 +9,8 @@ import numpy as np
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Orbit, Status
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import Status
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.waves import Wave, waves
 from orbitdb.store.asking.selection import Selection

@@ -14,7 +14,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.quantum.amplitudes import Classes, Parity, Terms, orbit_terms
 from orbitdb.quantum.lengths import family_terms, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import Levels, LevelWindow, parities_of

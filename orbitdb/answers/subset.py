@@ -1,7 +1,4 @@
-"""A chosen subset as arrays, one entry per word.
-
-Coordinates are read only on request.
-"""
+"""`Subset`: chosen words as arrays."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
@@ -12,18 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers import subset_tables
-from orbitdb.answers.gaps import lacking_births, unfilled
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column
-from orbitdb.columns import WRITTEN, kind_of, with_formulas
+from orbitdb.column_files import Values
+from orbitdb.columns import WRITTEN
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.extras import drawn
+from orbitdb.formulas import with_formulas
+from orbitdb.orbits.batch import NUMBERS, finite
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.row_blocks import COORDINATES
-from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
 if TYPE_CHECKING:
@@ -35,9 +31,8 @@ if TYPE_CHECKING:
     from orbitdb.answers.whole_periods import WholePeriods
 
 Texts = NDArray[Any]
-"""Arrays of strings of any length (`numpy.dtypes.StringDType`)."""
+"""Arrays of strings (`numpy.dtypes.StringDType`)."""
 
-_TEXT = np.dtypes.StringDType()
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
@@ -50,29 +45,25 @@ class Subset(ByValue):
     ----------
     selection : Selection
         What was chosen; ``selection.describe()`` says it in words.
-    codes : ndarray of str, shape (N,)
-        Least rotations.
-    p : ndarray of int, shape (N,)
-        Periods.
-    status : ndarray of str, shape (N,)
-        Values of `Status`.
+    codes, status : ndarray of str, shape (N,)
+        Least rotations, and values of `Status`.
     representative, time_reversal, symmetry, solver : ndarray of str, shape (N,)
         The class's least word, ``self`` or ``pair``, the symmetry label, and ``newton`` or
-        ``relaxation``; empty for words that are geometrically pruned, which have no class.
-    class_size, walls : ndarray of int, shape (N,)
-        Words in the symmetry class, and straight bounces; 0 for words that have no class.
+        ``relaxation``; empty for geometrically pruned words, which have no class.
+    p, class_size, walls : ndarray of int, shape (N,)
+        Period, words in the symmetry class, and straight bounces; without a class, the last two are 0.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.orbit.Orbits`; length and margin in units of the radius.
+        As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
-        The a of the first birth and of the first death; NaN for a word that is an orbit from a = 0 on
-        or does not die, or if no births of its period are stored.
+        The a of the first birth and death; NaN for an orbit from a = 0 on or without a death, or if no
+        births of the period are stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Those of all words one after another (`coordinates_of`, `of_period`), NaN for a word without
-        any; None unless you asked for them.
+        Those of all words one after another (`of_period`), NaN for a word without any; None unless you
+        asked for them.
     unfilled : str or None
         A line that names the chosen periods that are not filled, or that lack births.
     filled : tuple of int
-        The chosen periods that are completely filled; averages use only these.
+        The chosen periods that are completely filled, which averages use.
     total : int or None
         Number of chosen words, if this is only a part of them.
 
@@ -85,8 +76,6 @@ class Subset(ByValue):
     ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
     >>> subset[subset.length > 12].codes.tolist()[:2]
     ['1155', '3344']
-    >>> [orbit.code for orbit in subset[-2:]]
-    ['1133', '4455']
     """
 
     selection: Selection
@@ -144,38 +133,31 @@ class Subset(ByValue):
     def __getitem__(
         self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
     ) -> "Orbit | Subset":
-        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask.
-
-        Raises
-        ------
-        IndexError
-            If there is no such row.
-        """
+        """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
-            raise TypeError(
-                f"rows have numbers, not names such as {rows!r:.40}: a catalogue has words as keys"
-            )
+            raise TypeError(f"rows are found by number, not by {rows!r:.40}: ask the catalogue for a word")
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))
         return self._part(places)
 
-    def _part(self, places: NDArray[np.intp]) -> "Subset":
+    def _part(self, places: Places) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
         arrays = {each.name: getattr(self, each.name) for each in fields(self)}
-        of_rows = {name: values[places] for name, values in arrays.items() if name in _OF_ROWS}
+        of_rows = {name: values[places] for name, values in arrays.items() if name in OF_ROWS}
         if self.coordinates is not None:
             parts = [self.coordinates_of(place) for place in places.tolist()]
             of_rows["coordinates"] = np.concatenate([np.zeros(0), *parts])
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return one word, with coordinates if they were read, without `exists`."""
+        """Return word n, with coordinates if they were read, without `exists`."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
         status = Status(str(self.status[n]))
+        exists = status in EXISTING
         known: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
         known |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
         return Orbit(
@@ -183,9 +165,7 @@ class Subset(ByValue):
             a=a,
             status=status,
             class_size=int(self.class_size[n]),
-            coordinates=self.coordinates_of(n)
-            if self.coordinates is not None and status in EXISTING
-            else None,
+            coordinates=self.coordinates_of(n) if self.coordinates is not None and exists else None,
             stored=True,
             **known,
         )
@@ -193,7 +173,7 @@ class Subset(ByValue):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Declare the columns with a formula for type checkers."""
+            """Tell type checkers that there are columns with a formula."""
 
     @cached_property
     def start(self) -> Integers:
@@ -216,64 +196,40 @@ class Subset(ByValue):
         return self.coordinates
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a pandas data frame; codes stay text.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pandas is not installed (extra ``pandas``).
-        """
+        """Return the rows as a pandas data frame (extra ``pandas``); codes stay text."""
         frame = subset_tables.to_pandas(self._columns())
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
     def to_arrow(self) -> "pyarrow.Table":
-        """Return the rows as an Arrow table, with the types of an exported parquet file.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pyarrow is not installed (extra ``parquet``).
-        """
+        """Return the rows as an Arrow table (extra ``parquet``), typed like an exported parquet file."""
         notes = {"selection": self.selection.describe(), "a": self.selection.a}
         return subset_tables.to_arrow(self._columns(), notes)
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Offer the rows through Arrow's C interface, so that polars, DuckDB and others read them.
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If pyarrow is not installed (extra ``parquet``).
-        """
+        """Offer the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def entropy(self) -> "Result":
         """Return the topological entropy of these orbits by period (`Catalogue.entropy`)."""
-        from orbitdb.answers.averaged import entropy_of_rows
+        from orbitdb.answers.entropy import entropy_of_rows
 
         return entropy_of_rows(self._orbits())
 
     def averages(self, weight: str = "exp") -> "Result":
-        """Return the average Lyapunov exponents of these orbits by period (`Catalogue.lyapunov`).
-
-        (``lyapunov`` is the column with their lambda.)
-        """
-        from orbitdb.answers.averaged import lyapunov_of_rows
+        """Return the Lyapunov exponents averaged over these orbits by period (`Catalogue.lyapunov`)."""
+        from orbitdb.answers.lyapunov import lyapunov_of_rows
 
         return lyapunov_of_rows(self._orbits(), weight)
 
     def table(self) -> "Result":
-        """Return counts by period, with the columns of the paper's Table 1.
-
-        N_t counts words of any status.
-        """
-        from orbitdb.answers.averaged import table_of_rows
+        """Return counts by period as in the paper's Table 1; N_t counts words of any status."""
+        from orbitdb.answers.entropy import table_of_rows
 
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
-        """Return the orbits of whole periods, one by one, for averages."""
+        """Return the orbits of whole periods, each as a class of one word."""
         from orbitdb.answers.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
@@ -283,15 +239,15 @@ class Subset(ByValue):
         classes = ChosenClasses(
             self.p[rows], one, one, self.length[rows], self.lyapunov[rows], self.walls[rows], number
         )
-        chosen = (
-            self.selection if self.selection.statuses else replace(self.selection, statuses=(Status.ORBIT,))
-        )
+        chosen = self.selection
+        if not chosen.statuses:
+            chosen = replace(chosen, statuses=(Status.ORBIT,))
         return WholePeriods(chosen, self.filled, classes, part=self.total is not None)
 
     def plot(
         self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw the orbits with matplotlib: bounces in phase space, their number by length, or a sheet.
+        """Draw the orbits: bounces in phase space, their number by length, or a sheet (extra ``plot``).
 
         Parameters
         ----------
@@ -301,103 +257,36 @@ class Subset(ByValue):
         ax : matplotlib.axes.Axes, optional
             Where to draw; by default in a new figure.
 
-        Returns
-        -------
-        matplotlib.axes.Axes
-
         Raises
         ------
         ValueError
             If there are no orbits, no coordinates, or no such kind of figure.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
         """
         if kind not in ("phase space", "lengths", "sheet"):
             raise ValueError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise ValueError(f"there is nothing to draw among {self!r}")
-        title, paths = self.selection.describe(), load("orbitdb.plots.paths", "plot()", "plot")
+        title = self.selection.describe()
         if kind == "lengths":
-            return paths.draw_titled(paths.draw_staircase, (orbits.length, np.ones(len(orbits))), title, ax)
+            return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
         if kind == "sheet":
             if orbits.coordinates is None:
                 raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
-            sheet = load("orbitdb.plots.sheet", "plot()", "plot")
-            return paths.draw_titled(sheet.draw_sheet, (list(orbits),), title, ax)
-        periods = [
-            (*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in np.unique(orbits.p).tolist()
-        ]
-        what = Stadium(self.selection.a), periods
-        return paths.draw_titled(paths.draw_phase_space, what, title, ax)
+            return drawn("sheet.draw_sheet", (list(orbits),), title, ax)
+        periods = np.unique(orbits.p).tolist()
+        parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
+        return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
-        """Show the first rows with small pictures; solve orbits whose coordinates were not read."""
-        from orbitdb.orbits.single_word import solve_word
-
         shown = list(self[: subset_tables.MOST_ROWS])
-        for place, orbit in enumerate(shown):
-            if (
-                orbit.coordinates is None
-                and orbit.status in EXISTING
-                and orbit.p <= subset_tables.MOST_BOUNCES
-            ):
-                solved = solve_word(orbit.code, Stadium(orbit.a))
-                shown[place] = replace(orbit, coordinates=solved.coordinates)
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, Column]:
-        """Return the columns by name, with None for what a word without a class lacks."""
-        missing = (self.representative == "").tolist()
-        columns: dict[str, Column] = {"code": self.codes.tolist(), "a": np.full(len(self), self.selection.a)}
-        for name in _TOLD:
-            values, kind = getattr(self, name), kind_of(name)
-            if kind == "text":
-                columns[name] = [text or None for text in values.tolist()]
-            elif kind == "integer" and name != "p":
-                columns[name] = [None if no else n for n, no in zip(values.tolist(), missing, strict=True)]
-            else:
-                columns[name] = values
-        if self.coordinates is not None:
-            parts = np.split(self.coordinates, self.start[1:-1])[: len(self)]
-            columns[COORDINATES] = [None if np.isnan(part[0]) else part for part in parts]
-        return columns
+    def _columns(self) -> dict[str, Values]:
+        columns = {name: getattr(self, name) for name in _TOLD}
+        parts = None if self.coordinates is None else np.split(self.coordinates, self.start[1:-1])
+        return subset_tables.columns_of(self.selection.a, self.codes, columns, parts)
 
 
 _TOLD = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
-_, *_OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))
-
-
-def read_subset(moment: Moment, selection: Selection, order: str, coordinates: bool) -> Subset:
-    """Return the chosen words as arrays (`Catalogue.select`)."""
-    names = ["code", *_OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
-    blocks = list(moment.blocks(moment.choose(selection, order), names))
-    missing = unfilled(moment, selection) or lacking_births(moment, selection)
-    filled = tuple(each.p for each in moment.fills(selection.a) if each.whole and selection.includes(each.p))
-    columns: dict[str, list[Any]] = {}
-    for place, name in enumerate(names):
-        columns[name] = [block.columns[place] for block in blocks]
-    places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
-    arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
-    return Subset(
-        selection, arrays.pop("code"), coordinates=places, unfilled=missing, filled=filled, **arrays
-    )
-
-
-def _array(name: str, parts: list[Any]) -> NDArray[Any]:
-    """Return a column as an array; missing texts are empty, missing integers 0."""
-    if kind_of(name) == "number":
-        values: Floats = np.concatenate([np.zeros(0), *parts])
-        if np.isinf(values).any():
-            raise unsound("infinite numbers in the column", name)
-        return values
-    plain = [value for part in parts for value in part]
-    if kind_of(name) == "integer":
-        return np.array([value or 0 for value in plain], np.int64)
-    return np.array([value or "" for value in plain], _TEXT)
-
-
-def _flat(parts: list[Any], periods: list[list[int]]) -> Floats:
-    """Return the coordinates of all rows one after another, NaN for a row without any."""
-    pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
-    return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])
+_, *OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))

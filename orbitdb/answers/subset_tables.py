@@ -1,18 +1,22 @@
-"""A subset as a table: a pandas data frame, an Arrow table, HTML with pictures for notebooks."""
+"""A subset as a table: a pandas data frame, an Arrow table, or HTML with pictures for notebooks."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Column, arrow_batch, arrow_schema
+from orbitdb.column_files import Values, arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import EXISTING
 from orbitdb.orbits.svg import small_svg
 from orbitdb.plaintext import shortened
+from orbitdb.store.reading.rows import COORDINATES
 
 if TYPE_CHECKING:
     import pandas
@@ -20,21 +24,37 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 10
 MOST_BOUNCES = 200
-"""Longest orbit with a small picture; longer ones would be a smudge."""
+"""Longer orbits have no small picture, which would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
 _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
-"""Set for each cell, because notebooks align every cell to the right."""
-
-Columns = Mapping[str, Column]
-"""Columns by name; None or NaN for a missing value."""
+"""Alignment of each cell; notebooks align all to the right."""
 
 
-def to_pandas(columns: Columns) -> "pandas.DataFrame":
+def columns_of(
+    a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
+) -> dict[str, Values]:
+    """Return the columns of a subset, with None for what a word without a class lacks."""
+    classless = (arrays["representative"] == "").tolist()
+    columns: dict[str, Values] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
+    for name, values in arrays.items():
+        kind = kind_of(name)
+        if kind == "text":
+            columns[name] = [text or None for text in values.tolist()]
+        elif kind == "integer" and name != "p":
+            columns[name] = [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
+        else:
+            columns[name] = values
+    if coordinates is not None:
+        columns[COORDINATES] = [None if np.isnan(x[0]) else x for x in coordinates[: len(codes)]]
+    return columns
+
+
+def to_pandas(columns: Mapping[str, Values]) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
-    Coordinates are an array for each row, or None.
+    Coordinates are one array per row, or None.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
@@ -48,15 +68,18 @@ def to_pandas(columns: Columns) -> "pandas.DataFrame":
     return pandas.DataFrame(table)
 
 
-def to_arrow(columns: Columns, notes: Mapping[str, Any]) -> "pyarrow.Table":
-    """Return an Arrow table with the types of an exported parquet file; missing values are null."""
+def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarrow.Table":
+    """Return an Arrow table typed like an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
     schema = arrow_schema(tuple(columns), notes)
     return pa.Table.from_batches([arrow_batch(list(columns.values()), schema)])
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return a table of some orbits, with a title and the number of those not shown."""
+    """Return a table of some orbits with small pictures, a title and the number of those not shown.
+
+    Orbits whose coordinates were not read are solved for their pictures.
+    """
     if not orbits:
         return f"<p>{escape(title)}</p>"
     head = _cells("th", _HEADINGS)
@@ -68,8 +91,12 @@ def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
 
 
 def _row(orbit: Orbit) -> str:
-    points = orbit.points
-    picture = "" if points is None or orbit.p > MOST_BOUNCES else small_svg(Stadium(orbit.a), points)
+    points, stadium = None, Stadium(orbit.a)
+    if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
+        from orbitdb.orbits.single_word import solve_word  # loads the solver
+
+        points = (orbit if orbit.coordinates is not None else solve_word(orbit.code, stadium)).points
+    picture = "" if points is None else small_svg(stadium, points)
     texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
              str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip

@@ -1,39 +1,41 @@
-"""A chosen subset for averages over orbits: its symmetry classes, without words and coordinates.
+"""A chosen subset for averages: its symmetry classes, without words and coordinates.
 
-Averages use only periods that are completely filled. Sum rules need all orbits up to some period, and sums
-along them.
+Averages use only periods that are completely filled; sum rules need all orbits up to some period.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers.counts import Counted
-from orbitdb.answers.gaps import without_births
-from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, missing_periods
+from orbitdb.answers.unfilled import gaps, nothing, without_births
+from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.averages import by_period
+from orbitdb.averages.by_period import faults_of
+from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
+from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
-from orbitdb.store.reading.sweeps import moments_of
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 _IMPOSSIBLE = 1e15
-"""No number is as large: a thousand times the length of a million bounces at the largest a."""
+"""A thousand times the length of a million bounces at the largest a; no number is as large."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChosenClasses(ByValue):
-    """The symmetry classes that have chosen words, one entry each, for averages over orbits.
+    """N symmetry classes that have chosen words.
 
     Attributes
     ----------
@@ -42,11 +44,11 @@ class ChosenClasses(ByValue):
     chosen : ndarray of int, shape (N,)
         Number of these words in the subset.
     length, lyapunov : ndarray, shape (N,)
-        Of one traversal, the length in units of the radius.
+        Of one traversal; the length in units of the radius.
     walls : ndarray of int, shape (N,)
         Number of straight bounces; the eigenvalues of M are negative where it is odd.
     number : ndarray of int, shape (N,)
-        The id of the class: the key of its representative (`orbitdb.symbols.words.key`) if that is short.
+        Id of the class: the key of its representative (`orbitdb.symbols.words.key`) if that is short.
     """
 
     p: Integers
@@ -61,13 +63,13 @@ class ChosenClasses(ByValue):
         return len(self.p)
 
     def rows(self) -> ClassRows:
-        """Return the input of the averages: each class with the number of its chosen words."""
+        """Return the classes, each with its number of chosen words, as the averages take them."""
         return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
 
     @property
-    def inverse(self) -> NDArray[np.bool_]:
+    def inverse(self) -> Marks:
         """Whether the eigenvalues of M are negative."""
-        odd: NDArray[np.bool_] = self.walls % 2 == 1
+        odd: Marks = self.walls % 2 == 1
         return odd
 
 
@@ -77,7 +79,7 @@ def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
         selection = replace(selection, statuses=(Status.ORBIT,))
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
-            f"averages and lengths are of orbits (and boundary): status {', '.join(without)} has none"
+            f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
     chosen = moment.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
     found = dict(chosen.values)
@@ -91,7 +93,7 @@ def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
 
 
 def _sound(selection: Selection, values: NDArray[np.generic], least: bool = False) -> Floats:
-    """Return the numbers unchanged; raise if one of them cannot occur in a catalogue."""
+    """Return the numbers as floats; raise if one cannot occur in a catalogue."""
     numbers = values.astype(np.float64)
     possible = (np.abs(numbers) < _IMPOSSIBLE) & (not least or numbers > 1 / _IMPOSSIBLE)
     if not possible.all():
@@ -110,17 +112,17 @@ class WholePeriods:
     filled : tuple of int
         The chosen periods that are completely filled, in order.
     classes : ChosenClasses
-        The chosen classes of the whole periods.
+        Their chosen classes.
     swept : mapping of int to PeriodSums
-        The sums over chosen periods without stored rows.
+        Sums over the chosen periods that are swept instead.
     moments : sequence
-        Their moments for sum rules (`orbitdb.store.reading.sweeps.moments_of`).
+        Moments of swept periods for sum rules (`orbitdb.store.reading.fills.moments_of`).
     orbits : mapping of int to int
-        Their number of chosen orbits.
+        Numbers of chosen orbits of the swept periods.
     unborn : tuple of int
         The chosen periods left out because the subset depends on births that are not stored.
     part : bool
-        Whether these are only a part of what was chosen.
+        Whether this is only a part of what was chosen.
     """
 
     selection: Selection
@@ -138,7 +140,7 @@ class WholePeriods:
         return sorted([*self.filled, *self.swept])
 
     def counted(self) -> Counted:
-        """Return which of its periods come from fills and which from sweeps."""
+        """Return which periods come from fills and which from sweeps."""
         return Counted(self.selection.a, {}, tuple(self.periods), (), tuple(self.swept))
 
     def sums(self) -> dict[int, PeriodSums]:
@@ -146,7 +148,7 @@ class WholePeriods:
         rows = self.classes.rows().by_period()
         return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
 
-    def cycles(self) -> NDArray[np.int64]:
+    def cycles(self) -> Integers:
         """Return the number of chosen orbits of each period from 0 to `highest`."""
         found = np.zeros(self.highest + 1, dtype=np.int64)
         np.add.at(found, self.classes.p, self.classes.chosen)
@@ -161,18 +163,18 @@ class WholePeriods:
 
     @property
     def missing(self) -> list[int]:
-        """The missing periods below the highest, which a zeta function needs."""
-        return missing_periods(self.highest, self.periods)
+        """The periods below the highest that a zeta function needs, but that are missing."""
+        return sorted(every_period(self.highest).difference(self.periods))
 
     def why_missing(self) -> str:
-        """Return the `missing` periods, and why they are missing (`why_missing`)."""
+        """List the `missing` periods, with the reasons."""
         return why_missing(self.missing, self.selection, self.unborn)
 
 
 def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> WholePeriods:
     """Return the chosen classes of the whole periods.
 
-    If `swept`, periods without rows are included if sums over exactly the chosen orbits are stored.
+    If `swept`, periods without rows are included if a sweep stored the sums over exactly the chosen orbits.
     """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
@@ -188,8 +190,37 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
     return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
 
 
+def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
+    """Return the chosen classes of whole periods, or None; add notes on what is left out."""
+    subset = read_whole(moment, chosen, swept)
+    notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
+    if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
+        return subset
+    notes += nothing(moment, subset.selection, swept=bool(subset.swept))
+    return None
+
+
+def told_missing(
+    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
+) -> tuple[str, ...]:
+    """Return notes on the periods that the zeta function or sums over fixed points lack."""
+    divided = [
+        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
+        for p in periods
+        if (gone := sorted(of_divisors(p).difference(periods)))
+    ]
+    zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
+    return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))
+
+
+def rows_of(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
+    """Return the rows of some periods."""
+    kept = [place for place, p in enumerate(columns["p"]) if p in periods]
+    return {name: [values[place] for place in kept] for name, values in columns.items()}
+
+
 def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:
-    """List periods left out of the averages, with the reasons; empty if there are none."""
+    """List periods that averages leave out, with the reasons."""
     reasons: dict[str, list[int]] = {}
     for p in periods:
         lacking = "births not found, left out" if p in unborn else "not filled"
@@ -244,5 +275,5 @@ def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOr
         sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
         sound[sound] = rules_broken(words[sound]) == 0
         if not sound.all():
-            raise unsound("a class number that is no admissible word's:", number[~sound][0])
+            raise unsound("a class number without an admissible word:", number[~sound][0])
         yield p, orbits_of_words(words, classes.chosen[here], classes.lyapunov[here], a)

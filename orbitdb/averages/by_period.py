@@ -12,51 +12,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, joined_ranges, missing_periods
+from orbitdb.averages.fixed_points import PeriodSums, Weight, divisors, every_period, joined_ranges
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue
 
 
 @dataclass(frozen=True, eq=False)
 class Entropy(ByValue):
-    """Entropies by period; all arrays have the shape of p.
+    """Entropies by period; all arrays have the shape of p."""
 
-    Attributes
-    ----------
-    p : ndarray of int
-        2, 3, .. to the highest period.
-    N : ndarray of int
-        Number of points on orbits of period p and its divisors.
-    K_0 : ndarray
-        ln N / p; NaN if N is 0.
-    h_zeta : ndarray
-        -ln of the leading zero of the topological zeta function truncated at order p.
-    h_zeta_change : ndarray
-        Absolute change of h_zeta from order p - 1. Not an error estimate: later changes may add up to more.
-    faults : tuple of str
-        Why h_zeta is NaN, for each period; empty if it is a number or if there is no orbit.
-    """
-
-    p: Integers
-    N: Integers
-    K_0: Floats
-    h_zeta: Floats
+    p: Integers  # 2, 3, .. to the highest period
+    N: Integers  # number of points on orbits of period p and its divisors
+    K_0: Floats  # ln N / p; NaN if N is 0
+    h_zeta: Floats  # -ln of the leading zero of the topological zeta function truncated at order p
+    # Absolute change of h_zeta from order p - 1. Not an error estimate: later changes may add up to more.
     h_zeta_change: Floats
+    # why h_zeta is NaN, for each period; empty if it is a number or if there is no orbit
     faults: tuple[str, ...]
 
 
 def entropy_of_counts(cycles: Integers) -> Entropy:
     """Return the topological entropy at p = 2 .. n.
 
-    Parameters
-    ----------
-    cycles : ndarray of int, shape (n + 1,)
-        Number of cyclic words that are orbits, for each period 0 .. n.
-
-    Notes
-    -----
-    The numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p).
-    Its leading zero combines all periods up to p and settles sooner than K_0.
+    The cycles, shape (n + 1,), are the numbers of cyclic words that are orbits, for each period 0 .. n. The
+    numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p). Its
+    leading zero combines all periods up to p and settles sooner than K_0.
 
     Source: Biham and Kvale, Table 1.
     """
@@ -77,51 +57,30 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
 
 @dataclass(frozen=True, eq=False)
 class Lyapunov(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit.
+    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
 
-    Attributes
-    ----------
-    p : ndarray of int
-        2, 3, .. to the highest period.
-    lambda_d, lambda_c : ndarray
-        The paper's averages over fixed points, per bounce and per length.
-    lambda_d_pair, lambda_c_pair : ndarray
-        Means of the values at p - 1 and p, which smooth out the paper's oscillation.
-    lambda_d_zeta, lambda_c_zeta, mean_path_zeta : ndarray
-        <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function truncated at order p.
-    z0 : ndarray
-        The leading zero of the zeta function; 1 for all orbits of a closed system.
-    faults : tuple of str
-        Why the zeta averages are NaN (`ZetaAverages`), for each period.
-    """
-
-    p: Integers
+    p: Integers  # 2, 3, .. to the highest period
+    # the paper's averages over fixed points, per bounce and per length
     lambda_d: Floats
     lambda_c: Floats
+    # means of the values at p - 1 and p, which smooth out the paper's oscillation
     lambda_d_pair: Floats
     lambda_c_pair: Floats
+    # <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function truncated at order p
     lambda_d_zeta: Floats
     lambda_c_zeta: Floats
     mean_path_zeta: Floats
-    z0: Floats
-    faults: tuple[str, ...]
+    z0: Floats  # the leading zero of the zeta function; 1 for all orbits of a closed system
+    faults: tuple[str, ...]  # why the zeta averages are NaN (`ZetaAverages`), for each period
 
 
 def lyapunov_of_periods(
     periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
 ) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest.
+    """Return the Lyapunov averages at p = 2 .. highest, at most `HIGHEST`.
 
-    Parameters
-    ----------
-    periods : mapping of int to PeriodSums
-        The sums by period; a period without an entry has no orbit.
-    highest : int
-        At most `HIGHEST`.
-    weight : Weight, optional
+    A period without sums has no orbit.
 
-    Notes
-    -----
     Source: Biham and Kvale, eqs. (5) and (6), whose weights are `Weight.EXPONENTIAL`.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
@@ -157,14 +116,9 @@ def standing(
 ) -> dict[str, list[Any]]:
     """Return averages by period as lists, with None where there is no value or a period is missing.
 
-    Parameters
-    ----------
-    p : ndarray of int, shape (n,)
-    columns : mapping of str to ndarray, shape (n,)
-    needs : callable
-        Returns the periods that an average of order p needs.
-    filled : iterable of int
-        The periods whose orbits are all among those averaged over, if they were chosen.
+    The periods p and the columns have shape (n,). `needs` returns the periods that an average of order p
+    needs. Missing are those not in `filled`, the periods whose orbits are all among those averaged over, if
+    they were chosen.
     """
     have = set(filled)
     stands = [have >= needs(order) for order in p.tolist()]
@@ -175,21 +129,6 @@ def standing(
     }  # fmt: skip
 
 
-def of_divisors(p: int) -> set[int]:
-    """Return the periods, from 2 on, of the orbits through the fixed points of order p."""
-    return {d for d in divisors(p) if d > 1}
-
-
-def of_pairs(p: int) -> set[int]:
-    """Return the periods that a mean of orders p - 1 and p needs."""
-    return of_divisors(p - 1) | of_divisors(p)
-
-
-def every_period(p: int) -> set[int]:
-    """Return every period from 2 to p, which a zeta function or a sum rule of order p needs."""
-    return set(range(2, p + 1))
-
-
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
     """Say in one line where and why the zeta function has no usable zero; empty if it has one everywhere.
 
@@ -198,7 +137,7 @@ def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
     have = set(filled)
     periods: dict[str, list[int]] = {}
     for p, fault in zip(found.p.tolist(), found.faults, strict=True):
-        if fault and p in have and not missing_periods(p, have):
+        if fault and have >= every_period(p):
             periods.setdefault(fault, []).append(p)
     said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())
     return said and f"the zeta function gives no average {said}"

@@ -106,20 +106,12 @@ def _graded(low: float, high: float, nodes: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class ExactMeans:
-    """Means over the invariant measure for a leg with its run.
+    """Means over the invariant measure for a leg with its run."""
 
-    Attributes
-    ----------
-    a : float
-        Half the length of a straight wall.
-    log_drift, log_kick, coupling : Mean
-        The means of ln D, ln K and c2 = ln(1 + (1/D_before + 1/D_after)/K).
-    """
-
-    a: float
-    log_drift: Mean
-    log_kick: Mean
-    coupling: Mean
+    a: float  # half the length of a straight wall
+    log_drift: Mean  # the mean of ln D
+    log_kick: Mean  # the mean of ln K
+    coupling: Mean  # the mean of c2 = ln(1 + (1/D_before + 1/D_after)/K)
 
     @property
     def terms(self) -> tuple[Mean, Mean, Mean]:
@@ -142,16 +134,6 @@ class ExactMeans:
         low = self.log_drift.value + self.log_kick.value - self.log_drift.error - self.log_kick.error
         growth = self.growth
         return low, growth.value + growth.error
-
-    @property
-    def per_bounce(self) -> float:
-        """lambda_d divided by lambda per leg: a leg and its run have a + pi/2 bounces on average."""
-        return 1 / (self.a + math.pi / 2)
-
-    @property
-    def per_length(self) -> float:
-        """lambda_c divided by lambda per leg: one over the mean length of the path to the next run."""
-        return 1 / (math.pi * (math.pi + 4 * self.a) / 4)
 
 
 @lru_cache(maxsize=32)

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.equality import Batch, ByValue
 
 
@@ -34,29 +33,17 @@ class Weight(StrEnum):
 class ClassRows(Batch):
     """Symmetry classes of isolated orbits, with any periods and in any order.
 
-    Attributes
-    ----------
-    period : ndarray of int, shape (N,)
-    size : ndarray of int, shape (N,)
-        Number of different cyclic words in the class.
-    length : ndarray, shape (N,)
-        Length of one traversal, in units of the radius.
-    lyapunov : ndarray, shape (N,)
-        lambda of one traversal.
-    inverse : ndarray of bool, shape (N,)
-        Whether the eigenvalues of M are negative: an odd number of straight bounces.
-
     Raises
     ------
     ValueError
         If the arrays differ in length, or a period, size, length or lambda is not positive and finite.
     """
 
-    period: Integers
-    size: Integers
-    length: Floats
-    lyapunov: Floats
-    inverse: NDArray[np.bool_]
+    period: Integers  # shape (N,)
+    size: Integers  # number of different cyclic words in the class, shape (N,)
+    length: Floats  # length of one traversal, in units of the radius, shape (N,)
+    lyapunov: Floats  # lambda of one traversal, shape (N,)
+    inverse: Marks  # whether the eigenvalues of M are negative: an odd number of straight bounces, shape (N,)
 
     def __post_init__(self) -> None:
         columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
@@ -90,19 +77,19 @@ def divisors(p: int) -> list[int]:
     return [d for d in range(1, p + 1) if p % d == 0]
 
 
-def missing_divisors(p: int, filled: Iterable[int]) -> list[int]:
-    """Return the unfilled periods that a sum over the fixed points of order p needs.
-
-    Period 1 is never needed, because no orbit of a stadium has it.
-    """
-    have = set(filled)
-    return [d for d in divisors(p) if d > 1 and d not in have]
+def of_divisors(p: int) -> set[int]:
+    """Return the periods that a sum over the fixed points of order p needs; no orbit has period 1."""
+    return set(divisors(p)) - {1}
 
 
-def missing_periods(p: int, filled: Iterable[int]) -> list[int]:
-    """Return the unfilled periods that a zeta function of order p needs."""
-    have = set(filled)
-    return [d for d in range(2, p + 1) if d not in have]
+def of_pairs(p: int) -> set[int]:
+    """Return the periods that a mean of orders p - 1 and p needs."""
+    return of_divisors(p - 1) | of_divisors(p)
+
+
+def every_period(p: int) -> set[int]:
+    """Return the periods, all from 2 to p, that a zeta function or a sum rule of order p needs."""
+    return set(range(2, p + 1))
 
 
 HIGHEST = 20
@@ -125,21 +112,13 @@ def repetitions(p: int) -> int:
 
 @dataclass(frozen=True, eq=False)
 class PeriodSums(ByValue):
-    """Sums over the orbits of period p, or over some of these orbits.
-
-    Attributes
-    ----------
-    p : int
-    sums : ndarray, shape (r, 2, 4)
-        For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and
-        w lambda / L, where w, lambda and L belong to the repeated orbit.
-    ranges : ndarray, shape (2, 3)
-        As from `ClassRows.ranges`.
-    """
+    """Sums over the orbits of period p, or over some of these orbits."""
 
     p: int
+    # For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and w
+    # lambda / L, where w, lambda and L belong to the repeated orbit, shape (r, 2, 4).
     sums: Floats
-    ranges: Floats
+    ranges: Floats  # as from `ClassRows.ranges`, shape (2, 3)
 
     @classmethod
     def of(cls, rows: ClassRows, p: int) -> "PeriodSums":

@@ -19,12 +19,11 @@ shrink towards the directions where this happens.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 
 _TOLERANCE = 1e-7
 _LONGEST = 60
@@ -53,8 +52,7 @@ _ROUNDING = 1e-13
 _CAUTION = 8
 
 
-@dataclass(frozen=True)
-class Mean:
+class Mean(NamedTuple):
     """A mean over the invariant measure, and a bound on its error as estimated from the quadratures."""
 
     value: float
@@ -64,12 +62,8 @@ class Mean:
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     """Return the mean of c2 at half length a.
 
-    Parameters
-    ----------
-    a : float
-    tolerance : float, optional
-        Largest total change that the last halving of the panels may make. The returned error is eight times
-        the sum of the absolute changes, because near a kink a change can be small by chance.
+    The tolerance is the largest total change that the last halving of the panels may make. The returned error
+    is eight times the sum of the absolute changes, because near a kink a change can be small by chance.
     """
     ends = _first_ends(a)
     low, high = ends[:-1], ends[1:]
@@ -103,7 +97,7 @@ def _first_ends(a: float) -> Floats:
     return np.unique(np.concatenate(found))
 
 
-def _largest(change: Floats, rest: float) -> NDArray[np.bool_]:
+def _largest(change: Floats, rest: float) -> Marks:
     """Return a mask of the panels to halve: all but the smallest changes that sum to at most `rest`."""
     order = np.argsort(change)
     going = np.ones(len(change), dtype=bool)

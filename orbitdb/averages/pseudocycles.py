@@ -12,9 +12,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.averages.fixed_points import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
@@ -25,39 +24,25 @@ CHUNK = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class Factors(Batch):
-    """The N different factors (1 - t z^p)^count of 1/zeta.
+    """The N different factors (1 - t z^p)^count of 1/zeta."""
 
-    Attributes
-    ----------
-    period, count : ndarray of int, shape (N,)
-    cost : ndarray, shape (N,)
-        Logarithm of the multiplier to which the cut applies; positive.
-    weight : ndarray, shape (N,)
-        t, with its sign.
-    observables : ndarray, shape (k, N)
-    """
-
-    period: Integers
-    count: Integers
-    cost: Floats
-    weight: Floats
-    observables: Floats
+    period: Integers  # shape (N,)
+    count: Integers  # shape (N,)
+    cost: Floats  # logarithm of the multiplier to which the cut applies; positive, shape (N,)
+    weight: Floats  # t, with its sign, shape (N,)
+    observables: Floats  # shape (k, N)
 
     def __len__(self) -> int:
         return len(self.period)
 
 
 def expand_by_stability(
-    factors: Factors,
-    cut: float,
-    highest: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    factors: Factors, cut: float, highest: int | None = None, progress: Callable[[float], None] | None = None
 ) -> Expansion:
     """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 
     Parameters
     ----------
-    factors : Factors
     cut : float
         Largest sum of costs of a term (pseudo-cycle).
     highest : int, optional
@@ -69,7 +54,7 @@ def expand_by_stability(
     -----
     Exact, and far cheaper than a list of the pseudo-cycles. Factors are sorted by cost and pseudo-cycles
     built upwards. The candidates for the last factor form a contiguous stretch of the sorted factors, so
-    prefix sums give their total. Only pseudo-cycles with room for their dearest factor once more are
+    prefix sums give their total. Only pseudo-cycles with room for their costliest factor once more are
     listed. Equal cycles are one factor with a count; its m-th power has the binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
@@ -86,7 +71,7 @@ def expand_by_stability(
             stack += _shared(share, terms.halves(), factors, cut)
             continue
         for ladder in ladders:
-            _add(sums, *ladder.behind(terms, cut, degree))
+            _add(sums, *ladder.products(terms, cut, degree))
         again = terms.repeated(factors, cut, degree)
         _add(sums, again.period, again.totals())
         parts = [part for part in (again, terms.followed(factors, room, degree)) if len(part)]
@@ -119,7 +104,7 @@ def _add(sums: Floats, period: Integers, totals: Floats) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Terms(Batch):
-    """Pseudo-cycles: their dearest factor, its multiplicity, and their products."""
+    """Pseudo-cycles: their costliest factor, its multiplicity, and their products."""
 
     last: Integers
     times: Integers
@@ -146,7 +131,7 @@ class _Terms(Batch):
         return [self.rows(slice(None, middle)), self.rows(slice(middle, None))]
 
     def repeated(self, factors: Factors, cut: float, degree: int) -> "_Terms":
-        """Return the terms with their dearest factor once more, where its count and the cuts allow it."""
+        """Return the terms with their costliest factor once more, where its count and the cuts allow it."""
         begun = self.rows(self.last >= 0)
         fits = begun.times < factors.count[begun.last]
         fits &= begun.cost + factors.cost[begun.last] <= cut
@@ -155,12 +140,12 @@ class _Terms(Batch):
         return terms._times(factors, terms.last, terms.times + 1, more)
 
     def room(self, factors: Factors, cut: float) -> Integers:
-        """Count the dearer factors that fit twice after each term."""
+        """Count the costlier factors that fit twice after each term."""
         end = np.searchsorted(factors.cost, (cut - self.cost) / 2, side="right")
         return np.maximum(end - self.last - 1, 0)
 
     def followed(self, factors: Factors, room: Integers, degree: int) -> "_Terms":
-        """Return each term times each of the dearer factors that `room` counted."""
+        """Return each term times each of the costlier factors that `room` counted."""
         terms = self.rows(np.repeat(np.arange(len(self)), room))
         start = np.repeat(self.last + 1 - (room.cumsum() - room), room)
         new = start + np.arange(len(start))
@@ -184,12 +169,12 @@ class _Ladder:
     """The factors of one period in order of cost, with their prefix sums."""
 
     period: int
-    place: NDArray[np.intp]
+    place: Places
     cost: Floats
     sums: Floats
 
-    def behind(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
-        """For each term, sum its products with every dearer factor of this period that fits."""
+    def products(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
+        """For each term, sum its products with every costlier factor of this period that fits."""
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)

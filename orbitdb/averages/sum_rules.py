@@ -23,9 +23,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Words
 from orbitdb.averages.exact_means import ExactMeans, exact_means
 from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
 from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
@@ -61,42 +60,27 @@ _OF_THE_REST = 0.03
 
 @dataclass(frozen=True, eq=False)
 class SumRules(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit.
+    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
 
-    Attributes
-    ----------
-    p : ndarray of int
-        2, 3, .. to the highest period.
-    level : ndarray of int
-        Number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln D too) or 3 (c2 too).
-    lambda_l : ndarray
-        lambda per leg.
-    lambda_l_below : ndarray
-        lambda per leg at the level below, with one mean less.
-    lambda_l_error : ndarray
-        Estimated error of lambda_l, the sum of three parts: twice the range of lambda_l over the last five
-        periods; 3 % of the average over orbits (the limits are off by up to 1.5 % of it); the error of the
-        exact means. Below level 3, the range counts three times, and so does the largest difference between
-        lambda_l and lambda_l_below in the last four periods. The width of `ExactMeans.bounds` is the upper
-        limit, and the estimate while there are fewer periods.
-    lambda_d_sum_rule, lambda_c_sum_rule, lambda_d_sum_rule_error, lambda_c_sum_rule_error : ndarray
-        The same per bounce and per length.
-    """
-
-    p: Integers
+    p: Integers  # 2, 3, .. to the highest period
+    # number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln D too) or 3 (c2 too)
     level: Integers
-    lambda_l: Floats
-    lambda_l_below: Floats
+    lambda_l: Floats  # lambda per leg
+    lambda_l_below: Floats  # lambda per leg at the level below, with one mean less
+    # Estimated error of lambda_l, the sum of three parts: twice the range of lambda_l over the last five
+    # periods; 3 % of the average over orbits (the limits are off by up to 1.5 % of it); the error of the
+    # exact means. Below level 3, the range counts three times, and so does the largest difference between
+    # lambda_l and lambda_l_below in the last four periods. The width of `ExactMeans.bounds` is the upper
+    # limit, and the estimate while there are fewer periods.
     lambda_l_error: Floats
+    # the same per bounce and per length
     lambda_d_sum_rule: Floats
     lambda_d_sum_rule_error: Floats
     lambda_c_sum_rule: Floats
     lambda_c_sum_rule_error: Floats
 
 
-def orbits_of_words(
-    words: NDArray[np.uint8], size: NDArray[np.int64], lyapunov: Floats, a: float
-) -> TiltedOrbits:
+def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) -> TiltedOrbits:
     """Return the orbits of admissible words, shape (N, p), given their class sizes and lambdas.
 
     The legs are solved by Newton's method, which is faster than reading coordinates from a database.
@@ -107,12 +91,12 @@ def orbits_of_words(
     return _orbits(size, lyapunov, terms, a)
 
 
-def orbits_of_exponents(size: NDArray[np.int64], found: Exponents, a: float) -> TiltedOrbits:
+def orbits_of_exponents(size: Integers, found: Exponents, a: float) -> TiltedOrbits:
     """Return orbits that are already solved, given the sizes of their classes."""
     return _orbits(size, found.lyapunov, _terms(found.slopes), a)
 
 
-def _orbits(size: NDArray[np.int64], lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
+def _orbits(size: Integers, lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
     legs, *sums = terms
     means = exact_means(a).terms
     held = np.stack([term - mean.value * legs for term, mean in zip(sums, means, strict=True)])
@@ -128,21 +112,13 @@ def _terms(slopes: Derivatives) -> Floats:
 
 
 class Beginning(NamedTuple):
-    """The orbits up to some period, and their tilts.
+    """The orbits up to some period, and their tilts."""
 
-    Attributes
-    ----------
-    orbits : TiltedOrbits
-        With all three quantities.
-    found : ndarray, shape (3, last - 1)
-        For each period: the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there and one below.
-    tilts : dict of int to ndarray
-        The tilts at the last period, by level.
-    """
-
-    orbits: TiltedOrbits
+    orbits: TiltedOrbits  # with all three quantities
+    # for each period: the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there and one below,
+    # shape (3, last - 1)
     found: Floats
-    tilts: dict[int, Floats]
+    tilts: dict[int, Floats]  # the tilts at the last period, by level
 
     @classmethod
     def of(cls, parts: Iterable[tuple[int, TiltedOrbits]], last: int) -> "Beginning":
@@ -181,13 +157,8 @@ def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int)
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
     """Return the averages of all orbits up to period p for p = 2 .. highest from swept periods.
 
-    Parameters
-    ----------
-    a : float
-    moments : sequence of Moments
-        For the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN. No level can be
-        higher than the highest of the orbits up to `EXACT`.
-    highest : int
+    The moments are those of the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN.
+    No level can be higher than the highest of the orbits up to `EXACT`.
     """
     last = min(highest, EXACT)
     start = beginning(a, last)
@@ -274,16 +245,18 @@ def _averages(found: Floats, means: ExactMeans) -> SumRules:
     error += _OF_THE_REST * np.abs(rest) + growth.error
     low, high = means.bounds
     error = np.fmin(error, high - low)
+    stadium = Stadium(means.a)
+    per_bounce, per_length = stadium.legs_per_bounce, stadium.legs_per_length
     return SumRules(
         p=np.arange(2, len(rest) + 2),
         level=level,
         lambda_l=growth.value + rest,
         lambda_l_below=growth.value + below,
         lambda_l_error=error,
-        lambda_d_sum_rule=(growth.value + rest) * means.per_bounce,
-        lambda_d_sum_rule_error=error * means.per_bounce,
-        lambda_c_sum_rule=(growth.value + rest) * means.per_length,
-        lambda_c_sum_rule_error=error * means.per_length,
+        lambda_d_sum_rule=(growth.value + rest) * per_bounce,
+        lambda_d_sum_rule_error=error * per_bounce,
+        lambda_c_sum_rule=(growth.value + rest) * per_length,
+        lambda_c_sum_rule_error=error * per_length,
     )
 
 

@@ -11,13 +11,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
-from orbitdb.equality import ByValue
+from orbitdb.arrays import Floats, Integers
+from orbitdb.equality import Batch, ByValue
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
 """Indices of the terms whose means are exact at each level; 0 is ln D, 1 is ln K, 2 is c2."""
@@ -30,54 +29,29 @@ _CHUNK = 1 << 11
 
 
 class TiltedSums(NamedTuple):
-    """Sums over orbits with the weights w e^(mu x).
+    """Sums over orbits with the weights w e^(mu x)."""
 
-    Attributes
-    ----------
-    total : float
-        Sum of 1.
-    slope : ndarray, shape (k,)
-        Sum of x, the gradient of the total in mu.
-    spread : ndarray, shape (k, k)
-        Sum of x x^T.
-    rest, legs : float
-        Sums of these two quantities.
-    missing : float
-        Approximate limit of the truncation error of the total.
-    """
-
-    total: float
-    slope: Floats
-    spread: Floats
-    rest: float
-    legs: float
-    missing: float
+    total: float  # sum of 1
+    slope: Floats  # sum of x, the gradient of the total in mu, shape (k,)
+    spread: Floats  # sum of x x^T, shape (k, k)
+    rest: float  # sum of the rest of lambda that is averaged over orbits
+    legs: float  # sum of the numbers of legs
+    missing: float  # approximate limit of the truncation error of the total
 
 
 @dataclass(frozen=True, eq=False)
-class TiltedOrbits(ByValue):
-    """The weights and quantities of N orbits, one by one.
+class TiltedOrbits(Batch):
+    """The weights and quantities of N orbits, one by one."""
 
-    Attributes
-    ----------
-    log_weights : ndarray, shape (N,)
-    x : ndarray, shape (k, N)
-        The quantities whose means the tilt makes 0.
-    rest, legs : ndarray, shape (N,)
-        The rest of lambda that is averaged over orbits, and the number of legs.
-    """
-
-    log_weights: Floats
-    x: Floats
-    rest: Floats
-    legs: Floats
+    log_weights: Floats  # shape (N,)
+    x: Floats  # the quantities whose means the tilt makes 0, shape (k, N)
+    rest: Floats  # the rest of lambda that is averaged over orbits, shape (N,)
+    legs: Floats  # the number of legs, shape (N,)
 
     @classmethod
-    def joined(cls, parts: "Iterable[TiltedOrbits]") -> "TiltedOrbits":
-        """Join several."""
-        none = cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0)))
-        columns = zip(*(vars(part).values() for part in (none, *parts)), strict=True)
-        return cls(*(np.concatenate(column, axis=-1) for column in columns))
+    def joined(cls, parts: Iterable[Self]) -> Self:
+        """Return several with all three quantities as one; without any, no orbits."""
+        return super().joined([cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0))), *parts])
 
     def held(self, level: int) -> "TiltedOrbits":
         """Keep only the quantities of a level."""
@@ -92,17 +66,11 @@ class TiltedOrbits(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class TiltMoments(ByValue):
-    """Coefficients of the power series of the sums over some orbits.
+    """Coefficients of the power series of the sums over some orbits."""
 
-    Attributes
-    ----------
-    centre : ndarray, shape (k,)
-        The tilt c.
-    sums : ndarray, shape (3, n)
-        Sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs.
-    """
-
-    centre: Floats
+    centre: Floats  # the tilt c, shape (k,)
+    # sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs,
+    # shape (3, n)
     sums: Floats
 
     @classmethod
@@ -155,10 +123,10 @@ class TiltMoments(ByValue):
 class _Powers(NamedTuple):
     """The powers of k variables up to `DEGREE`; each after the first is a lower one times a variable."""
 
-    exponents: NDArray[np.int64]
+    exponents: Integers
     factorials: Floats
     made_of: list[tuple[int, int]]
-    times: NDArray[np.int64]
+    times: Integers
 
 
 @cache

@@ -21,33 +21,18 @@ _ROUNDING = 1e-14
 
 
 class Tilted(NamedTuple):
-    """The tilted sum and its derivatives in mu.
+    """The tilted sum and its derivatives in mu."""
 
-    Attributes
-    ----------
-    log_sum : float
-        ln sum w e^(mu x).
-    means : ndarray, shape (k,)
-        Its gradient, the means of the quantities.
-    spread : ndarray, shape (k, k)
-        Its Hessian, their covariances.
-    """
-
-    log_sum: float
-    means: Floats
-    spread: Floats
+    log_sum: float  # ln sum w e^(mu x)
+    means: Floats  # its gradient, the means of the quantities, shape (k,)
+    spread: Floats  # its Hessian, their covariances, shape (k, k)
 
 
 def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
     """Return the mu at which all means are 0, shape (k,), or None if Newton's method with step halving fails.
 
-    Parameters
-    ----------
-    at : callable
-        Returns the tilted sums at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
-    start : ndarray, shape (k,)
-    small : float, optional
-        Square of the Newton step, in the metric of the spread, at which the iteration ends.
+    `at` returns the tilted sums at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
+    The iteration ends when the square of the Newton step, in the metric of the spread, is `small`.
     """
     mu, here = start, at(start)
     for _ in range(_MOST_STEPS):
@@ -70,21 +55,11 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
 
 
 def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[Floats, Floats] | None:
-    """Tilt weights until the means of the quantities are 0.
+    """Tilt weights, shape (N,), until the means of quantities x, shape (k, N), are 0; k may be 0.
 
-    Parameters
-    ----------
-    log_weights : ndarray, shape (N,)
-    x : ndarray, shape (k, N)
-        The quantities; k may be 0.
-    start : ndarray, shape (k,), optional
-        Starting value of mu; 0 by default.
-
-    Returns
-    -------
-    (ndarray, shape (k,), ndarray, shape (N,)) or None
-        mu, and the weights of the orbits, whose sum is 1. None if no tilt is found, for example because some
-        combination of the quantities is positive for all orbits.
+    Newton's method starts from mu = 0 by default. Returns mu, shape (k,), and the weights of the orbits,
+    whose sum is 1; None if no tilt is found, for example because some combination of the quantities is
+    positive for all orbits.
     """
 
     def at(mu: Floats) -> Tilted | None:

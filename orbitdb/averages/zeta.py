@@ -25,18 +25,10 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Expansion(ByValue):
-    """A truncated power series of 1/zeta in z.
+    """A truncated power series of 1/zeta in z."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (n + 1,)
-        Coefficients of z^0 .. z^n at beta = 0; the first is 1.
-    slopes : ndarray, shape (k, n + 1)
-        Their derivatives in the exponents beta of k observables.
-    """
-
-    coefficients: Floats
-    slopes: Floats
+    coefficients: Floats  # of z^0 .. z^n at beta = 0; the first is 1, shape (n + 1,)
+    slopes: Floats  # their derivatives in the exponents beta of k observables, shape (k, n + 1)
 
     def cut(self, order: int) -> "Expansion":
         """Return the series up to z^order."""
@@ -98,20 +90,11 @@ def zero_fault(coefficients: Floats, zero: float) -> str:
 
 
 def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
-    """Return the cycle averages at the leading zero; NaN without one.
+    """Return z0, <p> and <A> of each observable, shape (k,), at the leading zero; NaN without one.
 
-    Returns
-    -------
-    float
-        z0, the leading zero; 1 for a closed system whose weights conserve probability.
-    float
-        <p>, the mean period.
-    ndarray, shape (k,)
-        <A> of each observable; <A> / <p> is its average per bounce.
-
-    Notes
-    -----
-    <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0 (Artuso et al.).
+    z0 is the leading zero; 1 for a closed system whose weights conserve probability. <p> is the mean period,
+    and <A> / <p> the average per bounce. <p> = -z d/dz (1/zeta) and <A> = -d/dbeta (1/zeta), both at z0
+    (Artuso et al.).
     """
     z0 = leading_zero(expansion.coefficients)
     orders = np.arange(len(expansion.coefficients))
@@ -121,23 +104,13 @@ def cycle_averages(expansion: Expansion) -> tuple[float, float, Floats]:
 
 @dataclass(frozen=True)
 class ZetaAverages:
-    """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero.
+    """Averages at the leading zero of a zeta function; all are NaN if it has no usable zero."""
 
-    Attributes
-    ----------
-    z0 : float
-        The leading zero; 1 for all orbits of a closed system.
-    lambda_d, lambda_c, mean_path : float
-        <lambda>/<p>, <lambda>/<L> and <L>/<p>.
-    fault : str
-        Why they are NaN; empty if they are numbers or if there is no orbit.
-    """
-
-    z0: float
-    lambda_d: float
-    lambda_c: float
-    mean_path: float
-    fault: str = ""
+    z0: float  # the leading zero; 1 for all orbits of a closed system
+    lambda_d: float  # <lambda>/<p>
+    lambda_c: float  # <lambda>/<L>
+    mean_path: float  # <L>/<p>
+    fault: str = ""  # why they are NaN; empty if they are numbers or if there is no orbit
 
     @classmethod
     def none(cls, fault: str = "") -> "ZetaAverages":

@@ -9,13 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve_in_doubles
-from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
@@ -25,38 +26,21 @@ MAX_STEPS = 20_000_000
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of three methods on the classes of one period.
-
-    Attributes
-    ----------
-    a : float
-    p : int
-    classes, orbits, boundary : int
-        Admissible classes, classes proved to be orbits, and classes proved to run through a joint.
-    doubles : int
-        Classes to which Newton's method in doubles gives the proved status.
-    relaxation : int
-        Classes to which the relaxation gives the proved status.
-    disagreements, unexplained : int
-        Classes to which one of the two gives a wrong status, and those of them that are not explained by the
-        error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint.
-    unresolved : int
-        Classes that the relaxation did not bring to rest.
-    steps : int
-        Largest number of Runge-Kutta steps for a class.
-    """
+    """Agreement of three methods on the classes of one period."""
 
     a: float
     p: int
-    classes: int
-    orbits: int
-    boundary: int
-    doubles: int
-    relaxation: int
+    classes: int  # admissible classes
+    orbits: int  # classes proved to be orbits
+    boundary: int  # classes proved to run through a joint
+    doubles: int  # classes to which Newton's method in doubles gives the proved status
+    relaxation: int  # classes to which the relaxation gives the proved status
+    # classes to which one of the two gives a wrong status, and those of them that are not explained by the
+    # error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint
     disagreements: int
     unexplained: int
-    unresolved: int
-    steps: int
+    unresolved: int  # classes that the relaxation did not bring to rest
+    steps: int  # largest number of Runge-Kutta steps for a class
 
 
 def agreement(
@@ -70,19 +54,8 @@ def agreement(
 def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
     """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
 
-    Parameters
-    ----------
-    relaxed : Orbits
-        The result of `relax` for admissible words; only words, status, coordinates and iterations are used.
-    stadium : Stadium
-    epsilon : float, optional
-        The force at which the relaxation stopped.
-
-    Returns
-    -------
-    Agreement
-    list of str
-        A sentence on each word to which one method gives a wrong status, in the order of the words.
+    The relaxation stopped at the force epsilon; only words, status, coordinates and iterations are used. The
+    sentences name each word to which one method gives a wrong status, in the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)
@@ -121,7 +94,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     return counts, said
 
 
-def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> NDArray[np.float64]:
+def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> Floats:
     """Return the distance from rest that the final force allows for each word, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)

@@ -11,62 +11,44 @@ from itertools import chain
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Words
+from orbitdb.arithmetic import EPSILON
+from orbitdb.arrays import Floats, Words
 from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
-from orbitdb.billiard.stadium import Stadium, written
+from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
 from orbitdb.trajectories.rays import Rays, bounce, random_arcs
 
-_LEFT = (1, 4)
 _WINDOW = 200
 
 BITS = 256
 """Precision of the reference, in bits."""
 
-SUM_BOUND = 64 * float(np.finfo(float).eps)
+SUM_BOUND = 64 * EPSILON
 """Relative error allowed for a sum of positive terms with NumPy's pairwise summation."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one stress case.
+    """Result of one stress case."""
 
-    Attributes
-    ----------
-    case, asked : str
-        Name of the case, and its question.
-    words : int
-        Words solved, or terms summed.
-    orbits, open : int
-        Words that are orbits, and words left undecided.
-    wrong : int
-        Words whose status differs from that in ball arithmetic.
-    coordinates, length, lyapunov : float
-        The largest true errors of orbits: absolute for a coordinate, relative for length and lambda.
-    share : float
-        The largest true error in units of its stored bound.
-    seconds : float
-        Run time of the solution, without the reference.
-    """
-
-    case: str
-    asked: str
-    words: int
-    orbits: int
-    open: int
-    wrong: int
-    coordinates: float
-    length: float
-    lyapunov: float
-    share: float
-    seconds: float
+    case: str  # its name
+    asked: str  # its question
+    words: int  # words solved, or terms summed
+    orbits: int  # words that are orbits
+    open: int  # words left undecided
+    wrong: int  # words whose status differs from that in ball arithmetic
+    coordinates: float  # largest true error of a coordinate of an orbit
+    length: float  # largest relative error of a length
+    lyapunov: float  # and of a lambda
+    share: float  # the largest true error in units of its stored bound
+    seconds: float  # run time of the solution, without the reference
 
     @property
     def passed(self) -> bool:
@@ -107,7 +89,7 @@ def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: fl
     )
 
 
-def _largest(values: NDArray[np.float64]) -> float:
+def _largest(values: Floats) -> float:
     return float(values.max()) if len(values) else math.nan
 
 
@@ -151,7 +133,7 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
         rays.append(bounce(rays[-1], stadium.a).rays)
     x, y, side = (np.stack([getattr(each, name) for each in rays], axis=1) for name in ("x", "y", "side"))
     symbols, _ = written(stadium, x, y, side)
-    left = np.isin(symbols, _LEFT)
+    left = SIDE[symbols] < 0
     begins = left[:, 1:] & ~left[:, :-1]
     both = begins[:, :-p] & begins[:, p:]
     starts = np.where(both.any(axis=1), both.argmax(axis=1) + 1, -1)
@@ -210,7 +192,7 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     )
 
 
-def _relative_error(found: float, terms: NDArray[np.float64]) -> float:
+def _relative_error(found: float, terms: Floats) -> float:
     pieces = (terms[start : start + 65536].tolist() for start in range(0, len(terms), 65536))
     exact = math.fsum(chain.from_iterable(pieces))
     return abs(found - exact) / exact

@@ -10,17 +10,16 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Words
+from orbitdb.arrays import Floats, Integers, Places, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
-from orbitdb.orbits.orbit import Orbits, Status
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import assess
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:
@@ -39,36 +38,19 @@ FAR = 1e-2
 
 @dataclass(frozen=True)
 class WorkPrecision:
-    """Cost and errors of one method at one setting.
+    """Cost and errors of one method at one setting."""
 
-    Attributes
-    ----------
-    method : str
-        ``newton``, ``relaxation``, ``root`` or ``balls``.
-    setting : float
-        Tolerance, force or bits of the method.
-    words : int
-        Words solved, one per symmetry class.
-    seconds : float
-        Run time per word.
-    seconds_per_sequence : float
-        Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
-    failures : int
-        Words left undecided, or given a wrong status or another orbit.
-    coordinates_max, coordinates_median : float
-        Maximum and median over words of the largest error of a coordinate.
-    length_max, length_median, lyapunov_max, lyapunov_median : float
-        Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
-    """
-
-    method: str
-    setting: float
-    words: int
-    seconds: float
+    method: str  # ``newton``, ``relaxation``, ``root`` or ``balls``
+    setting: float  # tolerance, force or bits of the method
+    words: int  # words solved, one per symmetry class
+    seconds: float  # run time per word
+    # Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
     seconds_per_sequence: float
-    failures: int
+    failures: int  # words left undecided, or given a wrong status or another orbit
+    # maximum and median over words of the largest error of a coordinate
     coordinates_max: float
     coordinates_median: float
+    # Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
     length_max: float
     length_median: float
     lyapunov_max: float
@@ -77,19 +59,10 @@ class WorkPrecision:
 
 @dataclass(frozen=True, eq=False)
 class Sample(ByValue):
-    """Words of one order, one per class, with their enclosures.
+    """Words of one order, one per class, with their enclosures."""
 
-    Attributes
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    sizes : ndarray of int, shape (N,)
-        Number of cyclic words in each class.
-    stadium : Stadium
-    truth : list of Enclosure
-    """
-
-    words: Words
-    sizes: NDArray[np.int64]
+    words: Words  # shape (N, p)
+    sizes: Integers  # number of cyclic words in each class, shape (N,)
     stadium: Stadium
     truth: "list[Enclosure]"
 
@@ -107,24 +80,15 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
     return Sample(words[rows], sizes[rows], stadium, truth)
 
 
-def _spread(n: int, count: int) -> NDArray[np.intp]:
+def _spread(n: int, count: int) -> Places:
     """Return about `count` of n row numbers, evenly spread."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 
 
 def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
-    """Measure all methods on the same words.
+    """Measure all methods on the same words; yield each method and setting as soon as it is measured.
 
-    Parameters
-    ----------
-    cases : Sample
-    slow : int, optional
-        Number of words for the methods that work word by word, ``root`` and ``balls``.
-
-    Yields
-    ------
-    WorkPrecision
-        For each method and setting, as soon as it is measured.
+    `slow` is the number of words for the methods that work word by word, ``root`` and ``balls``.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))
@@ -244,25 +208,16 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
 
 @dataclass(frozen=True)
 class StageTimes:
-    """Run time of every stage from a period to its orbits, in seconds.
-
-    Attributes
-    ----------
-    p : int
-    sequences, classes : int
-        Numbers of admissible cyclic words and of their symmetry classes.
-    enumeration, cutting, newton, assessment, balls : float
-        Generate representatives; cut them into legs; solve; decide in doubles; decide the rest in balls.
-    """
+    """Run time of every stage from a period to its orbits, in seconds."""
 
     p: int
-    sequences: int
-    classes: int
-    enumeration: float
-    cutting: float
-    newton: float
-    assessment: float
-    balls: float
+    sequences: int  # admissible cyclic words
+    classes: int  # and their symmetry classes
+    enumeration: float  # generate representatives
+    cutting: float  # cut them into legs
+    newton: float  # solve
+    assessment: float  # decide in doubles
+    balls: float  # decide the rest in balls
 
 
 def stage_times(p: int, stadium: Stadium) -> StageTimes:

@@ -5,7 +5,7 @@ All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
 
 import numpy as np
 
-from orbitdb.arithmetic import ABOVE
+from orbitdb.arithmetic import ABOVE, EPSILON
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import Chain, Legs, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
@@ -19,21 +19,12 @@ def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
 
 
 def slacks(legs: Chain, alpha: Floats) -> Floats:
-    """Return how far, in radians, each end of a run or leg is inside its wall or semicircle.
+    """Return how far each end of a run or leg is inside its wall or semicircle, radians, shape (4, m, N).
 
-    Parameters
-    ----------
-    legs : Chain
-    alpha : ndarray, shape (m, N)
-
-    Returns
-    -------
-    ndarray, shape (4, m, N)
-        For each run, pi/2 - |t| of its first and last bounce; for each leg, pi/2 - s t - 2 |alpha|
-        at its start and, seen backwards, at its end: with t the last bounce on the semicircle, the
-        angle from the joint to the bounce that would follow if the semicircle went on. Infinite for
-        a leg without walls and the last bounce of a run of one. All are positive for an orbit; an orbit
-        through a joint has a zero.
+    For each run, pi/2 - |t| of its first and last bounce; for each leg, pi/2 - s t - 2 |alpha| at its start
+    and, seen backwards, at its end: with t the last bounce on the semicircle, the angle from the joint to the
+    bounce that would follow if the semicircle went on. Infinite for a leg without walls and the last bounce
+    of a run of one. All are positive for an orbit; an orbit through a joint has a zero.
     """
     low, high, later, latest, ahead, back = smooth_slacks(legs, alpha)
     return np.stack([np.minimum(low, high), np.minimum(later, latest), ahead, back])
@@ -84,7 +75,7 @@ def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
     """
     incoming = preceding(alpha_error)
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
-    allowed = np.finfo(float).eps * (26 - 18 / legs.k)
+    allowed = EPSILON * (26 - 18 / legs.k)
     first = far * incoming + near * alpha_error + allowed
     last = near * incoming + far * alpha_error + allowed
     tilt = 2 * alpha_error

@@ -24,32 +24,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE
-from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import STRAIGHT
+from orbitdb.arithmetic import ABOVE, EPSILON
+from orbitdb.arrays import Floats, Marks, Places, Words
+from orbitdb.billiard.stadium import SIDE, STRAIGHT
 from orbitdb.equality import Batch
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])
-_LEFT = np.array([False, True, False, False, True, False])
 
 
 @dataclass(frozen=True, eq=False)
 class Chain(Batch):
-    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else.
+    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else."""
 
-    Attributes
-    ----------
-    k, d : ndarray, shape (m, N)
-        Number of bounces and sense (+1 up, -1 down) of each run.
-    n, s : ndarray, shape (m, N)
-        Number of straight bounces of each leg, and the first wall (-1 bottom, +1 top, 0 none).
-    """
-
-    k: Floats
-    d: Floats
-    n: Floats
-    s: Floats
+    k: Floats  # bounces of each run, shape (m, N)
+    d: Floats  # its sense, +1 up, -1 down
+    n: Floats  # straight bounces of each leg
+    s: Floats  # its first wall, -1 bottom, +1 top, 0 none
 
     @cached_property
     def parity(self) -> Floats:
@@ -64,7 +55,7 @@ class Chain(Batch):
     def __len__(self) -> int:
         return self.k.shape[1]
 
-    def chain(self, words: NDArray[np.intp]) -> "Chain":
+    def chain(self, words: Places) -> "Chain":
         """Return the chains of some of the words."""
         return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
 
@@ -72,16 +63,16 @@ class Chain(Batch):
 class Bounces(NamedTuple):
     """The positions of the bounces of N words in their runs and legs; arrays of shape (p, N)."""
 
-    run: NDArray[np.intp]  # the run or leg of each bounce
-    place: NDArray[np.intp]  # its place in it, from 0
-    straight: NDArray[np.bool_]  # whether it is on a straight wall
+    run: Places  # the run or leg of each bounce
+    place: Places  # its place in it, from 0
+    straight: Marks  # whether it is on a straight wall
 
 
 @dataclass(frozen=True, eq=False)
 class Legs(Chain):
     """N admissible words of period p, shape (p, N), as chains of m runs and m legs."""
 
-    words: NDArray[np.uint8]
+    words: Words
 
     @cached_property
     def bounces(self) -> Bounces:
@@ -105,18 +96,10 @@ def following(rows: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([rows[1:], rows[:1]])
 
 
-def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
-    """Cut admissible words into runs and legs.
+def cut(words: Words) -> list[tuple[Places, Legs]]:
+    """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words, in any rotation.
-
-    Returns
-    -------
-    list of (ndarray of intp, Legs)
-        One entry for each number of runs: the rows of ``words`` with it, and their structure.
+    For each number of runs, return the rows of the words that have it, and their structure.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]
@@ -137,16 +120,16 @@ def cut(words: NDArray[np.uint8]) -> list[tuple[NDArray[np.intp], Legs]]:
     return found
 
 
-def _turned(words: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
+def _turned(words: Words) -> tuple[Words, Places]:
     """Rotate words, shape (N, p), so that a run on the left comes first; also return its first bounce."""
-    left = _LEFT[words]
+    left = SIDE[words] < 0
     origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
     return np.take_along_axis(words, (np.arange(words.shape[1]) + origin) % words.shape[1], axis=1), origin
 
 
-def _beginnings(symbols: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def _beginnings(symbols: Words) -> Marks:
     """Tell which bounces of words that begin with a run start a new run or leg."""
-    straight, left = STRAIGHT[symbols], _LEFT[symbols]
+    straight, left = STRAIGHT[symbols], SIDE[symbols] < 0
     fresh = np.ones(symbols.shape, dtype=np.bool_)
     fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
     fresh[:, 1:] |= ~straight[:, 1:] & (left[:, 1:] != left[:, :-1])
@@ -164,11 +147,7 @@ def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
     them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
     """
     no_wall = legs.n == 0
-    if np.ndim(a) == 0 and legs.n.max(initial=0) < legs.n.size:
-        n, of = np.arange(legs.n.max() + 1), legs.n.astype(np.intp)  # few different values, hence a table
-        steep, flat = (limit[of] for limit in _slopes(n, a))
-    else:
-        steep, flat = _slopes(legs.n, a)
+    steep, flat = _slopes(legs.n, a)
     low = np.where(no_wall | (legs.s < 0), -steep, flat)
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
 
@@ -215,7 +194,7 @@ def summation_rounding(m: int) -> float:
     Blocks of up to 128 terms go to 8 partial sums (at most 15 additions, 3 to join them, up to 7 terms left
     over), and the blocks are added in pairs, so a term passes through at most 19 + log2(m) additions.
     """
-    return min(m, 20 + math.log2(m)) * float(np.finfo(float).eps) / 2
+    return min(m, 20 + math.log2(m)) * EPSILON / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,9 +218,7 @@ def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
     return Derivatives(gradient, lean, beyond, np.sin(half) / (2 * legs.k))
 
 
-def pressed_directions(
-    alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]
-) -> NDArray[np.bool_]:
+def pressed_directions(alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]) -> Marks:
     """Tell which directions are at a limit that the gradient pushes against, shape (m, N)."""
     low, high = limits
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
@@ -256,4 +233,4 @@ def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """
     terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
     run = 2 + 2 * np.pi / legs.k
-    return ABOVE * np.finfo(float).eps * (3 * terms + run + following(run))
+    return ABOVE * EPSILON * (3 * terms + run + following(run))

@@ -13,9 +13,8 @@ sum of products of positive numbers: nothing cancels, however small or large it 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import Derivatives, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 from orbitdb.equality import ByValue
@@ -24,15 +23,8 @@ _LARGE = 1e120
 
 
 def exponent(slopes: Derivatives) -> Floats:
-    """Return lambda, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
+    """Return lambda of N orbits, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
 
-    Parameters
-    ----------
-    slopes : Derivatives
-        The derivatives of L at N orbits.
-
-    Notes
-    -----
     Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix, and P the
     product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two is stored
     separately, so words of any length stay in range. The factors are in the order of time, which gives M of
@@ -61,18 +53,9 @@ def exponent(slopes: Derivatives) -> Floats:
     return exponents
 
 
-def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
-    """Return the monodromy matrix of every bounce as in the paper, shape (N, p, 2, 2).
+def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
+    """Return the monodromy matrix of every bounce of orbits, shape (N, p, 2, 2), as in the paper.
 
-    Parameters
-    ----------
-    stadium : Stadium
-    words : ndarray of uint8, shape (N, p)
-    coordinates : ndarray, shape (N, p)
-        Coordinates of the orbits.
-
-    Notes
-    -----
     Biham and Kvale, eqs. (3) and (4), corrected as in this module's docstring. They act on (d theta, d y) and
     are computed from the bounces alone, which makes them an independent check of `exponent`.
     """
@@ -85,7 +68,7 @@ def bounce_matrices(stadium: Stadium, words: NDArray[np.uint8], coordinates: Flo
     return np.stack([top, bottom], axis=-2)
 
 
-def hessian(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+def hessian(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """Return the Hessian of the length in all p coordinates of orbits, shape (N, p, p).
 
     The identity det H = prod(-b_i) (tr M - 2), with b_i the off-diagonal entries, holds at an orbit;
@@ -124,7 +107,7 @@ class Links(ByValue):
     cos_out: Floats  # the same for the leaving direction
 
     @classmethod
-    def of(cls, stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> "Links":
+    def of(cls, stadium: Stadium, words: Words, coordinates: Floats) -> "Links":
         """Measure the links of closed paths, which need not be orbits."""
         symbols, places = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
         (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: whole rows move
@@ -136,7 +119,7 @@ class Links(ByValue):
         return cls(preceding(path).T, path.T, cos_in.T, cos_out.T)
 
 
-def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> Floats:
+def forces(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """Return the violation of the law of reflection at each bounce of a closed path, shape (N, p).
 
     cos theta_in - cos theta_out, the derivative of the length in the coordinate of the bounce; its modulus is
@@ -146,7 +129,7 @@ def forces(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> F
     return links.cos_in - links.cos_out
 
 
-def birkhoff(stadium: Stadium, words: NDArray[np.uint8], coordinates: Floats) -> tuple[Floats, Floats]:
+def birkhoff(stadium: Stadium, words: Words, coordinates: Floats) -> tuple[Floats, Floats]:
     """Return the bounces of closed paths in phase space, two arrays of shape (N, p).
 
     The arc length (`Stadium.arclength`), and the sine of the angle between the outgoing path and the normal,

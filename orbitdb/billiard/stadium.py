@@ -11,9 +11,8 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 
@@ -79,27 +78,28 @@ class Stadium:
         """Mean path between two bounces in the invariant measure, pi Area / Perimeter."""
         return math.pi * self.area / self.perimeter
 
-    def points(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
-        """Return the Cartesian points of bounces.
+    @property
+    def legs_per_bounce(self) -> float:
+        """Mean number of legs per bounce: a leg and its run have a + pi/2 bounces on average."""
+        return 1 / (self.a + HALF_PI)
 
-        Parameters
-        ----------
-        symbols : ndarray of uint8, any shape
-            The wall of each bounce.
-        coordinates : ndarray, same shape
-            The coordinate of each bounce; beyond the ends, the walls and circles are continued.
+    @property
+    def legs_per_length(self) -> float:
+        """Mean number of legs per length: one over the mean path to the next run, pi Area / 4."""
+        return 4 / (math.pi * self.area)
 
-        Returns
-        -------
-        ndarray, shape (..., 2)
+    def points(self, symbols: Words, coordinates: Floats) -> Floats:
+        """Return the Cartesian points of bounces, shape (..., 2).
+
+        Symbols and coordinates have the same shape. Beyond the ends, the walls and circles are continued.
         """
         return np.stack(self.frames(symbols, coordinates)[0], axis=-1)
 
-    def tangents(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    def tangents(self, symbols: Words, coordinates: Floats) -> Floats:
         """Return the unit tangents, shape (..., 2), in the direction of growing coordinate."""
         return np.stack(self.frames(symbols, coordinates)[1], axis=-1)
 
-    def frames(self, symbols: NDArray[np.uint8], coordinates: Floats) -> tuple[Pair, Pair]:
+    def frames(self, symbols: Words, coordinates: Floats) -> tuple[Pair, Pair]:
         """Return the components x, y of `points` and those of `tangents`, each of the symbols' shape."""
         straight, outward = STRAIGHT[symbols], SIDE[symbols]
         cos, sin = np.cos(coordinates), np.sin(coordinates)
@@ -110,7 +110,7 @@ class Stadium:
         tangent = (np.where(straight, 1.0, -outward * sin), np.where(straight, 0.0, cos))
         return point, tangent
 
-    def arclength(self, symbols: NDArray[np.uint8], coordinates: Floats) -> Floats:
+    def arclength(self, symbols: Words, coordinates: Floats) -> Floats:
         """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
 
         Anticlockwise from the left end of the bottom wall: bottom, right, top, left; the joints lie at
@@ -138,20 +138,14 @@ def as_stadium(stadium: Stadium | float) -> Stadium:
     return stadium if isinstance(stadium, Stadium) else Stadium(stadium)
 
 
-def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[NDArray[np.uint8], Floats]:
-    """Return symbols and coordinates of bounces, without the first and the last of each row.
+def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[Words, Floats]:
+    """Return symbols and coordinates of bounces, shape (N, p), without the first and the last of each row.
 
     Parameters
     ----------
-    stadium : Stadium
     x, y, side : ndarray, shape (N, p + 2)
         The points, and their sides: -1 for the left semicircle, +1 for the right one, 0 for a straight wall
         with y = -1 or 1.
-
-    Returns
-    -------
-    symbols : ndarray of uint8, shape (N, p)
-    coordinates : ndarray, shape (N, p)
     """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)

@@ -13,18 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.entropy.windows import LETTERS, MIRROR, SIGN, WAYS, Letters, X, reverse
+from orbitdb.arrays import Marks, Masks
+from orbitdb.entropy.windows import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
 from orbitdb.equality import ByValue
 
 _NOTHING = np.uint8(255)
 _UPRIGHT = np.flatnonzero(SIGN >= 0).astype(np.uint8)
-
-_MOST_WAYS = max(map(len, WAYS.values()))
-_WAYS_OF = np.array([len(WAYS[letter]) for letter in LETTERS], dtype=np.uint8)
-_PLACE = np.array([[max(WAYS[one].find(two), 0) for two in LETTERS] for one in LETTERS], dtype=np.uint8)
-_FOLLOWER = np.array([[LETTERS.index((WAYS[one] * 3)[k]) for k in range(_MOST_WAYS)] for one in LETTERS])
-_X_MIRRORED = _PLACE[X, MIRROR[_FOLLOWER[X]]]
-"""Places of the mirror images of the letters that may follow X."""
 
 _CHUNK = 1 << 18
 """Number of states at a time; it limits the memory."""
@@ -40,40 +34,25 @@ def upright(words: Letters) -> Letters:
 
 @dataclass(frozen=True, eq=False)
 class Automaton(ByValue):
-    """The states and steps of an automaton that looks for patterns; state 0 has read nothing.
+    """The states and steps of an automaton that looks for patterns; state 0 has read nothing."""
 
-    Attributes
-    ----------
-    first : ndarray of int32, shape (9,)
-        The state after each first letter, times 2, plus 1 if the word is mirrored.
-    step : ndarray of int32, shape (n, 5)
-        The same after each state and each letter that may follow, in the order of `WAYS` (use `move`).
-    last : ndarray of uint8, shape (n,)
-        The last letter of each upright word; 255 for state 0.
-    found : ndarray of uint8, shape (n,)
-        The kinds (bits) of the patterns at the end of a state's word.
-    """
-
+    # the state after each first letter, times 2, plus 1 if the word is mirrored, shape (9,)
     first: NDArray[np.int32]
+    # the same after each state and letter; it means nothing for a letter that may not follow, shape (n, 9)
     step: NDArray[np.int32]
-    last: NDArray[np.uint8]
-    found: NDArray[np.uint8]
+    last: Letters  # the last letter of each upright word; 255 for state 0, shape (n,)
+    found: Masks  # the kinds (bits) of the patterns at the end of a state's word, shape (n,)
 
     def __len__(self) -> int:
         return len(self.last)
 
-    def move(self, state: NDArray[np.intp], letter: Letters) -> NDArray[np.int32]:
-        """Return the entries of `step` for states other than 0 and letters that may follow them."""
-        found: NDArray[np.int32] = self.step[state, _PLACE[self.last[state], letter]]
-        return found
-
-    def follow(self, words: Letters) -> NDArray[np.uint8]:
+    def follow(self, words: Letters) -> Masks:
         """Return the kinds of patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
         seen = self.found[move >> 1]
         turned = (move & 1).astype(np.bool_)
         for letter in words.T[1:]:
-            move = self.move(move >> 1, np.where(turned, MIRROR[letter], letter))
+            move = self.step[move >> 1, np.where(turned, MIRROR[letter], letter)]
             turned ^= (move & 1).astype(np.bool_)
             seen |= self.found[move >> 1]
         return seen
@@ -86,7 +65,7 @@ class Automaton(ByValue):
         for start in range(0, len(self), _CHUNK):
             states = start + np.flatnonzero(free[start : start + _CHUNK]).astype(np.int32)
             target = self.step[states] >> 1
-            ways = (np.arange(_MOST_WAYS) < _WAYS_OF[self.last[states]][:, None]) & free[target]
+            ways = MAY_FOLLOW[self.last[states]] & free[target]
             origins.append(np.repeat(states, ways.sum(axis=1)))
             targets.append(target[ways])
         return np.concatenate(origins), np.concatenate(targets)
@@ -95,32 +74,27 @@ class Automaton(ByValue):
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     """Build the automaton of patterns, their mirror images and their reversals.
 
-    Parameters
-    ----------
-    patterns : list of (ndarray of uint8, shape (N, L), int)
-        Edge words of equal length, and their kind: a power of 2 below 256.
+    Each array, shape (N, L), has edge words of equal length; their kind is a power of 2 below 256.
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)
-    step = np.zeros((size, _MOST_WAYS), dtype=np.int32)
+    step = np.zeros((size, len(LETTERS)), dtype=np.int32)
     singles, *deeper = tree.levels
     first = np.zeros(len(LETTERS), dtype=np.int32)
     first[MIRROR[tree.letter[singles]]] = 2 * singles + 1
     first[tree.letter[singles]] = 2 * singles
-    step[singles] = first[_FOLLOWER[tree.letter[singles]]]
+    step[singles] = first
     for children in deeper:
         parent, letter = tree.parent[children], tree.letter[children]
-        place = _PLACE[tree.letter[parent], letter]
-        fail = step[parent, place]  # the state of the same word without its first letter
+        fail = step[parent, letter]  # the state of the same word without its first letter
         mirrored = tree.unsigned[parent] & (letter != X)
-        step[parent, place] = 2 * children
-        step[parent[mirrored], _X_MIRRORED[place[mirrored]]] = 2 * children[mirrored] + 1
+        step[parent, letter] = 2 * children
+        step[parent[mirrored], MIRROR[letter[mirrored]]] = 2 * children[mirrored] + 1
         tree.found[children] |= tree.found[fail >> 1]
         # until it has children of its own, a state goes where its longest proper suffix goes
-        ways, over = step[fail >> 1], fail & 1
-        swapped = np.flatnonzero((letter == X) & (over == 1))
-        ways[swapped] = ways[swapped][:, _X_MIRRORED]
-        step[children] = ways ^ over[:, None]
+        ways, over = step[fail >> 1], fail & 1 == 1
+        ways[over] = ways[over][:, MIRROR] ^ 1
+        step[children] = ways
     return Automaton(first, step, tree.letter, tree.found)
 
 
@@ -129,9 +103,9 @@ class _Tree:
     """The prefixes of patterns: the parent and last letter of each, and the patterns that end there."""
 
     parent: NDArray[np.int32]
-    letter: NDArray[np.uint8]
-    unsigned: NDArray[np.bool_]
-    found: NDArray[np.uint8]
+    letter: Letters
+    unsigned: Marks
+    found: Masks
     levels: list[NDArray[np.int32]]
 
     @classmethod
@@ -166,7 +140,7 @@ class _Tree:
         )
 
 
-def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[Letters, Masks]:
     """Return all patterns and their reversals, upright, sorted and padded with 255; and their kinds."""
     # every state has to know its last letter, so single letters are patterns of no kind
     given = [(_UPRIGHT[:, None], 0), *patterns]

@@ -12,15 +12,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.avoidance import Automaton, automaton
 from orbitdb.entropy.growth import growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
+from orbitdb.extras import Record
 from orbitdb.numerals import between
 from orbitdb.progress import Tell
 
@@ -47,7 +46,7 @@ _BRIEF = 0.05
 
 
 @dataclass(frozen=True)
-class EntropyBounds:
+class EntropyBounds(Record):
     """Bounds on the topological entropy per bounce at one a, proved by windows up to one length.
 
     Attributes
@@ -100,7 +99,6 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
 
     Parameters
     ----------
-    stadium : Stadium
     tell : callable, optional
         Receives progress.
     judge : callable, optional
@@ -133,7 +131,7 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
         windows = following
 
 
-def _following(windows: Windows, at_left: NDArray[np.bool_], avoiding: Automaton) -> Windows:
+def _following(windows: Windows, at_left: Marks, avoiding: Automaton) -> Windows:
     """Return the windows with one more letter that contain no forbidden window."""
     longer = extended(windows, at_left)
     return longer.rows(avoiding.follow(longer.letters) == 0)
@@ -157,7 +155,6 @@ def search(
 
     Parameters
     ----------
-    stadium : Stadium
     window : int, optional
         Edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
@@ -185,21 +182,11 @@ def search(
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one a.
+    """Bounds on the entropy at one a."""
 
-    Attributes
-    ----------
-    levels : tuple of EntropyBounds
-        The bounds, one per window length.
-    proof : Proof or None
-        Counts of the decisions that balls confirmed, if they were used.
-    arithmetic : str
-        The software that computed the bounds (`orbitdb.arithmetic.arithmetic`).
-    """
-
-    levels: tuple[EntropyBounds, ...]
-    proof: "Proof | None"
-    arithmetic: str
+    levels: tuple[EntropyBounds, ...]  # the bounds, one per window length
+    proof: "Proof | None"  # counts of the decisions that balls confirmed, if they were used
+    arithmetic: str  # the software that computed the bounds (`orbitdb.arithmetic.arithmetic`)
 
 
 def enclose(

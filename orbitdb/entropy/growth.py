@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Places
+
 if TYPE_CHECKING:
     from scipy.sparse import csr_array  # which loads slowly
 
@@ -78,7 +80,7 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
 
 def _components(
     origin: NDArray[np.int32], target: NDArray[np.int32], states: int
-) -> tuple["csr_array", NDArray[np.intp]]:
+) -> tuple["csr_array", Places]:
     """Return the matrix of all strongly connected components with a cycle, and the first row of each."""
     from scipy.sparse.csgraph import connected_components
 

@@ -19,10 +19,12 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Marks
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import Windows, open_chains
+from orbitdb.orbits.balls.path import BallPath
 from orbitdb.progress import Tell
 
 PRECISION = 64
@@ -32,25 +34,10 @@ _OFTEN = 256
 """Number of windows between two progress reports."""
 
 
-def proved(
-    windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None
-) -> NDArray[np.bool_]:
-    """Return whether each window's verdict is proved in balls.
+def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None) -> Marks:
+    """Return which verdicts on N windows are proved in balls, shape (N,).
 
-    Parameters
-    ----------
-    windows : Windows
-        N windows.
-    verdict : ndarray of uint8, shape (N,)
-        The `Verdict` of each window; undecided ones are never proved.
-    a : float
-        Half length of a straight wall, taken as exact.
-    tell : callable, optional
-        Receives progress.
-
-    Returns
-    -------
-    ndarray of bool, shape (N,)
+    Undecided ones never are. The half length a is taken as exact; `tell` receives progress.
     """
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
@@ -94,53 +81,30 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
     `start` has the directions of legs 0 to m + 1 in radians; they are clipped to their limits.
     """
     low, high = problem.low[:, column], problem.high[:, column]
-    start, low, high = np.clip(start, low, high).tolist(), low.tolist(), high.tolist()
-    legs = problem.legs
-    k, d, lift, parity = (part[:, column].tolist() for part in (legs.k, legs.d, legs.lift, legs.parity))
-    alpha = [arb(x) for x in start]
-    for end in (0, -1):
-        if abs(start[end]) == HALF_PI:
-            alpha[end] = np.sign(start[end]) * arb.pi() / 2
-
-    def half(run: int) -> arb:
-        """Return h = psi/2k."""
-        if k[run] == np.inf:
-            return arb(0)
-        return (arb.pi() - d[run] * (parity[run - 1] * alpha[run - 1] + alpha[run])) / (2 * k[run])
-
-    pull = [-d[run] * half(run).cos() for run in range(1, len(k))]
+    path = BallPath(problem.legs, column, a, list(zip(low.tolist(), high.tolist(), strict=True)))
+    directions = np.clip(start, low, high).tolist()
+    path.go_to([np.sign(x) * arb.pi() / 2 if abs(x) == HALF_PI else arb(x) for x in directions])
     radius = arb(0)
-    for i in range(1, len(k) - 1):
-        across, along = alpha[i].sin_cos()
-        beyond = 2 * a * along + lift[i] * across
-        g = lift[i] * along - 2 * a * across + pull[i - 1] + parity[i] * pull[i]
+    for g, beyond, pressed in list(zip(path.gradient, path.beyond, path.pressed(), strict=True))[1:-1]:
         if not beyond > 0:
             return None
-        if not ((start[i] <= low[i] and g < 0) or (start[i] >= high[i] and g > 0)):
+        if not pressed:
             radius = radius.max(2 * abs(g) / beyond)
     if not radius.is_finite():
         return None
     widened = arb(0, radius.abs_upper())
-    alpha[1:-1] = [x + widened for x in alpha[1:-1]]
+    path.alpha[1:-1] = [x + widened for x in path.alpha[1:-1]]
     marked = int(problem.marked[column])
-    return half(marked) + float(problem.lean[column]) * alpha[marked]
+    return path.half_turn(marked) + float(problem.lean[column]) * path.alpha[marked]
 
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, keeps the decisions that balls prove, and counts them.
+    """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
 
-    Attributes
-    ----------
-    proved, left_open : int
-        Numbers of windows decided in doubles that balls did and did not confirm, up to mirror and reversal.
-    seconds : float
-        Time spent in balls.
-    """
-
-    proved: int = 0
-    left_open: int = 0
-    seconds: float = 0.0
+    proved: int = 0  # windows decided in doubles that balls confirmed, up to mirror and reversal
+    left_open: int = 0  # and that they did not
+    seconds: float = 0.0  # time spent in balls
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
         """Decide windows like `orbitdb.entropy.verdicts.decide`, but keep only proved decisions."""

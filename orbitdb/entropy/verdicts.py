@@ -21,8 +21,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats
+from orbitdb.arithmetic import ABOVE, EPSILON, check_functions
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -35,10 +35,10 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
 from orbitdb.equality import Batch, ByValue
-from orbitdb.orbits.cyclic import tridiagonal
+from orbitdb.orbits.error_bounds import steepness
+from orbitdb.orbits.newton import responses
 from orbitdb.progress import Tell
 
-EPSILON = float(np.finfo(float).eps)
 MAX_STEPS = 16
 _CLEAR = 8.0
 """Ratio of f to its error at which its sign is known and its value accurate enough."""
@@ -50,24 +50,14 @@ ROUNDING = 12 * EPSILON
 
 @dataclass(frozen=True, eq=False)
 class Corner(Batch):
-    """N windows with an extreme push at each end.
+    """N windows with an extreme push at each end."""
 
-    Attributes
-    ----------
-    legs : Chain
-        Runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push.
-    low, high : ndarray, shape (m + 2, N)
-        Limits of the directions; equal for the outer legs.
-    marked : ndarray of intp, shape (N,)
-        The row of the marked junction.
-    lean : ndarray, shape (N,)
-        c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the direction of the leg.
-    """
-
-    legs: Chain
+    legs: Chain  # runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push
+    # limits of the directions; equal for the outer legs, shape (m + 2, N)
     low: Floats
     high: Floats
-    marked: NDArray[np.intp]
+    marked: Places  # the row of the marked junction, shape (N,)
+    # c in its condition f = h + c o > 0, h = psi/2k of the run and o the direction of the leg, shape (N,)
     lean: Floats
 
 
@@ -84,7 +74,6 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
     Parameters
     ----------
-    chains : OpenChains
     a : float
         Half length of a straight wall.
     left, right : ndarray, shape (N,)
@@ -107,34 +96,19 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 @dataclass(frozen=True, eq=False)
 class Condition(ByValue):
-    """The condition f > 0 of the marked junction at directions near the maximum of the length.
+    """The condition f > 0 of the marked junction at directions near the maximum of the length."""
 
-    Attributes
-    ----------
-    alpha : ndarray, shape (m + 2, N)
-        The directions.
-    value : ndarray, shape (N,)
-        f, in radians.
-    error : ndarray, shape (N,)
-        Bound on the difference between f and its value at the maximum, rounding included.
-    """
-
-    alpha: Floats
-    value: Floats
+    alpha: Floats  # the directions, shape (m + 2, N)
+    value: Floats  # f, in radians, shape (N,)
+    # bound on the difference between f and its value at the maximum, rounding included, shape (N,)
     error: Floats
 
 
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     """Find the sign of the marked junction's condition by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is at most `enough`, small beside f, or no longer shrinks.
-
-    Parameters
-    ----------
-    problem : Corner
-    a : float
-    enough : ndarray, shape (N,)
-        Error of f that is always small enough.
+    A window leaves the batch when its error bound is at most `enough`, shape (N,), small beside f, or no
+    longer shrinks.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
@@ -153,38 +127,24 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
             problem, slopes = problem.rows(going), slopes.rows(going)
         last = found.error[going]
-        alpha = _step(problem, alpha, slopes, pressed)
+        (step,) = responses(problem.legs, slopes, pressed, slopes.gradient)
+        alpha = np.clip(alpha + step, problem.low, problem.high)
     return solved
 
 
-def _worth(found: Condition, last: Floats, enough: Floats) -> NDArray[np.bool_]:
+def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
     """Return which windows may gain from another step."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
 
 
-def _step(problem: Corner, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]) -> Floats:
-    """Return the directions after a Newton step within the limits; those pressed against a limit stay."""
-    stays = pressed[1:-1]
-    w = slopes.stiffness
-    diagonal = slopes.beyond[1:-1] + w[1:-1] + w[2:]
-    beside = np.where(stays[1:] | stays[:-1], 0.0, w[2:-1] * problem.legs.parity[1:-2])
-    rhs = np.where(stays, 0.0, slopes.gradient[1:-1])
-    alpha[1:-1] += tridiagonal(diagonal, beside, rhs[None])[0]
-    return np.clip(alpha, problem.low, problem.high)
-
-
-def _direction_error(
-    legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: NDArray[np.bool_]
-) -> Floats:
+def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
     """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
 
-    As in `orbitdb.orbits.status`; the outer legs are given and do not enter.
+    As in `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
     """
-    inner = slice(1, -1)
-    size, rounding = np.abs(slopes.gradient[inner]), gradient_rounding(legs, a, alpha)[inner]
-    steep = np.where(pressed[inner], np.maximum(rounding - size, 0.0), size + rounding)
-    worst: Floats = (2 * steep / slopes.beyond[inner]).max(axis=0, initial=0.0)
+    steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
+    worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)
     return ABOVE * worst
 
 
@@ -216,18 +176,12 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Decision(ByValue):
-    """Verdicts on N windows.
+    """Verdicts on N windows."""
 
-    Attributes
-    ----------
-    verdict : ndarray of uint8, shape (N,)
-        `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one.
-    extend_left : ndarray of bool, shape (N,)
-        Whether the left end of an undecided window changes f more than the right end.
-    """
-
+    # `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one, shape (N,)
     verdict: NDArray[np.uint8]
-    extend_left: NDArray[np.bool_]
+    # whether the left end of an undecided window changes f more than the right end, shape (N,)
+    extend_left: Marks
 
 
 def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:

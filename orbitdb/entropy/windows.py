@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.equality import Batch, ByValue
 
 Letters = NDArray[np.uint8]
@@ -29,7 +29,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""The letters that may follow each; except for X, mirror images have mirrored lists in the same order."""
+"""The letters that may follow each."""
 
 
 def letters_of(text: str) -> Letters:
@@ -76,17 +76,10 @@ UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Windows(ByValue):
-    """N windows of L edges.
+    """N windows of L edges."""
 
-    Attributes
-    ----------
-    letters : ndarray of uint8, shape (N, L)
-    mark : ndarray of intp, shape (N,)
-        Number of letters before the marked junction.
-    """
-
-    letters: Letters
-    mark: NDArray[np.intp]
+    letters: Letters  # shape (N, L)
+    mark: Places  # number of letters before the marked junction, shape (N,)
 
     def __len__(self) -> int:
         return len(self.mark)
@@ -96,7 +89,7 @@ class Windows(ByValue):
         """L, the number of edges of each window."""
         return self.letters.shape[1]
 
-    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Windows":
+    def rows(self, chosen: Places | Marks) -> "Windows":
         """Return the chosen windows."""
         return Windows(self.letters[chosen], self.mark[chosen])
 
@@ -107,7 +100,7 @@ def first_windows() -> Windows:
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 
 
-def extended(windows: Windows, at_left: NDArray[np.bool_]) -> Windows:
+def extended(windows: Windows, at_left: Marks) -> Windows:
     """Return all extensions of the windows by one letter, at the end chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
     fits = np.where(at_left[:, None], MAY_FOLLOW.T[ends], MAY_FOLLOW[ends])
@@ -125,33 +118,20 @@ class OpenChains(Batch):
 
     Rows go from 0 to m + 1; run i precedes leg i, and there is no run 0. If the window cuts a leg at an end,
     leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
-
-    Attributes
-    ----------
-    k, d : ndarray, shape (m + 2, N)
-        Bounces and sense (+1 up) of each run. A cut run has only its bounces in the window. A single bounce
-        has no sense; before the mark, d is then the sign of the next wall.
-    n, s : ndarray, shape (m + 2, N)
-        Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none). A cut leg has only its
-        walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at its end.
-    left, right : ndarray of int, shape (N,)
-        What is at each end, such as `UNKNOWN_RUN`.
-    marked : ndarray of intp, shape (N,)
-        The row of the leg after the mark and of the run before it.
     """
 
+    # Bounces and sense (+1 up) of each run, shape (m + 2, N). A cut run has only its bounces in the window. A
+    # single bounce has no sense; before the mark, d is then the sign of the next wall.
     k: Floats
     d: Floats
+    # Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none), shape (m + 2, N). A cut leg
+    # has only its walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at
+    # its end.
     n: Floats
     s: Floats
-    left: NDArray[np.intp]
-    right: NDArray[np.intp]
-    marked: NDArray[np.intp]
-
-    @property
-    def unknowns(self) -> int:
-        """m, the number of complete legs."""
-        return len(self.k) - 2
+    left: Places  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
+    right: Places  # and at the right end
+    marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
 
     def __len__(self) -> int:
         return len(self.marked)
@@ -172,7 +152,7 @@ class OpenChains(Batch):
         return found
 
 
-def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains]]:
+def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:
     """Cut windows into runs and legs; for each number of unknowns, yield row indices and chains."""
     left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
     unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
@@ -181,12 +161,12 @@ def open_chains(windows: Windows) -> Iterator[tuple[NDArray[np.intp], OpenChains
         yield rows, _chains(windows.rows(rows), int(m), left[rows], right[rows])
 
 
-def _kind_of_end(letters: Letters, backwards: bool = False) -> NDArray[np.intp]:
+def _kind_of_end(letters: Letters, backwards: bool = False) -> Places:
     at_run = (ENDS_LEG if backwards else STARTS_LEG)[letters]
     return np.where(IN_RUN[letters], PART_OF_RUN, np.where(at_run, UNKNOWN_RUN, PART_OF_LEG))
 
 
-def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.intp]) -> OpenChains:
+def _chains(windows: Windows, m: int, left: Places, right: Places) -> OpenChains:
     letters = windows.letters
     count = len(windows)
     word = np.arange(count)[:, None]
@@ -196,7 +176,7 @@ def _chains(windows: Windows, m: int, left: NDArray[np.intp], right: NDArray[np.
     run = (leg + 1) * count + word
     size = (m + 2) * count
 
-    def tally(places: NDArray[np.intp], weights: Floats) -> Floats:
+    def tally(places: Places, weights: Floats) -> Floats:
         sums: Floats = np.bincount(places.ravel(), weights.ravel(), minlength=size).astype(float)
         return sums.reshape(m + 2, count)
 

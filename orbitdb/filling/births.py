@@ -1,4 +1,4 @@
-"""Store the births and deaths of all classes of a period."""
+"""Find and store the births and deaths of all classes of a period."""
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -12,42 +12,42 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Integers
 from orbitdb.filling.fill import cut
-from orbitdb.filling.resuming import Step, Work, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work
 from orbitdb.orbits.births.changes import Changes, find_changes
+from orbitdb.progress import Tell, nobody
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import birth_fill
 from orbitdb.store.reading.fills import words_up_to
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.classes import add_changes, add_classes, number_events
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.members import joined_words
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17
-"""Approximate number of words in a block, some seconds of work."""
+"""Approximate number of words in a block, which takes some seconds."""
+
+_WORDS_A_SECOND = 40_000
+"""Approximate number of words whose births are found in a second."""
+
+
+def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
+    """Find and store all births and deaths of some periods (`Catalogue.fill_births`)."""
+    totals = {p: count_admissible(p) for p in periods}
+    with reading(path) as moment:
+        known = sum(each.words for each in moment.birth_fills() if each.p in totals)
+    with at_work((sum(totals.values()) - known) / _WORDS_A_SECOND, jobs) as workers:
+        run_steps(fill_births(path, periods, workers), "births", totals, tell, known)
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
-    """Store the births and deaths of all classes of some periods.
-
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
-    workers : Workers, optional
-        Where the changes are found; the stored rows do not depend on it.
-
-    Yields
-    ------
-    Step
-        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
-    """
+    """Find and store all births and deaths of some periods, as `orbitdb.filling.fill.fill_periods` does."""
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
         yield from resume(_Births(writer), periods, workers)
@@ -55,19 +55,19 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
 @dataclass(frozen=True, eq=False)
 class SolvedBirths:
-    """The classes of a span, and their births and deaths.
+    """The N classes of a span, and their births and deaths.
 
     Attributes
     ----------
-    span, stabiliser, words, arithmetic
-        As in `orbitdb.filling.fill.SolvedBlock`.
     codes : ndarray of int64, shape (N,)
         Their packed least words, in order.
     changes : Changes
+    span, stabiliser, words, arithmetic
+        As in `orbitdb.filling.fill.SolvedBlock`.
     """
 
     span: Span
-    codes: NDArray[np.int64]
+    codes: Integers
     stabiliser: NDArray[np.uint8]
     words: list[str]
     changes: Changes
@@ -82,8 +82,6 @@ def solve_births(span: Span) -> SolvedBirths:
 
 
 class _Births(Work):
-    """The births and deaths of all classes."""
-
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         return open_cursor(connection, birth_fill, p=p)
 
@@ -104,7 +102,6 @@ class _Births(Work):
 
 
 def _counts(changes: Sequence[Any]) -> dict[str, Any]:
-    """Return the counts of a period (`orbitdb.store.reading.lives.BirthFill`) from all its changes."""
     moving = [row for row in changes if row.a > 0]
     births = [row.a for row in moving if row.kind == BORN]
     return {

@@ -1,8 +1,8 @@
-"""Blocks solved on a cluster of machines, through dask.distributed.
+"""Solve blocks on a cluster of machines, through dask.distributed.
 
 Results stay on the workers until they are needed, so the memory of the storing process does not grow with the
-cluster. (dask's own executor, `Client.get_executor`, fetches every result at once, and its futures hang
-if a result cannot be read.)
+cluster. (dask's own executor, `Client.get_executor`, fetches every result at once, and its futures hang if a
+result cannot be read.)
 """
 
 import asyncio
@@ -19,14 +19,14 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Result, Task, Workers, answered, begun_ahead
+from orbitdb.filling.workers import Answer, Task, Workers, answered, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
     from distributed import Future as DaskTask
 
 _AHEAD = 2
-"""Blocks in progress for each thread of the cluster, so that none waits for the writer."""
+"""Blocks in progress per thread of the cluster, so that none waits for the writer."""
 
 PATIENCE = 8.0
 """Seconds to wait for an answer from the scheduler."""
@@ -43,12 +43,12 @@ class Cluster(Workers):
     ----------
     scheduler : str
         Address of the scheduler, such as ``tcp://host:8786``, or path of the file that it wrote
-        (``--scheduler-file``). dask's configuration decides about TLS.
+        (``--scheduler-file``). TLS is set in dask's configuration.
 
     Attributes
     ----------
     jobs : int
-        Number of its processes at the time of connecting, at least 1.
+        Number of its processes when it was connected, at least 1.
     """
 
     def __init__(self, scheduler: str) -> None:
@@ -72,7 +72,7 @@ class Cluster(Workers):
     ) -> None:
         self._client.close()  # the scheduler drops the blocks in progress
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order.
 
         Raises
@@ -89,7 +89,7 @@ class Cluster(Workers):
             yield answered(version, found)
 
     def size(self) -> tuple[int, int]:
-        """Return the number of workers, each solving one block at a time, and of their threads."""
+        """Return the number of workers, which solve one block at a time each, and of their threads."""
         try:
             threads = self._running().nthreads().values()
         except Exception as error:
@@ -97,7 +97,6 @@ class Cluster(Workers):
         return len(threads), sum(threads)
 
     def _begun(self, block: Task[Any]) -> "DaskTask":
-        """Submit a block."""
         try:
             return self._running().submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
         except Exception as error:
@@ -112,8 +111,8 @@ class Cluster(Workers):
 class _Call:
     """A block that is solved by unpickling it.
 
-    A worker without orbitdb thus fails at this one task and reports it. A task that it could not even receive
-    would end it, and then every other worker.
+    A worker without orbitdb then fails at this task alone and reports it. A task that it could not even
+    receive would end it, and then one worker after another.
     """
 
     def __init__(self, block: Task[Any]) -> None:
@@ -124,9 +123,9 @@ class _Call:
 
 
 def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
-    """Solve a block alone, because the threads of a process share the precision of ball arithmetic.
+    """Solve a block, one at a time, because threads share the precision of ball arithmetic.
 
-    Also return the version of this orbitdb.
+    Also return the version of orbitdb.
     """
     with _one_at_a_time:
         return __version__, block()
@@ -141,7 +140,7 @@ def _connect(scheduler: str) -> "Client":
         raise InputError(f"{error}: to work on a cluster, pip install 'orbitdb[dask]'") from error
 
     async def call(address: str) -> None:
-        """Call the scheduler first, because Client would hang if another kind of server listens there."""
+        """Call the scheduler first, because Client would hang if another server answered."""
         arguments = security.get_connection_args("client")
         comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
         comm.abort()
@@ -161,7 +160,7 @@ def _connect(scheduler: str) -> "Client":
 
 
 def _address(scheduler: str) -> str:
-    """Return the address in a scheduler file, or the address given."""
+    """Return the address, read from the scheduler's file if a file is given."""
     if not os.path.isfile(scheduler):
         return scheduler
     try:
@@ -171,7 +170,7 @@ def _address(scheduler: str) -> str:
 
 
 def _failure(error: Exception) -> WorkError:
-    """Return the reason why the cluster did not solve a block."""
+    """Return the error that says why the cluster did not solve a block."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -193,5 +192,4 @@ def _failure(error: Exception) -> WorkError:
 
 
 def _line(error: Exception) -> str:
-    """Return the message of an error in one line."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__

@@ -1,4 +1,4 @@
-"""Estimate what a fill takes in words, disk space and time, and check the free space."""
+"""Estimate the words, disk space and time of a fill or sweep, and check the free space."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -9,30 +9,29 @@ from orbitdb.errors import StoreError
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.moment import Moment, reading
-from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.pruning import count_admissible
 
-Found = TypeVar("Found", Fill, Sweep)
+Record = TypeVar("Record", Fill, Sweep)
 
 LARGE = 1_000_000
-"""From this many words on, a fill begins with an estimate."""
+"""A fill of at least this many words begins with an estimate."""
 
 BYTES = 41.0
-"""Bytes for one word at p = 15, an eighth of a class and its orbit."""
+"""Bytes per word at p = 15: an eighth of a class and its orbit."""
 
 _RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6)}
 """Seconds per word for enumerating, solving and storing, on one core of a recent server.
 
-Measured at p = 15 for Newton's method and at p = 9 for the relaxation, which slows down with p.
+Measured at p = 15 for Newton's method, and at p = 9 for the relaxation, which slows down with p.
 """
 
 _SWEEPING = 8.0e-7
 """Seconds per word for a sweep, on one core of a recent server, at p = 14."""
 
 ENOUGH = 50_000
-"""Fewest words in a fill whose rates are used in place of these."""
+"""Least number of words in a fill whose own rates are used instead."""
 
 _JOURNAL = 64 << 20
 """Largest size of the write-ahead log in bytes."""
@@ -43,14 +42,10 @@ class Need(NamedTuple):
 
     Attributes
     ----------
-    words : int
-        Words still to do.
-    bytes : int
-        Disk space.
-    seconds : float
-        Time.
-    alone : float
-        Time with one process.
+    words, bytes : int
+        Words still to do, and disk space.
+    seconds, alone : float
+        Time, and time with one process.
     """
 
     words: int
@@ -60,19 +55,9 @@ class Need(NamedTuple):
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill takes, for Newton's method at the rates of earlier large fills in this file.
+    """Estimate what a fill takes; with Newton's method, at the rates of earlier large fills in the file.
 
-    Parameters
-    ----------
-    path : Path
-        The catalogue; it need not exist.
-    a : float
-        The stadium.
-    periods : sequence of int
-    jobs : int
-        Number of solving processes, on as many cores.
-    method : str, optional
-        One of `orbitdb.filling.fill.METHODS`.
+    The catalogue need not exist. Each of the `jobs` processes is taken to have a core of its own.
     """
     known = _at_every_a(path, Moment.fills)
     stored = {f.p: f.words for f in known.get(a, ())}
@@ -87,9 +72,9 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
 def sweep_need(
     path: Path, a: float, periods: Sequence[int], jobs: int, selection: Selection | None = None
 ) -> Need:
-    """Estimate what a sweep takes, at the rates of earlier large sweeps of the same subset in this file.
+    """Estimate what a sweep takes, at the rates of earlier large sweeps of the same subset in the file.
 
-    It stores no rows, so it needs almost no room.
+    It stores no rows, so it needs hardly any space.
     """
     known = _at_every_a(path, lambda moment, b: moment.sweeps(b, selection))
     here = {each.p: each.tally.words for each in known.get(a, ())}
@@ -100,8 +85,8 @@ def sweep_need(
     return Need(words, 0, rate * words / jobs, rate * words)
 
 
-def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Found]]) -> dict[float, list[Found]]:
-    """Return the records of a catalogue by a; none without a catalogue of the newest schema."""
+def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dict[float, list[Record]]:
+    """Return fills or sweeps by a; none without a catalogue of the newest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}
     with reading(path) as moment:
@@ -109,7 +94,7 @@ def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Found]]) -> dict
 
 
 def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
-    """Return the processor time per word of enumerating, solving and storing; empty without large fills."""
+    """Return seconds per word for enumerating, solving and storing; empty without large fills."""
     large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     if not large:
         return ()
@@ -120,13 +105,7 @@ def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
 
 
 def check_room(path: Path, needed: Need) -> None:
-    """Refuse a fill if the disk has no room for it.
-
-    Raises
-    ------
-    StoreError
-        If the free space is smaller than the estimate.
-    """
+    """Raise `StoreError` if the disk has less free space than a fill needs."""
     folder = next(parent for parent in path.resolve().parents if parent.exists())
     free = shutil.disk_usage(folder).free
     if needed.bytes + min(needed.bytes, _JOURNAL) > free:
@@ -150,7 +129,7 @@ def about(seconds: float) -> str:
 
 
 def gigabytes(count: float) -> str:
-    """Write a number of bytes with two digits."""
+    """Write a number of bytes in a suitable unit, with two digits."""
     if count >= 1e11:
         return f"{count / 1e9:.0f} GB"
     for unit, size in (("GB", 1e9), ("MB", 1e6)):

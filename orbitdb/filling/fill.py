@@ -1,10 +1,10 @@
-"""Fill a catalogue: the classes of some periods or single words, and their status at one a.
+"""Fill a catalogue with the classes of some periods, or with single words, solved at one a.
 
-A period is cut into blocks, which any process can enumerate and solve. The result of a block depends on its
-input alone, so it is the same wherever and in whatever order blocks are solved.
+A period is cut into blocks, which any process can enumerate and solve. The result of a block depends only on
+its input, not on where and in which order blocks are solved.
 """
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,16 +18,20 @@ from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Step, Work, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.errors import InputError
+from orbitdb.filling.estimate import check_room, need
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import Orbit, Orbits, Status, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
-from orbitdb.store.file.tables import fill
+from orbitdb.orbits.status import Status
+from orbitdb.progress import Tell, nobody
+from orbitdb.store.file import tables
 from orbitdb.store.reading.fills import counts_when_done, status_counts
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.members import joined_words
@@ -38,18 +42,18 @@ from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unp
 
 @dataclass(frozen=True)
 class Method:
-    """A solver for words of one period, shape (N, p), and how many it solves in about half a second."""
+    """A solver for words of one period, shape (N, p), and how many of them take about half a second."""
 
     solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
     words: int
 
 
 _WORDS_A_CLASS = 4
-"""Words counted per class, half of the usual 8, because most spans hold fewer than their bound."""
+"""Half of the usual 8 words per class, because most spans hold fewer classes than their bound."""
 
 _BLOCKS_A_JOB = 3
 _SMALLEST = 4
-"""Smallest block as a fraction of a full one; smaller ones cost more per word."""
+"""The smallest block is a full one divided by this; smaller ones cost more per word."""
 
 METHODS = {
     "newton": Method(partial(solve_admissible, every=False), 1 << 16),
@@ -59,17 +63,17 @@ METHODS = {
 
 @dataclass(frozen=True, eq=False)
 class SolvedBlock:
-    """The N classes of a span, solved, in the order of their representatives.
+    """The N classes of a span, in the order of their representatives, and their orbits.
 
     Attributes
     ----------
     span : Span
     stabiliser : ndarray of uint8, shape (N,)
     words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.members.joined_words`); None if already stored.
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are stored.
     orbits : Orbits
     enumerating, solving : float
-        Processor time in seconds for words and classes, and for their orbits.
+        Processor time in seconds for the classes and for their orbits.
     arithmetic : str
         What computed them (`orbitdb.arithmetic.arithmetic`).
     """
@@ -93,7 +97,7 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
     method : str
         One of `METHODS`.
     known : bool
-        Whether the classes are stored already, so that their words are not needed.
+        Whether the classes are stored, so that their words are not needed.
     span : Span
         The range of their representatives.
     """
@@ -108,9 +112,9 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
 
 
 def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
-    """Cut the part of a period after a packed word into spans of about so many words, in order.
+    """Cut the part of a period after a packed word into spans of about this many words, in order.
 
-    For several jobs, a small period has smaller spans, so that all jobs have work until its end.
+    With several jobs, the spans of a small period are smaller, so that all jobs have work until its end.
     """
     if jobs > 1:
         words = min(words, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), words // _SMALLEST))
@@ -128,6 +132,30 @@ def cut_into_blocks(
 _LAST_FULL_MASK = 64
 
 
+def fill(
+    path: Path,
+    a: float,
+    periods: Sequence[int],
+    jobs: int | None = None,
+    workers: Workers | None = None,
+    geometric: bool = False,
+    method: str = "newton",
+    tell: Tell = nobody,
+) -> None:
+    """Fill periods at one a (`Catalogue.fill`)."""
+    if method not in METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    coming = need(path, a, periods, workers.jobs if workers else jobs or cores(), method)
+    check_room(path, coming)
+    with at_work(coming.alone, jobs, workers) as solving:
+        words = {p: count_admissible(p) for p in periods}
+        steps = fill_periods(path, a, periods, method, solving)
+        run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
+        if geometric:
+            words = {p: count_primitive(p) for p in periods}
+            run_steps(fill_geometric(path, periods), "pruned words", words, tell)
+
+
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Step]:
@@ -140,7 +168,7 @@ def fill_periods(
     a : float
         The stadium.
     periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
+        From 2 to `MAX_PERIOD`; finished ones are skipped.
     method : str, optional
         One of `METHODS`.
     workers : Workers, optional
@@ -156,13 +184,11 @@ def fill_periods(
     few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
-        yield from resume(work, few, HERE)  # done before other processes would have started
+        yield from resume(work, few, HERE)  # these are done before other processes would have started
         yield from resume(work, set(periods).difference(few), workers)
 
 
 class _Fill(Work):
-    """A fill at one a."""
-
     def __init__(self, writer: Writer, a: float, method: str) -> None:
         super().__init__(writer)
         self.a, self.method = a, method
@@ -171,7 +197,7 @@ class _Fill(Work):
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         if classes.classes_stored(connection, p):
             self.known.add(p)
-        return open_cursor(connection, fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
+        return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
@@ -200,10 +226,7 @@ class _Fill(Work):
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
     """Store the geometrically pruned primitive words of some periods, with the rules they break.
 
-    Yields
-    ------
-    Step
-        After every batch; its counts include all primitive words of the period.
+    Yields a `Step` after every batch, which counts all primitive words of the period.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
@@ -222,24 +245,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
-    """Store one primitive word of any period with its symmetry class and its orbit at one a.
-
-    Parameters
-    ----------
-    path : Path
-        A catalogue of the newest schema.
-    word : str
-        Symbols 0..5, in any rotation.
-    a : float
-        The stadium.
-    method : str, optional
-        One of `METHODS`.
-
-    Returns
-    -------
-    Orbit
-        The word in the rotation asked for; the family 02 is not stored.
-    """
+    """Store a primitive word of any period, with its class, solved at one a (`Catalogue.fill_word`)."""
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:

@@ -1,4 +1,4 @@
-"""Trajectories, levels and entropy bounds for `Catalogue` and the commands."""
+"""Compute and store averages over trajectories, quantum levels and entropy bounds."""
 
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 _SECONDS_A_WINDOW = 0.6
-"""Approximate seconds for the levels of a window; more at large k."""
+"""Approximate time for the levels of a window; more at large k."""
 _USUAL_WINDOW = 14
-"""Default length of the longest windows for entropy bounds, in edges."""
+"""Edges of the longest windows for entropy bounds by default."""
 _SECONDS_OF_BOUNDS = 0.4
-"""Approximate seconds for entropy bounds at one a with the default windows."""
+"""Approximate time for entropy bounds at one a with the default windows."""
 
 Limits = tuple[int | None, float, float]
-"""Where a search for bounds stops: edges of the longest windows, width of the bounds, and seconds."""
+"""When a search for bounds stops: edges of the longest windows, width of the bounds, seconds."""
 
 
 def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
@@ -45,8 +45,7 @@ def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tel
         tell(done, 1.0, f"lambda_d = {with_error(found.lambda_d, found.lambda_d_error)}")
 
     if legwise:
-        growth = exact_means(stadium.a).growth
-        return simulate_legs(stadium, bounces, (growth.value, growth.error), seed, show)
+        return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
     return simulate_bounces(stadium, bounces, seed, progress=show)
 
 
@@ -57,7 +56,7 @@ def keep_simulated(path: Path, a: float, found: Reference) -> None:
         add_reference(writer, a, found)
 
 
-def levels(
+def find_levels(
     path: Path | None,
     stadium: Stadium,
     low: float,
@@ -66,9 +65,9 @@ def levels(
     jobs: int | None = None,
     tell: Tell = nobody,
 ) -> dict[Parity, list[LevelWindow]]:
-    """Find all levels in a range of k by parity; a catalogue stores them and supplies those it has."""
+    """Return all levels in a range of k by parity; a catalogue supplies what it has, and stores the rest."""
     for parity in parities:
-        list(windows(stadium, parity, low, high))  # a refused range changes nothing
+        list(windows(stadium, parity, low, high))  # refuses a bad range before anything is stored
     found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as moment:
@@ -95,7 +94,7 @@ def levels(
     return found
 
 
-def bounds(
+def find_bounds(
     path: Path | None,
     values: Sequence[float],
     limits: Limits,
@@ -104,21 +103,21 @@ def bounds(
     tell: Tell = nobody,
     asked: Mapping[str, Any] | None = None,
 ) -> Generator[EntropyBounds]:
-    """Enclose the topological entropy with longer and longer windows; a catalogue stores the bounds.
+    """Enclose the topological entropy with longer and longer windows, and store the bounds.
 
     Parameters
     ----------
     path : Path or None
-        A catalogue to store the bounds in.
+        The catalogue; None to store nothing.
     values : sequence of float
-        The values of a; several are solved in parallel processes.
+        Values of a; several are divided among processes.
     limits : (int or None, float, float)
-        Edges of the longest windows, sufficient width, and seconds.
+        `Limits`.
     proofs : list of Proof, optional
-        If given, ball arithmetic checks each decision, and the list receives the proofs.
+        If given, ball arithmetic checks each decision, and the proofs are appended.
     jobs, tell : optional
     asked : mapping, optional
-        The parameters recorded for the run.
+        Parameters to store with the run.
 
     Yields
     ------
@@ -137,10 +136,10 @@ def bounds(
 def _enclosed(
     values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
-    """Yield bounds, with the arithmetic of the process if it was another one."""
+    """Yield bounds, with the arithmetic that computed them if it was another process."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
-        from orbitdb.entropy import proof  # imports flint, which doubles do not need
+        from orbitdb.entropy import proof  # loads flint, which doubles do not need
 
         judges = [proof.Proof() for _ in values]
     if len(values) == 1:
@@ -160,12 +159,9 @@ def _enclosed(
 
 
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
-    """Return the limits of a search for bounds; it stops at the first one reached.
+    """Return the limits of a search for bounds, which ends at the first one that it reaches.
 
-    Raises
-    ------
-    InputError
-        If a width or a time is not above 0.
+    Raises `InputError` unless width and time are above 0.
     """
     for name, limit in (("width", width), ("time", seconds)):
         if limit is not None and not 0 < limit < math.inf:

@@ -1,24 +1,98 @@
-"""The loop shared by fills, sweeps and births: solve what is missing block by block, and store it.
+"""The loop shared by fills, sweeps and births: solve what is missing, block by block, and store it.
 
-Each block is written in one transaction with the cursor that records the progress of its period
-(`orbitdb.store.writing.cursors`), so the work can be stopped at any moment, even by a kill, and resumes
-there.
+Each kind of work has a table of cursors with one row per period: its state, the word up to which everything
+is stored, and the counts and times so far. A block is written in one transaction with its cursor, so the work
+can be stopped at any moment, even by a kill, and resumes there.
 """
 
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
-from orbitdb.store.writing.cursors import Cursor, OvertakenError, close, hold, move
+from orbitdb.progress import Tell
+from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
+
+
+class OvertakenError(Exception):
+    """Another process moved the same cursor, which must be read again."""
+
+
+@dataclass(frozen=True)
+class Cursor:
+    """Progress of the work on one period: a row of `fill`, `sweep` or `birth_fill`, stored or initial."""
+
+    table: sa.Table
+    row: Mapping[str, Any]
+
+    @property
+    def p(self) -> int:
+        """The period."""
+        return int(self.row["p"])
+
+    @property
+    def done(self) -> bool:
+        """Whether nothing is missing."""
+        return bool(self.row["state"] == DONE)
+
+    @property
+    def words(self) -> int:
+        """Number of words in the stored classes."""
+        return int(self.row["words"])
+
+    @property
+    def after(self) -> int:
+        """The packed word after which the work continues; it need not be a word itself.
+
+        All classes with representatives up to it are stored.
+        """
+        return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
+
+    def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
+        """Return the condition on the rows of a table that have the same key."""
+        return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
+
+
+def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
+    """Return the stored progress of a period, or the initial row: the given values, counts 0."""
+    zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
+    cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
+    row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
+    return cursor if row is None else Cursor(table, dict(row))
+
+
+def hold(connection: sa.Connection, cursor: Cursor) -> None:
+    """Raise `OvertakenError` if another process moved the cursor; none can during this transaction."""
+    columns = cursor.table.c.state, cursor.table.c.cursor
+    row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
+    if tuple(row or (FILLING, None)) != (FILLING, cursor.row["cursor"]):
+        raise OvertakenError
+
+
+def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
+    """Move a cursor to the end of the span after it, and add its counts and times."""
+    table, row = cursor.table, dict(cursor.row)
+    added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
+    if row["cursor"] is None:
+        connection.execute(insert(table).values(**row).on_conflict_do_nothing())
+    connection.execute(sa.update(table).where(cursor.rows(table)).values(**added))
+    return replace(cursor, row=row | added)
+
+
+def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
+    """Mark a period as done, with its final values."""
+    table = cursor.table
+    connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))
 
 
 class Step(NamedTuple):
@@ -28,10 +102,8 @@ class Step(NamedTuple):
     ----------
     p : int
         The current period.
-    words : int
-        Words of this period whose classes are done.
-    total : int
-        Number of words of this period.
+    words, total : int
+        Words of this period that are done, and all of them.
     """
 
     p: int
@@ -51,23 +123,23 @@ class Work(ABC):
 
     @abstractmethod
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Any]]:
-        """Cut the work after a cursor into blocks, in order; each result has its `span`."""
+        """Cut the work after a cursor into blocks, in order; each result has a `span`."""
 
     @abstractmethod
     def store(self, connection: sa.Connection, cursor: Cursor, part: Any) -> dict[str, float]:
-        """Store the result of the span after a cursor; return what its row adds up, such as words."""
+        """Store the result of the span after a cursor; return what to add to its row."""
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
-        """Return the number of stored words of a period, and the final values of its row."""
+        """Return the number of words stored, and final values of the row."""
         return cursor.words, {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
-        """Finish a complete period; return further values of its row."""
+        """Finish a complete period; return further values of the row."""
         return {}
 
 
 def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
-    """Do what is missing of some periods; continue after another process that does the same.
+    """Do what is missing of some periods; go on where another process that does the same has come to.
 
     Yields
     ------
@@ -109,8 +181,8 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
 
 
 def _close(work: Work, cursor: Cursor) -> None:
-    """Check and record that a period is complete; `OvertakenError` if another process already did."""
-    with work.writer.reading() as connection:  # takes a while, during which others may write
+    """Check that a period is complete and mark it; `OvertakenError` if another process did."""
+    with work.writer.reading() as connection:  # takes a while; others may write meanwhile
         words, values = work.counted(connection, cursor)
     if words != (total := count_admissible(cursor.p)):
         raise StoreError(
@@ -119,3 +191,18 @@ def _close(work: Work, cursor: Cursor) -> None:
     with work.writer.writing() as connection:
         hold(connection, cursor)
         close(connection, cursor, {**values, **work.closing(connection, cursor)})
+
+
+def run_steps(
+    steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0
+) -> None:
+    """Run a fill, a sweep or births, and report progress over all its periods.
+
+    `totals` has the number of words of each period; `known` words were stored before.
+    """
+    total = sum(totals.values())
+    with closing(steps):
+        tell(known, total, what)
+        for step in steps:
+            before = sum(count for p, count in totals.items() if p < step.p)
+            tell(before + step.words, total, f"{what}, p = {step.p:>2} of {max(totals)}")

@@ -1,6 +1,6 @@
-"""Sweep periods: enumerate, solve and add up block by block, and store only counts and sums."""
+"""Sweep periods: enumerate, solve and add up, block by block; store only counts and sums."""
 
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -10,34 +10,52 @@ from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.resuming import Step, Work, resume
-from orbitdb.filling.workers import HERE, Task, Workers
+from orbitdb.filling.estimate import sweep_need
+from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
 from orbitdb.orbits.sums import Exponents, Tally, exponents
+from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
-from orbitdb.store.file.tables import run, sweep, sweep_block
+from orbitdb.store.file import tables
+from orbitdb.store.file.tables import run, sweep_block
+from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import reading
-from orbitdb.store.reading.sweeps import moments_of
-from orbitdb.store.writing.cursors import Cursor, open_cursor
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
-Tilts = Mapping[int, NDArray[np.float64]]
+Tilts = Mapping[int, Floats]
 
 CLASSES = 1 << 15
-"""Most words in a block, which bounds the memory."""
+"""Bound on the classes of a block, and so on memory."""
 
 SMALL = 200_000
-"""Up to this many words, a period is swept in this process; others would start too late to help."""
+"""Up to this many words, a period is swept in this process, before others would have started."""
+
+
+def sweep(
+    path: Path,
+    chosen: Selection,
+    periods: Sequence[int],
+    jobs: int | None = None,
+    workers: Workers | None = None,
+    tell: Tell = nobody,
+) -> None:
+    """Sweep periods, and sum over chosen orbits at the a of the selection (`Catalogue.sweep`)."""
+    coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
+    with at_work(coming.alone, jobs, workers) as solving:
+        words = {p: count_admissible(p) for p in periods}
+        steps = sweep_periods(path, chosen.a, periods, solving, chosen)
+        run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
 
 
 def sweep_periods(
@@ -47,21 +65,15 @@ def sweep_periods(
     workers: Workers = HERE,
     selection: Selection | None = None,
 ) -> Generator[Step]:
-    """Store the counts of all admissible words of some periods at one a, and sums over their orbits.
+    """Store counts of the words of some periods at one a, and sums over their orbits.
 
     Parameters
     ----------
-    path : Path
-        A catalogue of the newest schema.
-    a : float
-        The stadium.
-    periods : iterable of int
-        Periods, 2..`MAX_PERIOD`; finished ones are skipped.
-    workers : Workers, optional
-        Where the words are found and solved; the stored rows do not depend on it.
+    path, a, periods, workers : optional
+        As for `orbitdb.filling.fill.fill_periods`.
     selection : Selection, optional
-        The orbits to count and sum over, by default all; its a and its periods are ignored. Sweeps of
-        different subsets are stored side by side.
+        The orbits to count and sum over, by default all; its a and periods are ignored. Sweeps of different
+        subsets are stored side by side.
 
     Yields
     ------
@@ -77,28 +89,26 @@ def sweep_periods(
     chosen = "" if selection is None else swept_text(selection)
     parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
     with closing(Writer(path, parameters, references=False)) as writer:
-        for p in periods:  # one by one, because the tilts of each come from the lower ones
+        for p in periods:  # one by one, because the tilts of each come from lower ones
             tilts = {} if chosen else _tilts(path, a, p)  # sum rules need all orbits
             work = _Sweep(writer, stadium.a, chosen, tilts)
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 
 
 class _Sweep(Work):
-    """A sweep at one a, of all orbits or of a subset."""
-
     def __init__(self, writer: Writer, a: float, selection: str, tilts: Tilts) -> None:
         super().__init__(writer)
         self.a, self.selection, self.tilts = a, selection, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        """Return the progress of the sweep of a period, which begins with its tilts."""
+        """Return the progress of a period, which begins with its tilts."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
         own = {"stadium": stadium, "p": p, "selection": self.selection}
-        return open_cursor(connection, sweep, **own, moments=moments)
+        return open_cursor(connection, tables.sweep, **own, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
-        """Cut a period by its length alone, so that the sums over blocks always come out the same."""
+        """Cut a period into the same blocks for any number of jobs, so that the sums are the same."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
 
@@ -114,7 +124,7 @@ class _Sweep(Work):
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
-        """Add up the blocks of a swept period, and delete them."""
+        """Add up the blocks of a period, and delete them."""
         here = cursor.rows(sweep_block)
         query = (
             sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
@@ -131,8 +141,7 @@ class _Sweep(Work):
         return {"sums": sums.numbers(), "moments": to_bytes(moments), "run": number}
 
 
-def _tilts_of(cursor: Cursor) -> dict[int, NDArray[np.float64]]:
-    """Return the tilts of the moments, by level."""
+def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
     return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
 
 
@@ -147,20 +156,19 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
 
 @dataclass(frozen=True, eq=False)
 class SweptSums:
-    """The result of a block.
+    """The counts of a block, and the sums over its orbits.
 
     Attributes
     ----------
     span : Span
     tally : Tally
     sums : PeriodSums
-        Over its orbits.
     moments : dict of int to TiltMoments
         By level, around the given tilts.
     processor : float
         Processor time in seconds.
     arithmetic : str
-        The arithmetic used (`orbitdb.arithmetic.arithmetic`).
+        What computed them (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -194,7 +202,7 @@ def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums
 def _summed(
     part: LeastWords, p: int, selection: Selection, centres: Tilts
 ) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
-    """Solve the chosen classes and add them up, each with the number of its chosen words."""
+    """Solve the chosen classes and add them up, each weighted with its number of chosen words."""
     words = chosen_words(part, p, selection)
     rows = np.flatnonzero(words)
     sizes = words[rows]
@@ -214,8 +222,8 @@ def _summed(
     return tally, PeriodSums.of(of_orbits, p), moments
 
 
-def _solved(codes: NDArray[np.int64], p: int, selection: Selection) -> Iterator[Exponents]:
-    """Find the orbits of packed words within the ranges of a subset."""
+def _solved(codes: Integers, p: int, selection: Selection) -> Iterator[Exponents]:
+    """Yield the orbits of packed words that are in the ranges of a subset."""
     for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
         if selection.ranges:
             inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)

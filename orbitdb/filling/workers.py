@@ -1,7 +1,6 @@
 """Where blocks are solved: in this process, or in several at once.
 
-Results come in the order of the blocks. The number of blocks in progress is limited, so memory stays bounded
-for every period.
+Results come in the order of the blocks. The number of blocks in progress is limited, and so is memory.
 """
 
 import multiprocessing
@@ -23,24 +22,24 @@ from orbitdb import __version__
 from orbitdb.errors import WorkError
 
 Begun = TypeVar("Begun")
-Result = TypeVar("Result")
+Answer = TypeVar("Answer")
 
 _AHEAD = 2
-"""Blocks in progress for each worker, so that none waits for the writer."""
+"""Blocks in progress per worker, so that none waits for the writer."""
 
 _WORTH_PROCESSES = 1.0
-"""Seconds of work above which further processes pay."""
+"""Seconds of work from which further processes are worth it."""
 _STARTING = 0.1
-"""Approximate seconds for starting further processes."""
+"""Approximate seconds to start them."""
 
 _DEATHS = 3
-"""Number of worker deaths after which a block is given up."""
+"""A block is given up after this many workers died on it."""
 
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
-Task: TypeAlias = Callable[[], Result]
-"""Solves a block; pickled to another process, which returns its result."""
+Task: TypeAlias = Callable[[], Answer]
+"""Solves a block; it may be pickled to another process."""
 
 
 class Workers:
@@ -54,7 +53,7 @@ class Workers:
 
     jobs = 1
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order."""
         return (block() for block in blocks)
 
@@ -63,15 +62,10 @@ HERE = Workers()
 
 
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
-    """Yield promised results in order, with further blocks in progress.
+    """Yield futures in order, while further blocks are in progress.
 
-    Parameters
-    ----------
-    begun : iterable
-        Starts a block at each step and yields a promise of its result.
-    ahead : callable
-        Returns how many blocks may be in progress besides the next result; called each time, because the
-        number of workers may grow.
+    Each step of the iterable starts a block and yields its future. `ahead` returns how many blocks may be in
+    progress besides the next; it is called each time, because the number of workers may grow.
     """
     waiting: deque[Begun] = deque()
     for each in begun:
@@ -81,14 +75,8 @@ def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Be
     yield from waiting
 
 
-def answered(version: str, result: Result) -> Result:
-    """Return the result of a worker of this version.
-
-    Raises
-    ------
-    WorkError
-        If it runs another version.
-    """
+def answered(version: str, result: Answer) -> Answer:
+    """Return the result of a worker; raise `WorkError` if it runs another version of orbitdb."""
     if version != __version__:
         raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
     return result
@@ -106,8 +94,8 @@ class Processes(Workers):
 
     Notes
     -----
-    Each process has a thread that feeds it through a pipe of its own. A killed process therefore holds no
-    lock that others wait for, and its end of the pipe closes.
+    Each process has a thread that feeds it through a pipe of its own. So a killed process holds no lock that
+    others wait for, and its end of the pipe closes.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -118,7 +106,7 @@ class Processes(Workers):
         self._ended = False
 
     def __enter__(self) -> Self:
-        """Start the processes early, because that takes some tenths of a second."""
+        """Start the processes now, because that takes some tenths of a second."""
         for _ in range(self.jobs):
             self._threads.submit(self._process)
         return self
@@ -132,7 +120,7 @@ class Processes(Workers):
             process.end()
         self._threads.shutdown(cancel_futures=True)
 
-    def solved(self, blocks: Iterable[Task[Result]]) -> Iterator[Result]:
+    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of blocks in order.
 
         Raises
@@ -148,7 +136,7 @@ class Processes(Workers):
             yield found
 
     def _answer(self, block: Task[Any]) -> bytes:
-        """Let the process of this thread solve a block, or a new process if it dies."""
+        """Let the process of this thread solve a block; start a new process if it dies."""
         for _ in range(_DEATHS):
             process = self._process()
             try:
@@ -163,7 +151,6 @@ class Processes(Workers):
         )
 
     def _process(self) -> "_Process":
-        """Return the process of this thread, started if necessary."""
         if not hasattr(self._own, "process"):
             self._own.process = _Process()
             self._all.append(self._own.process)
@@ -174,15 +161,15 @@ class Processes(Workers):
 
 
 class _Process:
-    """A process that solves blocks, started from a thread other than the main one.
+    """A process that solves blocks, started by a thread other than the main one.
 
-    That thread blocks Ctrl-C and similar signals, so they cannot reach a process while it starts.
+    The thread blocks Ctrl-C and similar signals, so that they cannot reach a process while it starts.
     """
 
     def __init__(self) -> None:
         if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # in the tracker, too
-            resource_tracker.ensure_running()  # it unblocks signals when it starts
+            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # inherited by the tracker
+            resource_tracker.ensure_running()  # which unblocks signals when it starts
             signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
         fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
         self._line, other = fresh.Pipe()
@@ -191,7 +178,7 @@ class _Process:
         other.close()
 
     def answer(self, block: Task[Any]) -> bytes:
-        """Solve a block; return the answer of `_work`. Raises EOFError or OSError if the process died."""
+        """Return the answer of `_work` for a block; raise EOFError or OSError if the process died."""
         self._line.send_bytes(pickle.dumps(block))
         return self._line.recv_bytes()
 
@@ -202,14 +189,14 @@ class _Process:
 
 
 def _work(line: Connection) -> None:
-    """Solve block after block; answer with the version of this orbitdb and the result or an error.
+    """Solve block after block; answer with the version of orbitdb and the result or an error.
 
-    The storing process handles signals; if it is killed, this process ends at once.
+    Signals are left to the storing process. If that is killed, this process ends at once.
     """
-    for number in _HELD_BACK:  # except SIGTERM, with which Python ends the children of a finished process
+    for number in _HELD_BACK:  # but SIGTERM, with which Python ends the children of a finished process
         signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the process began with the mask above
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the mask of the thread that started it
     threading.Thread(target=_end_with_parent, daemon=True).start()
     with suppress(EOFError, OSError):  # the other end is gone
         while True:
@@ -238,10 +225,9 @@ def cores() -> int:
 
 @contextmanager
 def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = None) -> Iterator[Workers]:
-    """Give workers for about so many seconds of work: the given ones, or processes that end after use.
+    """Give workers for about this many seconds of work: the given ones, or processes that end after use.
 
-    Work that takes no longer than starting processes is done in this one. Without a number of jobs,
-    worthwhile work uses all cores.
+    Short work is done in this process. Without a number of jobs, longer work uses all cores.
     """
     if workers is not None:
         yield workers

@@ -33,19 +33,9 @@ def _end_terms(column: Floats, x: Floats) -> Floats:
 
 
 def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite tridiagonal systems of m unknowns, all at once.
+    """Solve N positive definite tridiagonal systems of m unknowns for c right sides, shape (c, m, N).
 
-    Parameters
-    ----------
-    diagonal : ndarray, shape (m, N)
-    beside : ndarray, shape (m - 1, N)
-        Entry i couples unknowns i and i + 1.
-    rhs : ndarray, shape (c, m, N)
-        c right sides of each system.
-
-    Returns
-    -------
-    ndarray, shape (c, m, N)
+    The diagonals have shape (m, N). Entry i beside them, shape (m - 1, N), couples unknowns i and i + 1.
     """
     pivots = np.empty_like(diagonal)
     x = rhs.copy()

@@ -13,8 +13,8 @@ rounding of its own evaluation (for the assumptions see `orbitdb.arithmetic`).
 
 import numpy as np
 
-from orbitdb.arithmetic import ABOVE
-from orbitdb.arrays import Floats
+from orbitdb.arithmetic import ABOVE, EPSILON
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -28,8 +28,6 @@ from orbitdb.billiard.legs import (
     pressed_directions,
     summation_rounding,
 )
-
-EPSILON = float(np.finfo(float).eps)
 
 
 def direction_errors(
@@ -46,11 +44,17 @@ def direction_errors(
     D - |lean| |delta| / 2 - D delta^2 / 2.
     """
     pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
-    size, rounding = np.abs(slopes.gradient), gradient_rounding(legs, a, alpha)
-    steep = np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
+    rounding = gradient_rounding(legs, a, alpha)
+    steep = steepness(slopes, pressed, rounding)
     first = _concave_bound(steep, slopes.beyond / 2)
     loss = (np.abs(slopes.lean) + rounding) * first / (2 * slopes.beyond) + first**2 / 2
     return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
+
+
+def steepness(slopes: Derivatives, pressed: Marks, rounding: Floats) -> Floats:
+    """Bound the |g| that can move each direction: where it is pressed, only what rounding may hide."""
+    size = np.abs(slopes.gradient)
+    return np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
 
 
 def _concave_bound(steep: Floats, firm: Floats) -> Floats:

@@ -8,9 +8,8 @@ the stadium. Converged words leave the batch.
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -24,9 +23,9 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.cyclic import solve_cyclic
-from orbitdb.orbits.orbit import Orbits, Status
-from orbitdb.orbits.status import assess
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.pruning import need_admissible
 
 if TYPE_CHECKING:
@@ -44,10 +43,10 @@ class Directions(NamedTuple):
     """State of Newton's method for N words."""
 
     alpha: Floats  # directions of the legs (radians), shape (m, N)
-    iterations: NDArray[np.int64]  # steps taken, shape (N,)
+    iterations: Integers  # steps taken, shape (N,)
 
 
-def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
+def solve(words: Words, stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
     """Find the orbits of admissible words.
 
     Parameters
@@ -76,23 +75,28 @@ def solve(words: NDArray[np.uint8], stadium: Stadium | float, tolerance: float =
 
 
 def solve_admissible(
-    words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
+    words: Words, stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
     """Find the orbits of words known to be admissible, as `solve` does.
 
     Unless `every` is set, words without an orbit only get status, margin and steps.
     """
     orbits = solve_in_doubles(words, stadium, tolerance, every)
-    for row in np.flatnonzero(orbits.status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
-
-        word = words[row]
-        orbits.place(np.array([row]), as_orbits(word, stadium, enclose(word, stadium)))
+    left = np.flatnonzero(orbits.status == Status.UNRESOLVED)
+    if len(left):
+        orbits.place(left, solve_in_balls(words[left], stadium))
     return orbits
 
 
+def solve_in_balls(words: Words, stadium: Stadium) -> Orbits:
+    """Find the orbits of N >= 1 admissible words in ball arithmetic, rounded to doubles."""
+    from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
+
+    return as_orbits(words, stadium, [enclose(word, stadium) for word in words])
+
+
 def solve_in_doubles(
-    words: NDArray[np.uint8], stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
+    words: Words, stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
     """Find the orbits of words as `solve_admissible` does, but leave undecided ones unresolved."""
     orbits = Orbits.empty(words)
@@ -102,23 +106,11 @@ def solve_in_doubles(
     return orbits
 
 
-def certificates(
-    words: NDArray[np.uint8], stadium: Stadium, precision: int | None = None
-) -> list["Enclosure"]:
-    """Prove the statuses of admissible words in ball arithmetic, from the words alone.
+def certificates(words: Words, stadium: Stadium, precision: int | None = None) -> list["Enclosure"]:
+    """Prove the statuses of admissible words, shape (N, p), in ball arithmetic, from the words alone.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
-    precision : int, optional
-        Bits at first; `orbitdb.orbits.balls.enclosure.PRECISION` by default.
-
-    Returns
-    -------
-    list of Enclosure
-        In the order of the words. Newton's method in doubles only gives starting points; the proof does not
-        rest on it.
+    Newton's method in doubles only gives starting points; the proof does not rest on it. `precision` is the
+    number of bits at first, `orbitdb.orbits.balls.enclosure.PRECISION` by default.
     """
     from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
 
@@ -190,7 +182,7 @@ def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floa
         step = np.where(down, step / 2, step)
 
 
-def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
+def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> Marks:
     """Tell which words have a direction at a limit, which it may leave once the others have converged."""
     low, high = limits
     return np.any((alpha <= low) | (alpha >= high), axis=0)
@@ -199,13 +191,16 @@ def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> NDArray[np.bool_]:
 def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
     """Return the Newton step within the limits; directions that press against a limit stay."""
     slopes = derivatives(legs, a, alpha)
-    pressed = pressed_directions(alpha, slopes, limits)
-    rhs = np.where(pressed, 0.0, slopes.gradient)
-    (step,) = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs[None])
+    (step,) = responses(legs, slopes, pressed_directions(alpha, slopes, limits), slopes.gradient)
     return np.clip(alpha + step, *limits) - alpha
 
 
-def minus_hessian(legs: Chain, slopes: Derivatives, pressed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def responses(legs: Chain, slopes: Derivatives, pressed: Marks, *forces: Floats) -> Floats:
+    """Solve -H x = force for r forces, shape (r, m, N); pressed directions do not move."""
+    return solve_cyclic(*minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, np.stack(forces)))
+
+
+def minus_hessian(legs: Chain, slopes: Derivatives, pressed: Marks) -> tuple[Floats, Floats]:
     """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
     beside = w * preceding(legs.parity)

@@ -1,143 +1,36 @@
-"""Orbits: results for a batch of words, as a structure of arrays."""
+"""One word at one a, with its orbit if it has one."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from enum import StrEnum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import with_formulas
-from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import Drawn
+from orbitdb.formulas import with_formulas
 from orbitdb.numerals import exact
+from orbitdb.orbits.status import Status
 from orbitdb.plaintext import shortened
 from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
 _SHOWN = 40
-
-NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
-"""The attributes of `Orbits` with one number per word."""
-
-
-class Status(StrEnum):
-    """The status of a word."""
-
-    ORBIT = "orbit"
-    GEOMETRIC = "geometric"
-    DYNAMICAL = "dynamical"
-    BOUNDARY = "boundary"
-    FAMILY = "family"
-    UNRESOLVED = "unresolved"
-
-    @property
-    def sentence(self) -> str:
-        """The status in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Status.ORBIT: "an unstable periodic orbit",
-    Status.GEOMETRIC: "geometrically pruned: no orbit at any a",
-    Status.DYNAMICAL: "dynamically pruned: its fixed point leaves the stadium at this a",
-    Status.BOUNDARY: "runs exactly through a joint of wall and semicircle: not counted",
-    Status.FAMILY: "the bouncing-ball family: marginal and not isolated, so never counted",
-    Status.UNRESOLVED: "not decided",
-}
-
-
-STORED = tuple(status for status in Status if status is not Status.FAMILY)
-"""Statuses of rows of a catalogue."""
-
-EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
-"""Statuses of words that have coordinates, length and lambda."""
-
-
-def finite(number: np.float64) -> float | None:
-    """Return a number as a float, None if it is not finite."""
-    return float(number) if np.isfinite(number) else None
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Orbits(ByValue):
-    """N words of one period p and the stationary points of their length.
-
-    Attributes
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words.
-    status : ndarray of str, shape (N,)
-        Values of `Status`.
-    coordinates : ndarray, shape (N, p)
-        x on a straight wall, radians on a semicircle, in the order of the word.
-    length, lyapunov : ndarray, shape (N,)
-        Total length (units of the radius), and lambda of one traversal.
-    margin : ndarray, shape (N,)
-        Least distance of a bounce from the end of its wall or semicircle, negative outside.
-    residual : ndarray, shape (N,)
-        Largest violation of the law of reflection at a bounce, in cosines.
-    error, length_error, lyapunov_error : ndarray, shape (N,)
-        Bounds on the error of every coordinate, of the length and of lambda.
-    iterations : ndarray of int, shape (N,)
-        Steps the solver took.
-    """
-
-    words: NDArray[np.uint8]
-    status: NDArray[np.str_]
-    coordinates: Floats
-    length: Floats
-    lyapunov: Floats
-    margin: Floats
-    residual: Floats
-    error: Floats
-    length_error: Floats
-    lyapunov_error: Floats
-    iterations: NDArray[np.int64]
-
-    def __len__(self) -> int:
-        return len(self.words)
-
-    @classmethod
-    def empty(cls, words: NDArray[np.uint8]) -> "Orbits":
-        """Return unsolved words: unresolved, with all numbers NaN."""
-        n, p = words.shape
-        return cls(
-            words=words,
-            status=np.full(n, Status.UNRESOLVED.value, dtype="U10"),
-            coordinates=np.full((n, p), np.nan),
-            iterations=np.zeros(n, np.int64),
-            **{name: np.full(n, np.nan) for name in NUMBERS},
-        )
-
-    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Orbits":
-        """Return some of the words."""
-        return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
-
-    def place(self, rows: NDArray[np.intp], part: "Orbits") -> None:
-        """Write the results of a part of the batch into the given rows."""
-        for name in ("status", "coordinates", "iterations", *NUMBERS):
-            getattr(self, name)[rows] = getattr(part, name)
 
 
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
-class Orbit:
+class Orbit(Drawn):
     """One word at one a, with its orbit if it has one.
 
-    Two are equal if they are the same cyclic word, in any rotation, at the same a.
+    Two are equal if they are the same cyclic word, in any rotation, at the same a. `plot` draws the orbit in
+    its stadium, as in the paper's Fig. 1.
 
     Attributes
     ----------
@@ -338,32 +231,12 @@ class Orbit:
             return None
         return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the orbit in its stadium with matplotlib, as in the paper's Fig. 1.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ValueError
-            If it has no coordinates.
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
-        """
-        points = self.points
-        if points is None:
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        if self.points is None:
             raise ValueError(
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
-        paths = load("orbitdb.plots.paths", "plot()", "plot")
-        return paths.draw_titled(paths.draw_orbit, (Stadium(self.a), points), shortened(self.code), ax)
+        return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:

@@ -12,13 +12,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 
 EPSILON = 1e-7
 """Force at which the dynamics stops, as published."""
@@ -29,7 +29,7 @@ _STEPS_BETWEEN_TELLING = 1000
 
 
 def relax(
-    words: NDArray[np.uint8],
+    words: Words,
     stadium: Stadium,
     epsilon: float = EPSILON,
     max_steps: int = MAX_STEPS,
@@ -42,7 +42,6 @@ def relax(
     ----------
     words : ndarray of uint8, shape (N, p)
         Admissible primitive words of one order, in any rotation.
-    stadium : Stadium
     epsilon : float, optional
         The dynamics of a word stops when all its forces, differences of two cosines, are smaller.
     max_steps : int, optional
@@ -79,7 +78,7 @@ def relax(
     return orbits
 
 
-def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
+def starting_points(words: Words, stadium: Stadium) -> Floats:
     """Return coordinates to start from, shape (N, p), every atom on its own wall or semicircle.
 
     Atoms of one run are spread over the semicircle in the sense of the run, which selects the right one of
@@ -97,18 +96,11 @@ def starting_points(words: NDArray[np.uint8], stadium: Stadium) -> Floats:
     return start
 
 
-def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Floats) -> Floats:
-    """Return the final rates of words, shape (N,): deviations fall like exp(-rate t).
+def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats:
+    """Return the final rates of words at rest, shape (N,): deviations fall like exp(-rate t).
 
     The slowest rate of the linearised dynamics at its fixed points, not positive at an unstable one. A
     Runge-Kutta step takes the time `STEP`, and a remaining force f means a deviation of f / rate.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    stadium : Stadium
-    coordinates : ndarray, shape (N, p)
-        Those of the words at rest.
     """
     way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)
@@ -116,13 +108,13 @@ def slowest_rates(words: NDArray[np.uint8], stadium: Stadium, coordinates: Float
     return rates
 
 
-def _velocity(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats) -> Floats:
+def _velocity(stadium: Stadium, symbols: Words, x: Floats) -> Floats:
     """Return dx/dt, shape (p, N): downhill in the length on walls, uphill on semicircles."""
     slope = forces(stadium, symbols.T, x.T).T
     return np.where(STRAIGHT[symbols], -slope, slope)
 
 
-def _runge_kutta_step(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats, first: Floats) -> Floats:
+def _runge_kutta_step(stadium: Stadium, symbols: Words, x: Floats, first: Floats) -> Floats:
     """Return the coordinates after one step of fourth order; ``first`` is the velocity at its start."""
     second = _velocity(stadium, symbols, x + STEP / 2 * first)
     third = _velocity(stadium, symbols, x + STEP / 2 * second)
@@ -131,7 +123,7 @@ def _runge_kutta_step(stadium: Stadium, symbols: NDArray[np.uint8], x: Floats, f
     return moved
 
 
-def _at_rest(words: NDArray[np.uint8], stadium: Stadium, x: Floats, step: int) -> Orbits:
+def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
     """Return the orbits of words at rest from their coordinates, shape (N, p), without error bounds."""
     links = Links.of(stadium, words, x)
     margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)

@@ -9,17 +9,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places, Words
 from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import EXISTING
+from orbitdb.orbits.status import EXISTING
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings
-
-Symbols = NDArray[np.uint8]
-Rows = NDArray[np.intp]
 
 LONGEST = 24
 """The longest period sought in a sequence; a list of points as a whole may be a longer orbit."""
@@ -33,24 +29,12 @@ _NEAR = 0.5
 
 @dataclass(frozen=True)
 class Shadow:
-    """A stretch of a trajectory that follows a periodic orbit.
+    """A stretch of a trajectory that follows a periodic orbit."""
 
-    Attributes
-    ----------
-    word : str
-        The word of the orbit, beginning with the first bounce of the stretch.
-    first : int
-        Index of that bounce in the trajectory.
-    bounces : int
-        Number of successive bounces within the tolerance.
-    distance : float
-        The least distance of one of them from the orbit, in units of the radius.
-    """
-
-    word: str
-    first: int
-    bounces: int
-    distance: float
+    word: str  # the word of the orbit, beginning with the first bounce of the stretch
+    first: int  # index of that bounce in the trajectory
+    bounces: int  # number of successive bounces within the tolerance
+    distance: float  # the least distance of one of them from the orbit, in units of the radius
 
     @property
     def turns(self) -> float:
@@ -59,13 +43,12 @@ class Shadow:
 
 
 def shadows(
-    stadium: Stadium, symbols: Symbols, points: Floats, tolerance: float, whole: bool = False
+    stadium: Stadium, symbols: Words, points: Floats, tolerance: float, whole: bool = False
 ) -> list[Shadow]:
     """Find the orbits that a trajectory shadows, those it goes round most often first.
 
     Parameters
     ----------
-    stadium : Stadium
     symbols : ndarray of uint8, shape (T,)
         The bounces of the trajectory.
     points : ndarray, shape (T, 2)
@@ -94,8 +77,8 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 
 
 def _candidates(
-    stadium: Stadium, symbols: Symbols, points: Floats, near: float, whole: bool
-) -> Iterator[tuple[Symbols, Rows]]:
+    stadium: Stadium, symbols: Words, points: Floats, near: float, whole: bool
+) -> Iterator[tuple[Words, Places]]:
     """Yield words of one period, shape (N, p), with the indices at which they begin, shape (N,)."""
     for p in range(2, min(LONGEST, len(symbols)) + 1):
         back = np.hypot(*(points[p:] - points[:-p]).T) <= near
@@ -114,7 +97,7 @@ def _candidates(
             yield root, start
 
 
-def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p: int) -> Symbols:
+def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p: int) -> Words:
     """Return pieces of a trajectory closed to words, shape (N, p).
 
     Symbols can change where a piece is cut out of a run, because single bounces have no sense.
@@ -126,7 +109,7 @@ def _closed(stadium: Stadium, symbols: Symbols, points: Floats, starts: Rows, p:
 
 
 def _stretches(
-    stadium: Stadium, words: Symbols, starts: Rows, points: Floats, tolerance: float
+    stadium: Stadium, words: Words, starts: Places, points: Floats, tolerance: float
 ) -> Iterator[Shadow]:
     """Yield the longest stretch of a trajectory near each word with an orbit, aligned with its beginning."""
     p = words.shape[1]
@@ -145,7 +128,7 @@ def _stretches(
                 yield Shadow(to_strings(turned[None])[0], first, count, least)
 
 
-def _longest_run(marks: NDArray[np.bool_]) -> tuple[int, int]:
+def _longest_run(marks: Marks) -> tuple[int, int]:
     """Return beginning and length of the longest row of marks."""
     steps = np.arange(len(marks))
     lengths = steps - np.maximum.accumulate(np.where(marks, -1, steps))

@@ -5,9 +5,11 @@ from typing import Any
 
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
+from orbitdb.orbits.batch import NUMBERS, finite
 from orbitdb.orbits.births.changes import Stretch, find_changes
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, finite, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
 from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
 

@@ -1,22 +1,53 @@
-"""From directions to a status, as far as doubles can decide, with bounds on all errors.
+"""The statuses of words, and how directions decide them as far as doubles can.
 
 Undecided words, including orbits through joints, go to `orbitdb.orbits.balls.enclosure`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
 from orbitdb.arrays import Floats
-from orbitdb.billiard.bounces import coordinates, margin_distances, slack_errors, slacks
-from orbitdb.billiard.legs import Chain, Derivatives, Legs, derivatives, direction_limits, length
-from orbitdb.billiard.stability import exponent, forces
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.bounces import slack_errors, slacks
+from orbitdb.billiard.legs import Chain, Derivatives, derivatives, direction_limits
 from orbitdb.equality import Batch
-from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.error_bounds import direction_errors
+
+
+class Status(StrEnum):
+    """The status of a word."""
+
+    ORBIT = "orbit"
+    GEOMETRIC = "geometric"
+    DYNAMICAL = "dynamical"
+    BOUNDARY = "boundary"
+    FAMILY = "family"
+    UNRESOLVED = "unresolved"
+
+    @property
+    def sentence(self) -> str:
+        """The status in words."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    Status.ORBIT: "an unstable periodic orbit",
+    Status.GEOMETRIC: "geometrically pruned: no orbit at any a",
+    Status.DYNAMICAL: "dynamically pruned: its fixed point leaves the stadium at this a",
+    Status.BOUNDARY: "runs exactly through a joint of wall and semicircle: not counted",
+    Status.FAMILY: "the bouncing-ball family: marginal and not isolated, so never counted",
+    Status.UNRESOLVED: "not decided",
+}
+
+
+STORED = tuple(status for status in Status if status is not Status.FAMILY)
+"""Statuses of rows of a catalogue."""
+
+EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
+"""Statuses of words that have coordinates, length and lambda."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,12 +64,8 @@ class Verdict(Batch):
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     """Tell which words are orbits, as far as doubles can.
 
-    Parameters
-    ----------
-    legs : Chain
-    a : float or ndarray, shape (N,)
-    alpha : ndarray, shape (m, N)
-        Directions of the legs at (or near) the maximum of the length, between the limits.
+    The directions alpha, shape (m, N), are at (or near) the maximum of the length, between the limits. Each
+    word may have its own a, shape (N,).
     """
     check_functions()
     slopes = derivatives(legs, a, alpha)
@@ -52,50 +79,3 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     undecided = np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
     status = np.where(outside, Status.DYNAMICAL.value, undecided)
     return Verdict(slopes, alpha_error, slack, slack_error, status)
-
-
-def assess(
-    words: NDArray[np.uint8],
-    legs: Legs,
-    stadium: Stadium,
-    found: tuple[Floats, NDArray[np.int64]],
-    every: bool = True,
-) -> Orbits:
-    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    legs : Legs
-        The same words, cut.
-    stadium : Stadium
-    found : (ndarray, ndarray)
-        The directions, as in `decide`, and the steps that the solver took.
-    every : bool, optional
-        If false, words that are proved not to be orbits only get status, margin and steps.
-    """
-    alpha, iterations = found
-    verdict = decide(legs, stadium.a, alpha)
-    margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
-    orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
-    left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
-    if len(left):
-        here = legs.rows(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
-        orbits.place(left, _measured(orbits.rows(left), *here))
-    return orbits
-
-
-def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
-    """Return the results for words with a decided status."""
-    a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
-    place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
-    return replace(
-        orbits,
-        coordinates=place,
-        length=length(legs, a, alpha),
-        lyapunov=lyapunov,
-        residual=np.abs(forces(stadium, orbits.words, place)).max(axis=1),
-        error=coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
-        length_error=length_error(legs, a, alpha, slopes, alpha_error),
-        lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
-    )

@@ -8,23 +8,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
-from orbitdb.billiard.legs import (
-    Chain,
-    Derivatives,
-    centre_directions,
-    cut,
-    direction_limits,
-    length,
-)
+from orbitdb.arrays import Floats, Integers, Places
+from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import newton, newton_step
-from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
+from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
 
 _BATCH = 1 << 13
@@ -35,15 +26,15 @@ _BATCH = 1 << 13
 class Exponents(ByValue):
     """Words with one number of runs: their statuses, and the numbers of the orbits."""
 
-    orbits: NDArray[np.intp]  # their places among the given words
-    boundary: NDArray[np.intp]  # those of words through a joint
-    unresolved: NDArray[np.intp]  # and of undecided ones; all others are dynamical
+    orbits: Places  # their places among the given words
+    boundary: Places  # those of words through a joint
+    unresolved: Places  # and of undecided ones; all others are dynamical
     length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
     legs: Chain  # their runs and legs
     slopes: Derivatives  # the derivatives of their lengths
 
-    def of_orbits(self, chosen: NDArray[np.intp]) -> "Exponents":
+    def of_orbits(self, chosen: Places) -> "Exponents":
         """Return them with some of the orbits alone."""
         return replace(
             self,
@@ -55,19 +46,10 @@ class Exponents(ByValue):
         )
 
 
-def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Exponents]:
-    """Find the orbits among packed admissible words of period p <= 20, and their exponents.
+def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
+    """Find the orbits among packed admissible words, shape (N,), of period p <= 20, and their exponents.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-    p : int
-    stadium : Stadium
-
-    Yields
-    ------
-    Exponents
-        Some of the words at a time, until all are done.
+    Yields some of the words at a time, until all are done.
     """
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
@@ -83,7 +65,7 @@ def exponents(codes: NDArray[np.int64], p: int, stadium: Stadium) -> Iterator[Ex
 
 
 def _decided(
-    codes: NDArray[np.int64], p: int, rows: NDArray[np.intp], legs: Chain, stadium: Stadium, start: Floats
+    codes: Integers, p: int, rows: Places, legs: Chain, stadium: Stadium, start: Floats
 ) -> Exponents:
     """Solve some words from nearby directions, and prove their statuses."""
     a = stadium.a
@@ -91,12 +73,10 @@ def _decided(
     verdict = decide(legs, a, alpha)
     slopes, status = verdict.slopes, verdict.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
-    for place in np.flatnonzero(status == Status.UNRESOLVED):
-        from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
-
-        word = unpack(codes[place : place + 1], p)[0]
-        found = as_orbits(word, stadium, enclose(word, stadium))
-        status[place], lengths[place], exponents_[place] = found.status[0], found.length[0], found.lyapunov[0]
+    left = np.flatnonzero(status == Status.UNRESOLVED)
+    if len(left):
+        found = solve_in_balls(unpack(codes[left], p), stadium)
+        status[left], lengths[left], exponents_[left] = found.status, found.length, found.lyapunov
     orbits = np.flatnonzero(status == Status.ORBIT)
     return Exponents(
         rows[orbits],
@@ -111,36 +91,19 @@ def _decided(
 
 @dataclass(frozen=True)
 class Tally:
-    """Numbers of words by status.
+    """Numbers of words by status."""
 
-    Attributes
-    ----------
-    words : int
-        All admissible words.
-    n_c : int
-        Orbits.
-    classes : int
-        Symmetry classes of the orbits.
-    boundary, unresolved : int
-        Words with these statuses. All others are dynamical.
-    """
-
-    words: int = 0
-    n_c: int = 0
-    classes: int = 0
-    boundary: int = 0
-    unresolved: int = 0
+    words: int = 0  # all admissible words
+    n_c: int = 0  # orbits
+    classes: int = 0  # symmetry classes of the orbits
+    boundary: int = 0  # words through a joint
+    unresolved: int = 0  # undecided words; all others are dynamical
 
     @classmethod
-    def of(cls, sizes: NDArray[np.int64], found: Iterable[Exponents]) -> "Tally":
+    def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":
         """Count over classes of some sizes."""
-        parts = [
-            (
-                int(sizes[part.orbits].sum()),
-                len(part.orbits),
-                int(sizes[part.boundary].sum()),
-                int(sizes[part.unresolved].sum()),
-            )
-            for part in found
-        ]
-        return cls(int(sizes.sum()), *(sum(column) for column in zip(*parts, strict=True)))
+        counts = np.zeros(4, np.int64)
+        for part in found:
+            orbits, *others = (sizes[each].sum() for each in (part.orbits, part.boundary, part.unresolved))
+            counts += orbits, len(part.orbits), *others
+        return cls(int(sizes.sum()), *counts.tolist())

@@ -17,23 +17,19 @@ _NEAR = 0.12
 
 
 def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) -> str:
-    """Draw a closed path in its stadium.
+    """Draw a closed path in its stadium, as one ``svg`` element.
+
+    The stadium with its continued walls and circles, the path with an arrow on its first link, and its
+    bounces, numbered if they are few.
 
     Parameters
     ----------
-    stadium : Stadium
     points : ndarray, shape (p, 2)
         The bounces in their order, in units of the radius.
     title : str
         Text alternative of the picture.
     width : int, optional
         Width in pixels.
-
-    Returns
-    -------
-    str
-        One ``svg`` element: the stadium with its continued walls and circles, the path with an arrow
-        on its first link, and its bounces, numbered if they are few.
     """
     scale = width / (2 * (stadium.a + 1 + _MARGIN))
     height = 2 * (1 + _MARGIN) * scale
@@ -117,19 +113,10 @@ def _pixels(points: Floats, scale: float) -> list[tuple[float, float]]:
 
 
 def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
-    """Return the places for the numbers of bounces, counted from 1.
+    """Return the places for the numbers of bounces, counted from 1, given their points, shape (p, 2).
 
-    Parameters
-    ----------
-    stadium : Stadium
-    points : ndarray, shape (p, 2)
-        The bounces in their order.
-
-    Returns
-    -------
-    list of (Place, Place, str)
-        A bounce, the direction outward from the wall there, and text; bounces near one place share a
-        label, such as ``2, 6``.
+    A label is a bounce, the direction outward from the wall there, and a text; bounces near one place share a
+    label, such as ``2, 6``.
     """
     places: list[tuple[Floats, list[str]]] = []
     for n, point in enumerate(points):

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.polynomial import Polynomial
 
-from orbitdb.answers.methods import AVERAGES
+from orbitdb.answers.lyapunov import AVERAGES
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
@@ -17,6 +17,7 @@ from orbitdb.quantum.amplitudes import weyl
 from orbitdb.symbols.words import run_notation
 
 if TYPE_CHECKING:
+    from orbitdb.quantum.assessment import Assessment
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.spectrum import Peak, Spectrum
 
@@ -105,7 +106,7 @@ def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
 
 
 def times(peak: "Peak") -> str:
-    """Return the code of a peak's orbit with its number of traversals, half ones of a single parity too."""
+    """Return the code of a peak's orbit with its number of traversals; for one parity it can end in 1/2."""
     whole, half = divmod(peak.repetitions, 1)
     count = f"{int(whole) or ''}{'½' if half else ''}"
     return short(peak.code) if count == "1" else f"{count} × {short(peak.code)}"
@@ -126,3 +127,14 @@ def draw_levels(ax: Axes, levels: "Levels") -> None:
     ax.step(ends, count, where="post", color=BLUE, label="levels")
     ax.plot(k, smooth(k) - below, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
     ax.set(xlabel="$kR$", ylabel=f"levels from {levels.low:g} to $k$" if levels.low else "levels below $k$")
+
+
+def draw_assessment(ax: Axes, found: "Assessment") -> None:
+    """Draw N_X(k_i) - i + 1/2 at each level of a list, and its steps at missing levels."""
+    place = np.arange(1, len(found) + 1)
+    true, off = found.number > 0, found.expected - place + 0.5
+    ax.plot(found.k[true], off[true], ".", markersize=3, label="$N_X(k_i) - i + 1/2$")
+    ax.step(found.k[true], (found.number - place)[true], where="mid", label="levels missing so far")
+    if not true.all():
+        ax.plot(found.k[~true], off[~true], "x", markersize=6, label="spurious or double")
+    ax.set(xlabel="$kR$", ylabel="levels")

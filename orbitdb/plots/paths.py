@@ -193,8 +193,8 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
     """Draw in our style on axes, by default those of a new figure, add a title, and return the axes."""
     from matplotlib import pyplot  # imported late because it looks for a display
 
-    # Create the figure first. The first figure loads the backend, and a notebook's backend then sets that
-    # figures are shown; `look` would undo that setting.
+    # The figure comes first: it loads the backend, and in a notebook the backend changes a setting so that
+    # figures are shown. Inside `look` that change would be undone.
     figure = ax.figure if ax else pyplot.figure(layout="constrained")
     with look():
         axes = ax or figure.subplots()

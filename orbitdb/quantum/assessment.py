@@ -7,21 +7,21 @@ of k at once if the radius is to be fitted too.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
-from orbitdb.extras import load
+from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.staircase import Staircase
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
 
 
 CUTOFF, CUTOFF_OF_ALL = 12.0, 16.0
@@ -64,8 +64,8 @@ class Gap(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Assessment(ByValue):
-    """Comparison of a list of levels with the orbits.
+class Assessment(ByValue, Drawn):
+    """Comparison of a list of levels with the orbits; `plot` draws N_X(k_i) - i + 1/2 and its steps.
 
     Attributes
     ----------
@@ -130,29 +130,10 @@ class Assessment(ByValue):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the gaps as a data frame, with the columns after, before and missing."""
-        return load("pandas", "to_pandas()", "pandas").DataFrame(self.gaps, columns=list(Gap._fields))
+        return data_frame(self.gaps, Gap._fields)
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw N_X(k_i) - i + 1/2 with matplotlib, and its steps at missing levels.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw on; by default those of a new figure.
-        """
-        paths = load("orbitdb.plots.paths", "plot()", "plot")
-        axes: Axes = paths.draw_titled(lambda ax: self.draw(ax), (), self.verdict(), ax)
-        return axes
-
-    def draw(self, ax: "Axes") -> None:
-        """Draw on axes (`plot`)."""
-        place = np.arange(1, len(self) + 1)
-        true, off = self.number > 0, self.expected - place + 0.5
-        ax.plot(self.k[true], off[true], ".", markersize=3, label="$N_X(k_i) - i + 1/2$")
-        ax.step(self.k[true], (self.number - place)[true], where="mid", label="levels missing so far")
-        if not true.all():
-            ax.plot(self.k[~true], off[~true], "x", markersize=6, label="spurious or double")
-        ax.set(xlabel="$kR$", ylabel="levels")
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        return "curves.draw_assessment", (self,), self.verdict()
 
     def verdict(self) -> str:
         """Say in one sentence which levels are missing or spurious."""

@@ -9,7 +9,7 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError, WorkError
-from orbitdb.extras import load
+from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
@@ -28,7 +28,6 @@ from orbitdb.quantum.mesh import quarter_stadium
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
 
 
 LEAST_A, LARGEST_A = 0.05, 20.0
@@ -172,8 +171,8 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Levels(ByValue):
-    """All levels in a range of k, of some parities or all.
+class Levels(ByValue, Drawn):
+    """All levels in a range of k, of some parities or all; `plot` draws their number up to k, and Weyl's law.
 
     Attributes
     ----------
@@ -231,29 +230,10 @@ class Levels(ByValue):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with the columns k, error and parity."""
-        pandas = load("pandas", "to_pandas()", "pandas")
-        return pandas.DataFrame({"k": self.k, "error": self.error, "parity": self.parity})
+        return data_frame({"k": self.k, "error": self.error, "parity": self.parity})
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the number of levels up to k, and Weyl's law, with matplotlib.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
-        """
-        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
-        axes: Axes = paths.draw_titled(curves.draw_levels, (self,), repr(self).strip("<>"), ax)
-        return axes
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        return "curves.draw_levels", (self,), repr(self).strip("<>")
 
 
 def parities_of(names: Iterable[Parity | str]) -> list[Parity]:

@@ -1,9 +1,9 @@
 """The length spectrum of a stadium, from its orbits and from its levels."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.extras import load
+from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, Terms, weyl
@@ -20,7 +20,6 @@ from orbitdb.quantum.lengths import peak_of_each
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
 
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
@@ -57,8 +56,10 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(ByValue):
+class Spectrum(ByValue, Drawn):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
+
+    `plot` draws |F|, for the orbits downwards and for any levels upwards.
 
     Attributes
     ----------
@@ -128,28 +129,10 @@ class Spectrum(ByValue):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a pandas data frame (extra ``pandas``)."""
-        return load("pandas", "to_pandas()", "pandas").DataFrame(self.rows(), columns=list(COLUMNS))
+        return data_frame(self.rows(), COLUMNS)
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the modulus of F, for the orbits downwards, and for any levels upwards, with matplotlib.
-
-        Parameters
-        ----------
-        ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-
-        Raises
-        ------
-        ModuleNotFoundError
-            If matplotlib is not installed (extra ``plot``).
-        """
-        curves, paths = (load(f"orbitdb.plots.{name}", "plot()", "plot") for name in ("curves", "paths"))
-        axes: Axes = paths.draw_titled(curves.draw_spectrum, (self,), repr(self).strip("<>"), ax)
-        return axes
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        return "curves.draw_spectrum", (self,), repr(self).strip("<>")
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
         """Yield up to `most` of the strongest orbits of each peak, by rising length."""

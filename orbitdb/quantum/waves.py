@@ -26,7 +26,7 @@ from scipy.spatial import cKDTree
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.extras import load
+from orbitdb.extras import drawn
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.elements import eigenvectors, nodes
@@ -161,11 +161,8 @@ class Wave:
             Axes to draw on; by default those of a new figure.
         orbit : Orbit, optional
         """
-        waves = load("orbitdb.plots.waves", "plot()", "plot")
-        paths = load("orbitdb.plots.paths", "plot()", "plot")
         title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
-        axes: Axes = paths.draw_titled(waves.draw_wave, (self, orbit), title, ax)
-        return axes
+        return drawn("waves.draw_wave", (self, orbit), title, ax)
 
 
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:

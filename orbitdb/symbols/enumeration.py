@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Marks, Masks, Places, Words
 from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
@@ -41,18 +41,10 @@ class Span(NamedTuple):
         return cls(p, after, (1 << BITS * p) - 1)
 
 
-def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
+def primitive_words(p: int) -> Iterator[Words]:
     """Generate all primitive cyclic words of period p, pruned or not, as codes in order.
 
-    Parameters
-    ----------
-    p : int
-        Order, 1..`MAX_PERIOD`.
-
-    Yields
-    ------
-    ndarray of uint8, shape (n, p)
-        The next words; n is at most a few times `CHUNK`, which bounds the memory.
+    Yields arrays of shape (n, p), with n at most a few times `CHUNK`, which bounds the memory.
     """
     for codes, lyndon, _ in prefixes(Span.whole(p), p):
         whole = lyndon == p
@@ -61,16 +53,12 @@ def primitive_words(p: int) -> Iterator[NDArray[np.uint8]]:
 
 
 def prefixes(
-    span: Span,
-    length: int,
-    table: NDArray[np.int8] = _ANY,
-    keep: Callable[[Integers], NDArray[np.bool_]] | None = None,
+    span: Span, length: int, table: NDArray[np.int8] = _ANY, keep: Callable[[Integers], Marks] | None = None
 ) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
     """Generate the prefixes of the codes in a span, in order.
 
     Parameters
     ----------
-    span : Span
     length : int
         Symbols of a prefix, 1..p.
     table : ndarray of int8, shape (S, 6), optional
@@ -121,20 +109,13 @@ class LeastWords(NamedTuple):
     """Symmetry classes, given by their representatives."""
 
     codes: Integers  # the packed words, shape (N,)
-    stabiliser: NDArray[np.uint8]  # bit g is set if element g maps the cyclic word to itself
+    stabiliser: Masks  # bit g is set if element g maps the cyclic word to itself
 
 
 def least_words(span: Span) -> Iterator[LeastWords]:
     """Generate the representatives of the admissible symmetry classes in a span, in order.
 
-    Parameters
-    ----------
-    span : Span
-
-    Yields
-    ------
-    LeastWords
-        A few times `CHUNK` at most, which bounds the memory.
+    At most a few times `CHUNK` at once, which bounds the memory.
     """
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
@@ -150,32 +131,21 @@ def least_words(span: Span) -> Iterator[LeastWords]:
 
 
 def all_least_words(span: Span) -> LeastWords:
-    """Return all of them at once."""
+    """Return all representatives in a span at once."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
 
 
-def representatives(p: int) -> tuple[NDArray[np.uint8], Integers]:
+def representatives(p: int) -> tuple[Words, Integers]:
     """Return the admissible classes of period p: representatives, shape (N, p), and sizes, shape (N,)."""
     found = all_least_words(Span.whole(p))
     return unpack(found.codes, p), SIZES[found.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
-    """Cut a period into spans with about ``size`` representatives each, except the last.
+    """Cut a period, after a packed word, into spans with about ``size`` representatives each.
 
-    Parameters
-    ----------
-    p : int
-        Order, 1..`MAX_PERIOD`.
-    size : int
-    after : int, optional
-        Begin after this packed word.
-
-    Yields
-    ------
-    Span
-        Adjacent spans in order; the last one ends with the last word.
+    The spans are adjacent and in order. The last one may be shorter; it ends with the last word.
     """
     whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
     below, classes = list(_CLASSES), list(_CLASSES.values())
@@ -197,7 +167,7 @@ def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDA
     return prefixes(below, length, automaton()[1], lambda codes: codes <= mirrored(codes))
 
 
-def _closes(codes: NDArray[np.int64], states: NDArray[np.int8], p: int) -> NDArray[np.intp]:
+def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Places:
     """Return the places of the packed words that the rules also allow as cycles, given their states."""
     kept, table = automaton()
     rooted = np.array([state.left is not None for state in kept])  # 02 is not, and rule 3 forbids it

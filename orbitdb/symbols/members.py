@@ -11,11 +11,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Masks
 from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, all_images, label, members
 from orbitdb.symbols.words import unpack
-
-Masks = NDArray[np.uint8]
 
 _BATCH = 1 << 14
 """Classes at a time; they fit into the processor's cache."""
@@ -44,19 +42,11 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 """The bits of each byte, the lowest first, shape (256, 8)."""
 
 
-def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks:
-    """Turn sets of elements into sets of places in the class.
+def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
+    """Turn sets of elements, shape (C,), into sets of places in the classes.
 
-    Parameters
-    ----------
-    elements : ndarray of uint8, shape (C,)
-        Bit g is set if the word of element g belongs to the set.
-    stabilisers : ndarray of uint8, shape (C,)
-
-    Returns
-    -------
-    ndarray of uint8, shape (C,)
-        Bit n is set if word n does; bits beyond the size of the class mean nothing.
+    Bit g stands for the word of element g, and bit n of the result for word n. Bits beyond the size of the
+    class mean nothing.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
@@ -64,15 +54,10 @@ def places_of_elements(elements: Masks, stabilisers: NDArray[np.uint8]) -> Masks
     return places
 
 
-def joined_words(codes: Integers, stabilisers: NDArray[np.uint8], p: int) -> list[str]:
+def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
     """Return all words of each class as one text, p symbols each.
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (C,)
-        The packed representatives, of period p <= 20.
-    stabilisers : ndarray of uint8, shape (C,)
-    p : int
+    The codes are the packed representatives, of period p <= 20, with their stabilisers, shape (C,) each.
     """
     sizes = SIZES[stabilisers]
     every = packed_members(codes, p, ((1 << sizes) - 1).astype(np.uint8), stabilisers)
@@ -86,24 +71,16 @@ def joined_members(word: str) -> str:
     return "".join(members(word))
 
 
-def packed_members(
-    codes: Integers, p: int, masks: Masks, stabilisers: NDArray[np.uint8]
-) -> Iterator[Integers]:
+def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) -> Iterator[Integers]:
     """Yield chosen words of classes as packed words, class by class in the order of their places.
 
     Parameters
     ----------
     codes : ndarray of int64, shape (C,)
         The packed representatives, of period p <= 20.
-    p : int
     masks : ndarray of uint8, shape (C,)
         Bit n is set if word n of the class is chosen.
     stabilisers : ndarray of uint8, shape (C,)
-
-    Yields
-    ------
-    ndarray of int64
-        The words of some thousand classes.
     """
     for start in range(0, len(codes), _BATCH):
         batch = slice(start, start + _BATCH)

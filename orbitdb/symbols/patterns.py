@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Integers, Marks, Masks
 from orbitdb.symbols.symmetry import ELEMENTS, SIZES, next_symbols, packed_images
 from orbitdb.symbols.words import BITS, MAX_KEYED, SYMBOLS, least_rotation
-
-Found = NDArray[np.bool_]
 
 _UNITS = int("1" * MAX_KEYED, 8)
 
@@ -34,7 +31,7 @@ class Factor:
         """Tell whether a least rotation has the factor."""
         return self.factor in 2 * word
 
-    def fitting(self, codes: Integers, p: int) -> Found:
+    def fitting(self, codes: Integers, p: int) -> Marks:
         """Return which packed words of period p <= `MAX_KEYED`, in any rotation, have the factor."""
         symbols = self.factor[:p]
         if len(self.factor) > p and not self.fits(least_rotation(symbols)):
@@ -48,24 +45,17 @@ class Factor:
 
 @dataclass(frozen=True)
 class Like:
-    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one.
-
-    Attributes
-    ----------
-    pattern : str
-    wanted : bool, optional
-        False to find the words that do not fit.
-    """
+    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one."""
 
     pattern: str
-    wanted: bool = True
+    wanted: bool = True  # False to find the words that do not fit
     cyclic = False
 
     def fits(self, word: str) -> bool:
         """Tell whether a word, as written, fits."""
         return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
-    def fitting(self, codes: Integers, p: int) -> Found:
+    def fitting(self, codes: Integers, p: int) -> Marks:
         """Return which packed words of period p <= `MAX_KEYED`, as written, fit."""
         where = {symbol: _where(symbol, codes, p) for symbol in set(self.pattern) - {"%", "_"}}
         places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is after the word
@@ -99,26 +89,11 @@ def _spread(places: Integers, p: int) -> None:
         step *= 2
 
 
-def words_containing(codes: Integers, stabiliser: NDArray[np.uint8], p: int, factor: str) -> Integers:
-    """Count the words of symmetry classes that contain a factor.
+def words_containing(codes: Integers, stabiliser: Masks, p: int, factor: str) -> Integers:
+    """Count the words of each symmetry class that contain a factor, shape (N,).
 
-    Parameters
-    ----------
-    codes : ndarray of int64, shape (N,)
-        One packed word of each class, of period p <= 20.
-    stabiliser : ndarray of uint8, shape (N,)
-        Their stabilisers.
-    p : int
-    factor : str
-        Symbols 0..5.
-
-    Returns
-    -------
-    ndarray of int64, shape (N,)
-
-    Notes
-    -----
-    By definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
+    The codes are one packed word of each class, of period p <= 20, with the stabilisers of the classes. By
+    definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
     symbols of any rotation, and none of more than 2 p.
     """
     images = np.zeros(len(codes), dtype=np.int64)

@@ -14,14 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Words
+from orbitdb.arrays import Floats, Marks, Masks, Places, Words
+from orbitdb.billiard.stadium import SIDE
 from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
 
 FAMILY = "02"
 """The bouncing-ball orbits: marginal, not isolated, never counted."""
-
-_NONE, _LEFT, _RIGHT = 0, 1, 2
-_SIDE = np.array([_NONE, _LEFT, _NONE, _RIGHT, _LEFT, _RIGHT], dtype=np.uint8)
 
 
 class Rule(NamedTuple):
@@ -41,38 +39,38 @@ RULES = (
 )
 
 
-def rules_broken(words: Words) -> NDArray[np.uint8]:
+def rules_broken(words: Words) -> Masks:
     """Return the bit mask of broken rules (bit number - 1) of each word, shape (N, p)."""
     before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
-    sides = _SIDE[words]
-    curved, other = sides != _NONE, words != after
+    sides = SIDE[words]
+    curved, other = sides != 0, words != after
     walls, same = _walls_since(sides)
-    one_sided = ~((sides == _LEFT).any(axis=1) & (sides == _RIGHT).any(axis=1))
+    one_sided = ~((sides < 0).any(axis=1) & (sides > 0).any(axis=1))
     broken = (
         _somewhere(~curved & ~other),
         _somewhere((words >= 4) & (words != before) & other),
         one_sided,
         _somewhere(same & (walls == 1)),
-        _somewhere(curved & (sides == _SIDE[after]) & other),
+        _somewhere(curved & (sides == SIDE[after]) & other),
         _somewhere(same & (walls >= 2)),
     )
     return np.packbits(broken, axis=0, bitorder="little")[0]
 
 
-def _somewhere(marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _somewhere(marks: Marks) -> Marks:
     """Tell which words have a mark at some bounce."""
-    found: NDArray[np.bool_] = np.logical_or.reduce(marks, axis=1)
+    found: Marks = np.logical_or.reduce(marks, axis=1)
     return found
 
 
-def _walls_since(sides: NDArray[np.uint8]) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+def _walls_since(sides: Floats) -> tuple[Places, Marks]:
     """Return, for each bounce, the walls hit since the last semicircle, and whether it is on that one."""
     p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)
-    places = np.where(twice != _NONE, np.arange(2 * p), -1)
+    places = np.where(twice != 0, np.arange(2 * p), -1)
     last = np.maximum.accumulate(places, axis=1)[:, p - 1 : -1]
     again = np.take_along_axis(twice, last, axis=1) == sides
-    return np.arange(p, 2 * p) - last - 1, again & (sides != _NONE) & (last >= 0)
+    return np.arange(p, 2 * p) - last - 1, again & (sides != 0) & (last >= 0)
 
 
 def rule_numbers(mask: int) -> list[int]:
@@ -171,14 +169,9 @@ def count_primitive(p: int) -> int:
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
-    """Count the primitive cyclic words of any period p that break none of the rules.
+    """Count the primitive cyclic words of any period p that break none of the given rules.
 
-    Parameters
-    ----------
-    p : int
-        Order.
-    rules : frozenset of int, optional
-        Numbers of the rules to apply; with all of them, the default, the result is the paper's N_t(p).
+    With all rules, the default, this is the paper's N_t(p).
     """
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 

@@ -13,15 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers, Masks, Words
 from orbitdb.billiard.stadium import STRAIGHT
-from orbitdb.symbols.words import (
-    BITS,
-    MAX_KEYED,
-    from_strings,
-    least_rotation,
-    least_rotations,
-    to_strings,
-)
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, least_rotation, least_rotations, to_strings
 
 MIRROR_X, MIRROR_Y, REVERSE = 1, 2, 4
 ELEMENTS = range(8)
@@ -47,7 +41,7 @@ _UNITS = np.int64(int("1" * MAX_KEYED, 8))
 _WRITTEN = np.array([0, 1, 2, 3, 4, 5, 1, 3], dtype=np.uint8)
 
 
-def _table(element: int) -> NDArray[np.uint8]:
+def _table(element: int) -> Words:
     """Return the image of each symbol, with separate single bounces, under one element."""
     image = np.arange(8, dtype=np.uint8)
     if bool(element & MIRROR_Y) != bool(element & REVERSE):
@@ -62,54 +56,28 @@ def _table(element: int) -> NDArray[np.uint8]:
 _TABLES = [_table(element) for element in ELEMENTS]
 
 
-def _lone_apart(words: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _lone_apart(words: Words) -> Words:
     """Return words with separate symbols for single bounces on a semicircle; neighbours are cyclic."""
     same = words == np.roll(words, 1, axis=1)
     return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
 
 
-def act_on_words(element: int, words: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the images of words under one element, reversed if it includes time reversal.
+def act_on_words(element: int, words: Words) -> Words:
+    """Return the images of words, shape (N, p), under one element, reversed if it includes time reversal.
 
-    Parameters
-    ----------
-    element : int
-        One of `ELEMENTS`.
-    words : ndarray of uint8, shape (N, p)
-        Symbol sequences; neighbours are cyclic.
-
-    Returns
-    -------
-    ndarray of uint8, shape (N, p)
-        Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal).
-
-    Notes
-    -----
-    Mirror ``y`` and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
-    semicircle is always written 1 or 3.
+    Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal). Mirror ``y``
+    and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a semicircle is
+    always written 1 or 3.
     """
     image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
 
 
-def act_on_coordinates(
-    element: int, words: NDArray[np.uint8], coordinates: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the coordinates of the images of orbits under one element.
+def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Floats:
+    """Return the coordinates of the images of orbits under one element, shape (N, p).
 
-    Parameters
-    ----------
-    element : int
-        One of `ELEMENTS`.
-    words : ndarray of uint8, shape (N, p)
-        The words of the orbits before the element acts.
-    coordinates : ndarray, shape (N, p)
-        x in units of R on a straight wall, radians on a semicircle.
-
-    Returns
-    -------
-    ndarray, shape (N, p)
-        In the order of the symbols of ``act_on_words(element, words)``.
+    The words and coordinates are those of the orbits before the element acts. The images are in the order of
+    the symbols of ``act_on_words(element, words)``.
     """
     straight = STRAIGHT[words]
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
@@ -118,25 +86,19 @@ def act_on_coordinates(
 
 
 def image_coordinates(
-    words: Sequence[str], least: Sequence[str], element: int, coordinates: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the coordinates of the images of orbits under one element, in chosen rotations.
+    words: Sequence[str], least: Sequence[str], element: int, coordinates: Floats
+) -> Floats:
+    """Return the coordinates of the images of N orbits under one element, in chosen rotations, shape (N, p).
 
     Parameters
     ----------
-    words : sequence of str, length N
-        A rotation of the word of each image.
-    least : sequence of str, length N
+    words : sequence of str
+        A rotation of the word of each image; the result is in its order.
+    least : sequence of str
         The words of the orbits.
     element : int
-        The element that leads to the images.
     coordinates : ndarray, shape (N, p)
         The coordinates of the orbits, in the order of ``least``.
-
-    Returns
-    -------
-    ndarray, shape (N, p)
-        In the order of ``words``.
 
     Raises
     ------
@@ -153,26 +115,26 @@ def image_coordinates(
 class Classes(NamedTuple):
     """The symmetry classes of N cyclic words, as arrays of shape (N,)."""
 
-    representative: NDArray[np.int64]  # packed
+    representative: Integers  # packed
     element: NDArray[np.uint8]  # the first element that carries the representative to the word
-    stabiliser: NDArray[np.uint8]  # bit g is set if element g maps the cyclic word to itself
+    stabiliser: Masks  # bit g is set if element g maps the cyclic word to itself
 
 
-def classify(codes: NDArray[np.int64], p: int) -> Classes:
+def classify(codes: Integers, p: int) -> Classes:
     """Find the symmetry class of each packed primitive code of period p <= 20."""
     images = all_images(codes, p)
     stabiliser = np.packbits(images == codes, axis=0, bitorder="little")[0]
     return Classes(images.min(axis=0), images.argmin(axis=0).astype(np.uint8), stabiliser)
 
 
-def all_images(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def all_images(codes: Integers, p: int) -> Integers:
     """Return the images of packed codes, p <= 20, under the eight elements, as codes, shape (8, N)."""
     return np.stack([codes, *(least_rotations(image, p) for image in packed_images(codes, p)[1:])])
 
 
-def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
+def packed_images(codes: Integers, p: int) -> list[Integers]:
     """Return the images of packed words of period p <= 20 under the eight elements in order, not rotated."""
-    images: list[NDArray[np.int64]] = []
+    images: list[Integers] = []
     for one in (codes, reversed_words(codes, p)):
         sense, walls = _changes(one, p)
         forth = (one ^ sense, one ^ walls) if images else (one, one ^ sense ^ walls)
@@ -180,13 +142,13 @@ def packed_images(codes: NDArray[np.int64], p: int) -> list[NDArray[np.int64]]:
     return images
 
 
-def mirrored(codes: NDArray[np.int64]) -> NDArray[np.int64]:
+def mirrored(codes: Integers) -> Integers:
     """Return packed words with all symbols mirrored, 1 <-> 3 and 4 <-> 5."""
     high, low = (codes >> 2) & _UNITS, codes & _UNITS
     return codes ^ high ^ ((low & ~high) << 1)
 
 
-def _changes(codes: NDArray[np.int64], p: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _changes(codes: Integers, p: int) -> tuple[Integers, Integers]:
     """Return the bits of packed words that change with the sense of their runs, and with 0 <-> 2.
 
     1 = 001 <-> 4 = 100 and 3 = 011 <-> 5 = 101, except for single bounces.
@@ -201,13 +163,13 @@ def _changes(codes: NDArray[np.int64], p: int) -> tuple[NDArray[np.int64], NDArr
     return run << 2 | (run & right) << 1 | run & ~right, (curved ^ units) << 1
 
 
-def next_symbols(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def next_symbols(codes: Integers, p: int) -> Integers:
     """Return packed words of period p rotated by one symbol."""
     top = BITS * (p - 1)
     return (codes & ((np.int64(1) << top) - 1)) << BITS | codes >> top
 
 
-def reversed_words(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def reversed_words(codes: Integers, p: int) -> Integers:
     """Return packed words of period p with their symbols reversed."""
     back = codes & 7
     for place in range(1, p):

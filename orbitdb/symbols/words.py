@@ -9,8 +9,8 @@ import re
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers, Marks, Words
 from orbitdb.errors import InputError
 from orbitdb.plaintext import shortened
 
@@ -175,7 +175,7 @@ def is_primitive(word: str) -> bool:
     return len(primitive_root(word)) == len(word)
 
 
-def are_primitive(words: NDArray[np.uint8]) -> NDArray[np.bool_]:
+def are_primitive(words: Words) -> Marks:
     """Tell which words of one period, shape (N, p), are not repetitions of shorter ones, shape (N,)."""
     p = words.shape[1]
     found = np.ones(len(words), dtype=np.bool_)
@@ -201,13 +201,13 @@ def parse_primitive(text: str) -> str:
     return word
 
 
-def from_strings(words: Sequence[str]) -> NDArray[np.uint8]:
+def from_strings(words: Sequence[str]) -> Words:
     """Return words of one period as an ``(N, p)`` array of symbols."""
     flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))
     return flat.reshape(len(words), len(words[0]) if words else 0)
 
 
-def to_strings(words: NDArray[np.uint8]) -> list[str]:
+def to_strings(words: Words) -> list[str]:
     """Return the rows of an ``(N, p)`` array of symbols as strings of digits."""
     if len(words) == 0:
         return []
@@ -216,7 +216,7 @@ def to_strings(words: NDArray[np.uint8]) -> list[str]:
     return strings
 
 
-def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
+def pack(words: Words) -> Integers:
     """Return words of period p <= `MAX_PACKED` as integers, three bits per symbol, the first one highest."""
     codes = np.zeros(len(words), dtype=np.int64)
     for symbols in words.T:
@@ -225,13 +225,13 @@ def pack(words: NDArray[np.uint8]) -> NDArray[np.int64]:
     return codes
 
 
-def unpack(codes: NDArray[np.int64], p: int) -> NDArray[np.uint8]:
+def unpack(codes: Integers, p: int) -> Words:
     """Return packed words of period p as an ``(N, p)`` array of symbols."""
     shifts = BITS * np.arange(p - 1, -1, -1, dtype=np.int64)
     return ((codes[:, None] >> shifts) & 7).astype(np.uint8)
 
 
-def least_rotations(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def least_rotations(codes: Integers, p: int) -> Integers:
     """Return the least rotation of each packed word of period p."""
     spare = 64 - BITS * p  # the bits below the words, which do not affect the order
     whole = codes.astype(np.uint64) << np.uint64(spare)
@@ -257,12 +257,12 @@ def word_of(key: int) -> str:
     return f"{key:o}"[1:]
 
 
-def keys(codes: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def keys(codes: Integers, p: int) -> Integers:
     """Return the keys of packed words of period p <= `MAX_KEYED`."""
     return codes | np.int64(1 << BITS * p)
 
 
-def packed(keys: NDArray[np.int64], p: int) -> NDArray[np.int64]:
+def packed(keys: Integers, p: int) -> Integers:
     """Return the packed words of period p with the given keys."""
     return keys ^ np.int64(1 << BITS * p)
 

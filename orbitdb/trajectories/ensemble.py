@@ -14,6 +14,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.extras import Record
 from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 TRAJECTORIES = 4096
@@ -45,8 +46,6 @@ class Beam(NamedTuple):
 def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
     """Follow trajectories and their tangent vectors over a number of steps.
 
-    Notes
-    -----
     A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
     slope. These are the matrices of `orbitdb.billiard.stability` without the factor -1 of each bounce.
     """
@@ -79,8 +78,12 @@ def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
     return arcs, Beam.begin(beam.y, beam.slope)
 
 
+Measured = tuple[float, float]
+"""A mean and its standard error."""
+
+
 @dataclass(frozen=True)
-class Reference:
+class Reference(Record):
     """Averages over random trajectories, with their standard errors.
 
     Attributes
@@ -107,6 +110,28 @@ class Reference:
     bounces: int
     groups: int
     seed: int
+
+    @classmethod
+    def of(
+        cls, growth: Measured, path: Measured, per_bounce: float, per_length: float, *counts: int
+    ) -> "Reference":
+        """Return the averages that follow from the mean growth and path of a step, and exact rates.
+
+        Parameters
+        ----------
+        growth, path : (float, float)
+            The means, each with its standard error.
+        per_bounce, per_length : float
+            The mean numbers of steps per bounce and per length.
+        *counts : int
+            Bounces, groups and seed.
+        """
+        return cls(
+            float(growth[0] * per_bounce), float(growth[1] * per_bounce),
+            float(growth[0] * per_length), float(growth[1] * per_length),
+            float(path[0] * per_bounce), float(path[1] * per_bounce),
+            *counts,
+        )  # fmt: skip
 
 
 def simulate(
@@ -142,10 +167,7 @@ def simulate(
 
 
 def references(
-    stadium: Stadium,
-    bounces: int,
-    seed: int = 0,
-    trajectories: int | None = None,
+    stadium: Stadium, bounces: int, seed: int = 0, trajectories: int | None = None
 ) -> Iterator[tuple[float, Reference]]:
     """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
 
@@ -181,21 +203,11 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference
     count = len(beam.growth)
     walls = beam.bounces - steps
 
-    def mean(values: Floats) -> tuple[float, float]:
+    def mean(values: Floats) -> Measured:
         """Return the mean per step and its standard error."""
         return float(values.mean()) / steps, float(values.std(ddof=1)) / steps / math.sqrt(count)
 
-    rest, rest_error = mean(beam.path - 2 * walls)
-    per_step, per_step_error = mean(beam.growth)
-    per_bounce, per_length = 2 * math.pi / stadium.perimeter, 2 / stadium.area
-    return Reference(
-        lambda_d=per_step * per_bounce,
-        lambda_d_error=per_step_error * per_bounce,
-        lambda_c=per_step * per_length,
-        lambda_c_error=per_step_error * per_length,
-        mean_free_path=(rest + 4 * stadium.a / math.pi) * per_bounce,
-        mean_free_path_error=rest_error * per_bounce,
-        bounces=int(beam.bounces.sum()),
-        groups=count,
-        seed=seed,
-    )
+    rest, error = mean(beam.path - 2 * walls)
+    path = rest + 4 * stadium.a / math.pi, error
+    rates = 2 * math.pi / stadium.perimeter, 2 / stadium.area
+    return Reference.of(mean(beam.growth), path, *rates, int(beam.bounces.sum()), count, seed)

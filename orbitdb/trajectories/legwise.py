@@ -17,7 +17,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.ensemble import LEAST, Reference
+from orbitdb.trajectories.ensemble import LEAST, Measured, Reference
 
 _TINY = 1e-150
 
@@ -98,7 +98,7 @@ class Beams(NamedTuple):
 def simulate_legs(
     stadium: Stadium,
     bounces: int,
-    known: tuple[float, float],
+    known: Measured,
     seed: int = 0,
     progress: Callable[[float, Reference], None] | None = None,
 ) -> Reference:
@@ -106,10 +106,9 @@ def simulate_legs(
 
     Parameters
     ----------
-    stadium : Stadium
     bounces : int
         Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
-    known : tuple of float
+    known : (float, float)
         The exact mean of ln D + ln K + c2 per leg, and a bound on its error.
     seed : int, optional
         The same arguments give the same result.
@@ -174,18 +173,8 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg after it.
 
-    Parameters
-    ----------
-    runs : Runs
-    beams : Beams
-        Bounds on the convergence at the beginning of the runs.
-    a : float
-
-    Returns
-    -------
-    tuple
-        The next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
-        the path minus two for every wall, and the number of bounces.
+    Returns the next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
+    the path minus two for every wall, and the number of bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift
@@ -199,7 +188,7 @@ def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 
 
 def _reference(
-    moments: Floats, starts: int, legs: int, stadium: Stadium, known: tuple[float, float], seed: int
+    moments: Floats, starts: int, legs: int, stadium: Stadium, known: Measured, seed: int
 ) -> Reference:
     """Compute the averages from sums over starts of the terms and of their squares, shape (2, 4).
 
@@ -208,17 +197,6 @@ def _reference(
     """
     rest, width, path, bounces = means = moments[0] / starts
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))
-    per_leg, error = known[0] + rest, math.hypot(errors[0], known[1]) + width / 2
-    legs_per_bounce = 1 / (stadium.a + math.pi / 2)
-    legs_per_length = 4 / (math.pi * (math.pi + 4 * stadium.a))
-    return Reference(
-        lambda_d=float(per_leg * legs_per_bounce),
-        lambda_d_error=float(error * legs_per_bounce),
-        lambda_c=float(per_leg * legs_per_length),
-        lambda_c_error=float(error * legs_per_length),
-        mean_free_path=float((path + 2 * stadium.a) * legs_per_bounce),
-        mean_free_path_error=float(errors[2] * legs_per_bounce),
-        bounces=round(bounces * starts * legs),
-        groups=starts,
-        seed=seed,
-    )
+    growth = known[0] + rest, math.hypot(errors[0], known[1]) + width / 2
+    way, rates = (path + 2 * stadium.a, errors[2]), (stadium.legs_per_bounce, stadium.legs_per_length)
+    return Reference.of(growth, way, *rates, round(bounces * starts * legs), starts, seed)

@@ -8,9 +8,8 @@ the walls cost no more than one and accumulate no rounding errors.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import HALF_PI
 
 _TINY = 1e-150
@@ -37,14 +36,6 @@ class Bounce(NamedTuple):
 def bounce(rays: Rays, a: float) -> Bounce:
     """Move rays to their next bounce and reflect them.
 
-    Parameters
-    ----------
-    rays : Rays
-    a : float
-        Half the length of a straight wall.
-
-    Notes
-    -----
     The stadium is convex. If the path crosses the height of the wall ahead within (-a, a), it hits the wall;
     otherwise it hits the semicircle on that side.
     """
@@ -98,14 +89,6 @@ class Step(NamedTuple):
 def advance(arcs: Arcs, a: float) -> Step:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
-    Parameters
-    ----------
-    arcs : Arcs
-    a : float
-        Half the length of a straight wall.
-
-    Notes
-    -----
     The next bounce is on the same semicircle if the chord of the circle ends there. Otherwise the height at
     which the unfolded path reaches the x of the other centre gives the copy.
     """
@@ -123,9 +106,7 @@ def advance(arcs: Arcs, a: float) -> Step:
     return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
 
 
-def _off_circle(
-    dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: NDArray[np.bool_]
-) -> tuple[Floats, ...]:
+def _off_circle(dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: Marks) -> tuple[Floats, ...]:
     """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
 
     The distance comes from the impact parameter about the centre, which is accurate at any distance. Bounces

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arithmetic import EPSILON
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
@@ -23,7 +23,7 @@ _LEAST_POINTS = 3
 _ROUNDED = 1e-6
 """A start may be this far outside, as when it is given with six digits."""
 
-_ROUNDING = 8 * float(np.finfo(float).eps)
+_ROUNDING = 8 * EPSILON
 """Rounding error of a start and of one bounce, in units of 1 + a."""
 
 _LOST = 1e20
@@ -38,7 +38,7 @@ class Trace(ByValue):
     """The bounces of one trajectory."""
 
     first: int  # number of the first bounce; number 1 is the first after a start, or the first point
-    symbols: NDArray[np.uint8]  # shape (T,)
+    symbols: Words  # shape (T,)
     points: Floats  # Cartesian, from the centre of the stadium, in units of the radius, shape (T, 2)
 
     def __len__(self) -> int:
@@ -52,7 +52,6 @@ def trace_start(
 
     Parameters
     ----------
-    stadium : Stadium
     start : (float, float, float)
         x, y from the centre of the stadium, and the angle of the path from the x axis (radians).
     tolerance : float
@@ -157,7 +156,6 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
 
     Parameters
     ----------
-    stadium : Stadium
     points : array-like, shape (N, 2)
         x, y of N >= 3 successive bounces; the last may repeat the first to close a polygon.
     tolerance : float

@@ -1,1 +1,1 @@
-"""Verify a catalogue: recompute all its contents from the words, compare, and prove."""
+"""Verify a catalogue: recompute everything from the words, compare, and prove."""

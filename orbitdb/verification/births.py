@@ -1,9 +1,8 @@
-"""Births and deaths as they are stored: whole, in order, as fills have it, decided again, and none missing.
+"""Check births and deaths: in order, in agreement with fills, decided again, and none missing.
 
-That a class changes inside its bracket is decided again, at both ends, as in
-`orbitdb.orbits.births.brackets`. The bounce that is said to come through a joint must do so there, at the
-speed that is stored. That none is missing is proved cell by cell in ln a, by another way than that which
-found them.
+Both ends of the bracket of a birth or death are decided again, as in `orbitdb.orbits.births.brackets`. The
+stored bounce must pass through its joint there, at the stored speed. A method other than the one that found
+them proves, cell by cell in ln a, that none is missing.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -38,8 +37,8 @@ from orbitdb.symbols.words import from_strings
 from orbitdb.verification.check import (
     Block,
     Check,
+    Checked,
     Part,
-    Step,
     blocks,
     is_chosen,
     judged,
@@ -48,29 +47,29 @@ from orbitdb.verification.check import (
 )
 
 BLOCK = 1000
-"""Classes that are proved at once: some hundred megabytes."""
+"""Classes that are proved at once, in some hundred megabytes."""
 
 _CLOSE = 1e-6
-"""Relative, of slopes: no proof rests on them, and they are computed without bounds."""
+"""Relative tolerance for slopes, which no proof rests on and which have no error bounds."""
 
 
 def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
-    """Return the periods whose births are all stored: those chosen at some a, or all without selections."""
+    """Return the periods with complete births that are chosen at some a; all without selections."""
     return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
 
 
 def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the changes of chosen periods with complete births, and their counts at the a of every fill.
+    """Check the births of chosen periods where they are complete, and their counts at the a of every fill.
 
-    Every period with changes needs a row in `birth_fill`.
+    Every period with births needs a row in `birth_fill`.
     """
-    fills = [fill for fill in audit.fills(connection) if fill["state"] == DONE]
+    fills = [fill for fill in audit.fill_rows(connection) if fill["state"] == DONE]
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
     unknown = sa.select(cycle.c.p).join_from(change, cycle).where(~known).distinct().order_by(cycle.c.p)
     for p in connection.scalars(unknown).all():
-        yield Check("births", 0, 1, first=f"p = {p}: births without a row that says how far they are")
+        yield Check("births", 0, 1, first=f"p = {p}: births without a row on their progress")
     for found in whole_births(connection, selections):
-        rows = audit.changes(connection, found.p)
+        rows = audit.change_rows(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]
         yield listed("births", len(rows), wrong)
         for fill in fills:
@@ -81,7 +80,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the classes whose changes are not numbered, in order, by turns, and born in the end."""
+    """Yield the classes whose changes are not numbered, rising, and alternately births and deaths."""
     for _, changes in groupby(rows, key=lambda row: row.cycle):
         own = list(changes)
         kinds = [DIED if n % 2 else BORN for n in range(len(own))]
@@ -97,7 +96,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the changes above a = 0 whose event number differs from that of others at the same place."""
+    """Yield the changes with a wrong event number: those at one place share it, and a = 0 has none."""
     moving = [row for row in rows if row.a > 0]
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
@@ -107,7 +106,7 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
-    """Yield the wrong counts of a period; SQLite counts here, not the code that stored them."""
+    """Yield the wrong counts of a period; SQLite counts, not the code that stored them."""
     born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
     first, count = change.c.number == 1, sa.func.count
     births = sa.case((born, change.c.a))
@@ -131,21 +130,19 @@ def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
 
 
 def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str]:
-    """Yield each count of a fill that differs from the one derived from births."""
     tally = asdict(counts_at(connection, fill["a"], fill["p"]))
     for name, value in {"n_t": tally.pop("words"), **tally}.items():
         if value != fill[name]:
             yield f"{name} is {value} from births"
 
 
-def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Step]:
-    """Prove that periods with complete births lack none; yield block by block.
+def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
+    """Prove that no birth or death is missing in periods with complete ones; yield block by block.
 
-    The checks count proved classes as rows of ``lives``, and classes for which the cells become too small as
-    rows of ``undecided``.
+    Proved classes count as rows of ``lives``; those whose cells become too small, as rows of ``undecided``.
     """
     for found in periods:
-        changes = groupby(audit.changes(connection, found.p), key=lambda row: str(row.word))
+        changes = groupby(audit.change_rows(connection, found.p), key=lambda row: str(row.word))
         every = [(word, _known(rows)) for word, rows in changes]
         classes = [every[i] for i in sound_words([word for word, _ in every], found.p)]
         for start in range(0, len(classes), BLOCK):
@@ -156,11 +153,10 @@ def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iter
             proved = judged("lives", words, verdict == Verdict.WRONG)
             checks = [replace(proved, rows=len(words) - unknown)]
             checks += [Check("undecided", unknown)] * (unknown > 0)
-            yield Step(f"missing births, p = {found.p}", start + len(block), len(classes), tuple(checks))
+            yield Checked(f"missing births, p = {found.p}", start + len(block), len(classes), tuple(checks))
 
 
 def _known(rows: Iterable[Any]) -> list[KnownChange]:
-    """Return the changes of a class above a = 0 as brackets in ln a."""
     moving = [row for row in rows if row.a > row.error]
     return [
         (float(np.log(row.a - row.error)), float(np.log(row.a + row.error)), row.kind == BORN)
@@ -171,7 +167,7 @@ def _known(rows: Iterable[Any]) -> list[KnownChange]:
 def change_parts(
     connection: sa.Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
 ) -> Iterator[Part]:
-    """Yield blocks of the classes with births in the chosen periods, or of a random sample."""
+    """Yield blocks of the classes with births in the chosen periods, or of a random sample of them."""
     born = audit.by_period(connection, audit.ids_in(connection, change.c.cycle))
     chosen = [those for p, those in born.items() if is_chosen(p, selections)]
     drawn = audit.sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
@@ -179,7 +175,6 @@ def change_parts(
 
 
 def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Decide the births and deaths of classes of one period again."""
     query = sa.select(change, cycle.c.word).join_from(change, cycle)
     here = change.c.cycle.between(int(block.ids[0]), int(block.ids[-1]))
     found = connection.execute(query.where(here).order_by(change.c.cycle, change.c.number)).all()
@@ -198,7 +193,7 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _is_sound(row: Any) -> bool:
-    """Tell whether a row can be a change: at a = 0 without error and bounce, elsewhere with both."""
+    """Tell whether a row is possible: at a = 0 without error and bounce, elsewhere with both."""
     path = (row.bounce, row.joint, row.slope)
     if row.a == 0:
         return (row.error, row.kind, row.number, *path) == (0, BORN, 1, None, None, None)
@@ -207,7 +202,7 @@ def _is_sound(row: Any) -> bool:
 
 
 def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes are wrong, from the status just below and above, and at the least a."""
+    """Tell which changes are wrong, from the statuses just below and above; for a = 0, at the least a."""
     a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
     born = np.array([1 if row.kind == BORN else -1 for row in rows])
     low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
@@ -218,7 +213,7 @@ def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 if balls do not decide it either."""
+    """Tell which words are orbits, each at its own a: 1, -1, or 0 if not even balls decide it."""
     sign = np.zeros(len(words), np.int8)
     for here, legs in cut(words):
         sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)
@@ -226,7 +221,6 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
 
 
 def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes differ from the stored bounce, joint or slope."""
     wrong = np.array([row.a > 0 for row in rows])
     moving, later = np.flatnonzero(wrong), [row for row in rows if row.a > 0]
     a, error, slope, bounce = (

@@ -1,7 +1,4 @@
-"""Checks of many rows, and the parts of a catalogue that are checked separately.
-
-The result of a part depends on nothing else, whichever process checks it.
-"""
+"""Checks of many rows, and parts of a catalogue, which any process can check independently."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, InputError
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
@@ -20,7 +17,7 @@ from orbitdb.store.reading.moment import reading
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20
-"""Most numbers in all p x p matrices of a block."""
+"""Most entries of all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +27,11 @@ class Check:
     Attributes
     ----------
     name : str
-        The name of the check.
+        One of `orbitdb.verification.verify.PROMISES`.
     rows, failures : int
-        Number of rows, and of wrong ones.
-    worst : float or None
-        The deviation of the row with the largest share.
-    share : float or None
-        That deviation over the one allowed in its row; above 1 is a failure.
+        Numbers of rows, and of wrong ones.
+    worst, share : float or None
+        The worst deviation in relation to what its row allows, and that ratio; above 1 is a failure.
     first : str or None
         The first wrong row.
     """
@@ -49,7 +44,7 @@ class Check:
     first: str | None = None
 
     def joined(self, other: "Check") -> "Check":
-        """Return the same check over both sets of rows."""
+        """Join the same check over two sets of rows."""
         larger = max((self, other), key=lambda part: -1.0 if part.share is None else part.share)
         return replace(
             larger,
@@ -60,7 +55,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Step:
+class Checked:
     """Result of one step of a verification.
 
     Attributes
@@ -70,7 +65,7 @@ class Step:
     done, total : int
         Progress of the stage, in classes.
     checks : tuple of Check
-        Checks of the rows of this step; joined by name, they make the report.
+        Of the rows of this step; joined by name, they make the report.
     """
 
     stage: str
@@ -79,34 +74,32 @@ class Step:
     checks: tuple[Check, ...]
 
 
-def judged(name: str, labels: Sequence[str], wrong: NDArray[np.bool_] | Sequence[bool]) -> Check:
-    """Return a check that each row, named by its word or another label, passes or fails."""
+def judged(name: str, labels: Sequence[str], wrong: Marks | Sequence[bool]) -> Check:
+    """Return a check that each labelled row passes or fails."""
     marks = np.asarray(wrong)
     first = shortened(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
 
 
 def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
-    """Return a check of a number of rows, given the labels of the wrong ones."""
+    """Return a check of some rows, given the labels of the wrong ones."""
     return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
 
 
 def single(name: str, label: str, wrong: Iterable[str]) -> Check:
-    """Return a check of one row, with its first fault."""
+    """Return a check of one row, given its faults."""
     first = next(iter(wrong), None)
     return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
-def shares(deviation: NDArray[np.float64], allowed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return deviations over allowed ones: 0 for no deviation, infinite for NaN."""
+def shares(deviation: Floats, allowed: Floats) -> Floats:
+    """Return deviations divided by allowed ones: 0 for no deviation, infinity for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
 
 
-def measured(
-    name: str, labels: Sequence[str], deviation: NDArray[np.float64], allowed: NDArray[np.float64]
-) -> Check:
+def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
     """Return a check of deviations against allowed ones, shape (N,) each; NaN fails."""
     share = shares(deviation, allowed)
     found = judged(name, labels, share > 1)
@@ -123,11 +116,10 @@ class Part:
     Attributes
     ----------
     stage : str
-        The stage it belongs to.
     find : callable
         Checks the part through a connection.
     done, total : int
-        As in `Step`.
+        As in `Checked`.
     """
 
     stage: str
@@ -135,19 +127,19 @@ class Part:
     done: int = 0
     total: int = 1
 
-    def checked(self, connection: sa.Connection) -> Step:
-        """Return the checks of the part, up to the first unreadable value."""
+    def checked(self, connection: sa.Connection) -> Checked:
+        """Check the part, up to the first unreadable value."""
         found: list[Check] = []
         try:
             found.extend(self.find(connection))
         except (AlteredError, InputError) as error:
             what = error.what if isinstance(error, AlteredError) else error
             found.append(Check("reading", 1, 1, first=f"{self.stage}: {what}"))
-        return Step(self.stage, self.done, self.total, tuple(found))
+        return Checked(self.stage, self.done, self.total, tuple(found))
 
 
-def checked_apart(path: Path, part: Part) -> Step:
-    """Check a part in the file as it is now; the rows of a class never change."""
+def checked_apart(path: Path, part: Part) -> Checked:
+    """Check a part in the file as it is now, since the rows of a class never change."""
     with reading(path) as moment:
         return part.checked(moment.connection)
 
@@ -160,23 +152,22 @@ class Block:
     ----------
     p : int
     ids : ndarray of int64, shape (N,)
-        Their ids.
     done, total : int
         Number checked after this block, and number to check.
     """
 
     p: int
-    ids: NDArray[np.int64]
+    ids: Integers
     done: int
     total: int
 
     def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
-        """Return the block as a part, with the function that checks it."""
+        """Return the block as a part, which a function checks."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
 
 def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
-    """Cut classes into blocks of at most `size`, smaller ones for long words with large Hessians."""
+    """Cut classes into blocks of at most `size`; smaller ones for long words, whose Hessians are large."""
     done, total = 0, sum(map(len, ids.values()))
     for p, those in ids.items():
         step = max(1, min(size, _NUMBERS // p**2))
@@ -187,5 +178,5 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
 
 
 def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; without selections, every period is."""
+    """Tell whether a period is chosen at some a; without selections, each is."""
     return not selections or any(each.includes(p) for each in selections)

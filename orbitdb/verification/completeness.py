@@ -1,8 +1,8 @@
-"""The census of a catalogue: its file, the completeness of its classes, and each class.
+"""Check the file, the completeness of its classes, and the row of each class.
 
-The row of a class or a pruned word, id included, is compared with what follows from its word alone. The id is
-the key of the representative and unique, so no class is stored twice, and no word belongs to two classes. The
-classes of a period are complete if the number of their words agrees with the transfer matrix.
+The row of a class or a pruned word, id included, must follow from its word alone. The id is the key of the
+representative, so no class is stored twice, and no word belongs to two classes. The classes of a period are
+complete if they have as many words as the transfer matrix says.
 """
 
 import re
@@ -40,11 +40,9 @@ from orbitdb.symbols.words import (
 from orbitdb.verification.check import Block, Check, Part, blocks, is_chosen, judged, listed, single
 from orbitdb.verification.provenance import parameters_of
 
-Row = tuple[Any, ...]
-
 
 def file_parts(selections: Sequence[Selection]) -> list[Part]:
-    """Return the parts that check the file and the counts of the chosen periods, the longest first."""
+    """Return the parts that check the file, and the counts of chosen periods; the longest come first."""
     whole = [Part("file", find) for find in (_references, _file, _elements)]
     return [*whole, Part("counts", partial(_counts, selections))]
 
@@ -68,8 +66,7 @@ def _elements(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the number of words of every period, and the counts of every fill."""
-    fills, births = audit.fills(connection), birth_fills(connection)
+    fills, births = audit.fill_rows(connection), birth_fills(connection)
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
     words = defaultdict(lambda: (0, 0), {p: tuple(each) for p, *each in connection.execute(sizes)})
     done = {row["p"] for row in fills if row["state"] == DONE} | {each.p for each in births if each.whole}
@@ -85,7 +82,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
         named = {row["p"] for row in here if row["a"] == a}
         others = [p for p in solved[number] if chosen[a].includes(p) and p not in named]
         for p in _unnamed(connection, number, others):
-            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row that says so")
+            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row on the fill")
     wrong: Iterator[str]
     for row in here:
         if row["state"] == DONE:
@@ -102,7 +99,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 
 
 def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
-    """Yield each period with rows from a fill; words stored one by one need no row in `fill`."""
+    """Yield the periods with rows from a fill; words stored singly need no row in `fill`."""
     asked = parameters_of(connection)
     for p in periods:
         runs = [number for number, by in asked.items() if p in by.get("periods", ())]
@@ -114,7 +111,7 @@ def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) ->
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
-    """Check the number of words of a period; all must be there if it is whole."""
+    """Check that a whole period has all its words."""
     expected = count_admissible(p) if whole else words
     first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
     return Check("counts", words, abs(words - expected), first=first)
@@ -130,9 +127,9 @@ def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
 
 
 def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = None) -> Iterator[str]:
-    """Yield the faults of an unfinished period.
+    """Yield the faults of an unfinished period, which has no results yet.
 
-    All words up to its cursor must be counted, and stored if it stores words. It must have no results yet.
+    All words up to its cursor must be counted, and stored if the work stores words.
     """
     p, cursor = row["p"], row["cursor"]
     early = [c.name for c in table.c if c.nullable and c.name not in ("cursor", "run")]
@@ -152,7 +149,7 @@ def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = N
 def _wrong_cursor(
     connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], stadium: int | None
 ) -> Iterator[str]:
-    """Yield the faults of an unfinished period, whose words up to its cursor must be stored."""
+    """Yield the faults of an unfinished period that stores words."""
     cursor, p = row["cursor"], row["p"]
     is_code = cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor)
     yield from wrong_cursor(table, row, words_up_to(connection, stadium, p, cursor) if is_code else 0)
@@ -161,7 +158,7 @@ def _wrong_cursor(
 def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
-    """Yield the wrong counts of a filled period, given those of its rows by status."""
+    """Yield the wrong counts of a filled period, given its rows by status."""
     for name, value in counts_when_done(fill["p"], statuses).items():
         if fill[name] != value:
             yield f"{name} is {fill[name]} instead of {value}"
@@ -171,7 +168,7 @@ def _wrong_counts(
 
 
 def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield blocks of the classes and pruned words of the chosen periods, or of all without selections."""
+    """Yield blocks of the classes and pruned words of chosen periods; of all without selections."""
     for table in (cycle, pruned):
         found = audit.by_period(connection, audit.ids_in(connection, table.c.id), table)
         for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):
@@ -180,7 +177,7 @@ def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> I
 
 
 def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Check rows of `cycle`, or of `pruned`, against what their words say; words may have to be absent."""
+    """Check rows of `cycle` or `pruned` against what follows from their words."""
     of_pruned, p = name == "rules", block.p
     rows = audit.load_rows(connection, pruned if of_pruned else cycle, block.ids)
     words, wrong = [row[2] for row in rows], [True] * len(rows)
@@ -197,14 +194,14 @@ def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Ch
 
 
 def _id(word: str, of_pruned: bool, stored: int) -> int:
-    """Return the id that a word must have; longer ones are numbered as they came."""
+    """Return the id that a word must have; those too long for a key are numbered as they came."""
     if len(word) <= MAX_KEYED:
         return -key(word) if of_pruned else key(word)
     return min(stored, -LONG) if of_pruned else max(stored, LONG)
 
 
-def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
-    """Yield what rows of the classes of some words must have behind their ids."""
+def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
+    """Yield what the rows of the classes of some words must have after their ids."""
     if p > MAX_KEYED:
         families = [symmetry.class_of(word) for word in words]
         stabilisers = [each.stabiliser for each in families]
@@ -227,8 +224,8 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[Row]:
         )
 
 
-def _pruned_rows(words: Sequence[str], p: int) -> Iterator[Row | None]:
-    """Yield what rows of some words must have behind their ids if they are pruned; None for others."""
+def _pruned_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...] | None]:
+    """Yield what the rows of pruned words must have after their ids; None for other words."""
     symbols = from_strings(words)
     masks, primitive = rules_broken(symbols).tolist(), are_primitive(symbols).tolist()
     for word, mask, whole in zip(words, masks, primitive, strict=True):

@@ -1,26 +1,26 @@
-"""Consistency of stored orbits: coordinates, length, lambda and margin must fit together.
+"""Check that the coordinates, length, lambda and margin of each stored orbit fit together.
 
 Every number is computed again from the coordinates by plane geometry, bounce by bounce, without runs and
-legs. The allowed differences follow from the error bound of the row: each bounce is at its place on the orbit
-up to this bound and the rounding of a place on the table, e in all. To first order this turns a link of
-length l by 2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
+legs. The allowed differences follow from the error bound of the row: each bounce is off its place on the
+orbit by at most this bound and the rounding of a place on the table, e in all. To first order, this turns a
+link of length l by 2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arithmetic import EPSILON
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
 
-EPSILON = float(np.finfo(float).eps)
 MAX_DENSE = 512
 """Longest word whose p x p Hessian is checked."""
 
@@ -34,14 +34,13 @@ def rounding_of_places(stadium: Stadium) -> float:
 
 @dataclass(frozen=True)
 class _Path:
-    """Closed paths through stored bounces, and their possible distance from the orbits; all (N, p).
+    """Closed paths through stored bounces, and their possible distance from the orbits; shapes (N, p).
 
-    The sines belong to the angles between the tangent and the arriving and the leaving path, shape
-    (2, N, p).
+    The sines, shape (2, N, p), belong to the angles of the arriving and the leaving path with the tangent.
     """
 
     links: Links
-    curved: NDArray[np.bool_]  # whether a bounce is on a semicircle
+    curved: Marks  # whether a bounce is on a semicircle
     place: Floats  # possible distance of a bounce from its place on the orbit, in any direction
     rounding: float  # the part of it beyond the error bound of the row
     sine: Floats
@@ -63,10 +62,9 @@ class _Path:
     def bend(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Return the entries of the Hessian and their possible errors.
 
-        Its diagonal is sin^2 / l of both links (the first array) less both sines on a semicircle (the
-        last); its couplings are sin sin' / l at an orbit (the second), and computed as
-        (cos cos' - t . t') / l, t being the tangents at the ends of a link. The third and the fourth
-        are the errors of diagonal and couplings.
+        The diagonal is sin^2 / l of both links (the first array) less both sines on a semicircle (the last).
+        The couplings are sin sin' / l at an orbit (the second), computed as (cos cos' - t . t') / l with the
+        tangents t at the ends of a link. The third and fourth are the errors of diagonal and couplings.
         """
         path = np.stack([self.links.before, self.links.after])
         stretch = np.stack([_before(self.stretch), self.stretch])
@@ -90,19 +88,19 @@ def _behind(values: Floats) -> Floats:
 
 
 def _finite(matrices: Floats) -> Floats:
-    """Return matrices, shape (N, p, p), with zeros in place of matrices that are not finite.
+    """Replace matrices, shape (N, p, p), that are not finite, from coinciding bounces, by zeros.
 
-    These come from coinciding bounces. Zeros decide no sign.
+    Zeros decide no sign.
     """
     finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
     return finite
 
 
 def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
-    """Return orbits with error bounds also for those from the relaxation, which has none.
+    """Return orbits with error bounds also for those from the relaxation, which gives none.
 
-    To first order the coordinates are off by the inverse Hessian times the forces; the bound is twice
-    that. Longer words keep none.
+    To first order, the coordinates are off by the inverse Hessian times the forces; the bound is twice that.
+    Words longer than `MAX_DENSE` get none.
     """
     p = orbits.words.shape[1]
     bare = np.flatnonzero(np.isnan(orbits.error) & np.isfinite(orbits.residual))
@@ -122,14 +120,7 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
 
 
 def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
-    """Check stored orbits: walls, margin, law of reflection, length, lambda and Hessian.
-
-    Parameters
-    ----------
-    orbits : Orbits
-        N orbits, or orbits through a joint, of one order.
-    stadium : Stadium
-    """
+    """Check walls, margin, law of reflection, length, lambda and Hessian of N orbits of one period."""
     if not len(orbits):
         return
     labels = to_strings(orbits.words)
@@ -143,7 +134,7 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
 
 
 def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check that bounces keep to their walls, runs to their sense, and the margin to the bounces."""
+    """Check that bounces are on their walls, runs keep their sense, and the margin follows."""
     words, x = orbits.words, orbits.coordinates
     ends = np.where(path.curved, HALF_PI, stadium.a)
     margin = (ends - np.abs(x)).min(axis=1)
@@ -157,7 +148,6 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
 
 
 def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check the law of reflection at every bounce, and the stored residual."""
     force = np.abs(path.links.cos_in - path.links.cos_out)
     allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
     worst = (force / allowed).argmax(axis=1)[:, None]
@@ -169,7 +159,7 @@ def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[
 
 
 def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
-    """Check the stored length against the sum of the links, stationary at the orbit."""
+    """Check the stored length against the sum of the links, which is stationary at the orbit."""
     own, coupling, loose, loose_coupling, sines = path.bend()
     firm = own + sines + loose + 2 * (coupling + loose_coupling)
     second = orbits.error**2 * firm.sum(axis=1)
@@ -181,7 +171,7 @@ def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     """Check the stored lambda against the product of the monodromy matrices of all bounces.
 
-    Words whose bounces are too close together on a semicircle to determine lambda are skipped.
+    Words are skipped whose bounces on a semicircle are too close together to determine lambda.
     """
     middle, spread = _exponents(orbits, path)
     told = np.flatnonzero(spread < _VAGUE * (1 + middle))
@@ -192,10 +182,10 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
     """Return lambda from the bounces and its possible error, shape (N,) each.
 
-    Taken between the feet of the circles' centres, the matrices of `orbitdb.billiard.stability` have no
-    negative entries: every semicircle bounce is a kick 2 / sin(theta), every link a drift of its length less
-    sin(theta) at each end on a semicircle (none along a chord). So the least and the greatest kicks and
-    drifts that the bounces allow give the least and the greatest lambda.
+    Between the feet of the perpendiculars from the circles' centres, the matrices of
+    `orbitdb.billiard.stability` have no negative entries: every semicircle bounce is a kick 2 / sin(theta),
+    every link a drift of its length less sin(theta) at each end on a semicircle (none along a chord). So the
+    least and greatest kicks and drifts that the bounces allow give the least and greatest lambda.
     """
     sine = path.sine.mean(axis=0)
     angle = path.tilt.max(axis=0)
@@ -218,10 +208,10 @@ def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
 def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
     """Check the Hessian's signature, and lambda by its determinant.
 
-    det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns
-    are scaled to entries of about 1, which keeps the signature and divides det H by a known factor. An
-    eigenvalue moves by at most the norm of the error, and the logarithm of det H by that times the sum
-    of 1 / |eigenvalue|. Words with an eigenvalue of undecided sign are skipped.
+    det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns are
+    scaled to entries of about 1, which keeps the signature and divides det H by a known factor. An eigenvalue
+    moves by at most the norm of the error, and ln det H by that times the sum of 1 / |eigenvalue|. Words with
+    an eigenvalue of undecided sign are skipped.
     """
     words, p = orbits.words, orbits.words.shape[1]
     own, coupling, loose, loose_coupling, sines = path.bend()

@@ -1,4 +1,4 @@
-"""Check who wrote a row, and how: runs, methods and certificates must agree."""
+"""Check what wrote each row, and how: runs, methods and certificates must agree."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -13,13 +13,13 @@ from orbitdb.entropy.bounds import BALLS
 from orbitdb.numerals import exact
 from orbitdb.orbits.balls.enclosure import PRECISION
 from orbitdb.plaintext import shortened
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.guard import other_views
 from orbitdb.store.file.schema import SCHEMA_VERSION, VIEWS
 from orbitdb.store.file.tables import (
     certificate,
     change,
     cycle,
-    driver,
     entropy_bound,
     level_fill,
     orbit,
@@ -33,11 +33,11 @@ _COMMANDS = {
     orbit: "fill", change: "births", certificate: "verify --rigorous", entropy_bound: "bounds",
     level_fill: "levels", sweep: "sweep",
 }  # fmt: skip
-"""By table, the command whose runs may have written its rows."""
+"""The command whose runs may have written the rows of a table."""
 
 
 def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
-    """Return the parameters of each readable run."""
+    """Return the parameters of each run that can be read."""
     found = {}
     for number, text in connection.execute(sa.select(run.c.id, run.c.parameters)):
         try:
@@ -50,18 +50,18 @@ def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
 
 
 def runs_of_here(connection: sa.Connection) -> set[int]:
-    """Return the runs of this version with this machine's arithmetic, whose bits come again."""
+    """Return the runs of this version with this machine's arithmetic, whose bits can be reproduced."""
     same = set(connection.scalars(sa.select(run.c.id).where(run.c.version == __version__)))
     asked, here = parameters_of(connection), arithmetic()
     return {number for number in same if asked.get(number, {}).get("arithmetic") == here}
 
 
 def check_provenance(connection: sa.Connection) -> Iterator[Check]:
-    """Check the schema number that Alembic reads, all runs, and the columns that name or repeat them."""
+    """Check Alembic's schema number, all runs, and the columns that refer to runs."""
     found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
     yield judged("schema", ["alembic_version"], [found != [f"{SCHEMA_VERSION:04}"]])
     last = connection.scalar(sa.select(run.c.version).order_by(run.c.id.desc()).limit(1))
-    # what another version wrote has the views of that version, until something is written again
+    # a file keeps the views of the version that last wrote to it
     views = other_views(driver(connection)) if last in (None, __version__) else []
     yield listed("schema", len(VIEWS), [f"view {name}" for name in views])
     yield from _runs(connection, parameters_of(connection))
@@ -69,7 +69,7 @@ def check_provenance(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> Iterator[Check]:
-    """Check runs, and that each has written what its command writes, orbits with its method and at its a."""
+    """Check that each run wrote what its command writes, and orbits with its method at its a."""
     rows = connection.execute(sa.select(run.c.id, run.c.started, run.c.version)).all()
     wrong = [f"run {row.id}" for row in rows if row.id not in asked or not _is_told(row.started, row.version)]
     yield listed("provenance", len(rows), wrong)
@@ -107,7 +107,7 @@ def _is_told(started: str, version: str) -> bool:
 
 
 def _certificates(connection: sa.Connection) -> Iterator[Check]:
-    """Check that certificates name a precision that proofs have, a radius, and the version of their run."""
+    """Check that certificates have a possible precision and radius, and the version of their run."""
     own = certificate.c
     columns = own.bits, own.version, run.c.version
     query = sa.select(*columns, sa.func.min(own.radius), sa.func.min(own.cycle), sa.func.count())
@@ -119,5 +119,5 @@ def _certificates(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _word(connection: sa.Connection, number: int) -> str:
-    """Return the least word of a class, as the label of a row."""
+    """Return the representative of a class as a label."""
     return shortened(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")

@@ -1,6 +1,6 @@
-"""Check stored orbits against new solutions in doubles, from several starts, and in balls.
+"""Check stored orbits against new solutions: in doubles, from random starts, and in balls.
 
-Rows proved in ball arithmetic get a certificate.
+A row that is proved in ball arithmetic gets a certificate.
 """
 
 from collections.abc import Generator, Sequence
@@ -16,8 +16,9 @@ from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import certificates
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import (
@@ -31,7 +32,7 @@ from orbitdb.store.reading.audit import (
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.check import Check, Step, blocks, judged, measured
+from orbitdb.verification.check import Check, Checked, blocks, judged, measured
 from orbitdb.verification.invariants import rounding_of_places, with_bounds
 
 if TYPE_CHECKING:
@@ -49,12 +50,9 @@ _SETTLED = 1e-6
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
-    """Check N stored words against a new solution: the same statuses, numbers within the bounds.
+    """Check stored words against a new solution of them: the same statuses, and numbers within the bounds.
 
-    Parameters
-    ----------
-    stored, fresh : Orbits
-        The same words; all rows must have the values that their status demands.
+    All rows must have the values that their status demands.
     """
     labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
@@ -73,16 +71,13 @@ def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
 
 
 def _worst(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
-    """Check deviations of shape (k, N), k of each row."""
+    """Check k deviations per row, shape (k, N)."""
     worst = shares(deviation, allowed).argmax(axis=0), np.arange(len(labels))
     return measured(name, labels, deviation[worst], allowed[worst])
 
 
 def check_bits(stored: Orbits, fresh: Orbits) -> Check:
-    """Check that a new solution gives the stored numbers to the last bit.
-
-    This holds for the same version with the same `orbitdb.arithmetic.arithmetic`.
-    """
+    """Check that a new solution gives the same bits, as it must in the same version and `arithmetic`."""
     labels = to_strings(stored.words)
     kept = np.isin(fresh.status, EXISTING)
     differs = stored.iterations != fresh.iterations
@@ -101,22 +96,10 @@ def _bits_differ(x: Floats, y: Floats) -> Marks:
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
-    """Solve words again from random directions between their limits, and compare the results.
+    """Solve admissible words, shape (N, p), again from random directions within their limits; compare.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible words.
-    stadium : Stadium
-    times : int
-        Starts for each word.
-    rng : Generator
-
-    Returns
-    -------
-    Check
-        Its rows are the restarts that converged. The deviation is the largest difference of a direction, in
-        radians; two results differ if it exceeds both error bounds together.
+    The rows of the check are the restarts that converged. The deviation is the largest difference of a
+    direction, in radians, and may not exceed both error bounds together.
     """
     found = Check("restarts", 0)
     text = to_strings(words)
@@ -141,32 +124,37 @@ def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
 
 _BATCH = 256
 _SHARP = 512
-"""Bits for rows whose bounds come from a ball and are no wider."""
+"""Bits for rows whose bounds come from a ball, and are as narrow."""
 
 
 def certify(
     path: Path, selection: Selection, sample: int | None = None, seed: int = 0, again: bool = False
-) -> Generator[Step]:
-    """Prove the rows of the chosen classes in ball arithmetic and store the certificates.
+) -> Generator[Checked]:
+    """Prove the rows of the chosen classes in ball arithmetic, and store the certificates.
 
-    Every batch is stored in one transaction; an interrupted certification resumes where it was.
+    Each batch is stored in one transaction; if interrupted, the next run goes on from there.
 
     Parameters
     ----------
     path : Path
-        A catalogue of the newest schema.
     selection : Selection
     sample, seed : int, optional
-        As in `verify`.
+        As in `orbitdb.verification.verify.verify`.
     again : bool, optional
-        Also prove rows again that have a certificate.
+        Also prove rows that have a certificate.
 
     Yields
     ------
-    Step
+    Checked
         After every stored batch.
     """
-    source = Reader(path)
+    with closing(Reader(path)) as source:
+        yield from _certified(source, selection, sample, seed, again)
+
+
+def _certified(
+    source: Reader, selection: Selection, sample: int | None, seed: int, again: bool
+) -> Generator[Checked]:
     with source.moment() as moment:
         connection = moment.connection
         chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
@@ -176,7 +164,7 @@ def certify(
         proofs = ids_in(connection, certificate.c.cycle, certificate.c.stadium == number)
     known = proofs[:0] if again else proofs
     todo = {p: np.setdiff1d(those, known) for p, those in chosen.items()}
-    with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
+    with closing(Writer(source.path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.moment() as moment:
                 stored = load_orbits(moment.connection, number, block.ids)
@@ -185,13 +173,13 @@ def certify(
                 ids = block.ids.tolist()
                 replace_certificates(writer, connection, number, ids, proved, __version__)
             check = replace(check, first=check.first and f"{check.first} at a = {exact(selection.a)}")
-            yield Step(
+            yield Checked(
                 f"proofs at a = {exact(selection.a)}, p = {block.p}", block.done, block.total, (check,)
             )
 
 
 def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, list[tuple[int, float, int]]]:
-    """Prove rows of one period; also return the certificates of the proved ones."""
+    """Prove rows of one period; also return the certificates."""
     rows = whole_rows(stored, p, stored.whole(p))
     rest = set(range(len(stored.words))) - set(rows)
     check = judged("certificates", [stored.words[i] for i in sorted(rest)], [True] * len(rest))
@@ -203,16 +191,10 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
 
 
 def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
-    """Prove stored rows in ball arithmetic.
+    """Prove N stored rows, with the values that their status demands, in ball arithmetic.
 
-    A row is proved if its status is that of the enclosure and, for an orbit, every stored coordinate, the
-    length, lambda and the margin lie within the bounds of the row around the true values.
-
-    Parameters
-    ----------
-    stored : Orbits
-        N rows with the values that their status demands.
-    stadium : Stadium
+    A row is proved if its status is that of the enclosure and, for an orbit, all coordinates, length, lambda
+    and margin lie within the bounds of the row around the true values.
 
     Returns
     -------
@@ -237,9 +219,9 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
 
 
 def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
-    """Return the largest distance of stored coordinates from a ball's, and the worst number with its bound.
+    """Return the largest distance of coordinates from a ball's, and the worst distance with its bound.
 
-    The number is infinite for a wrong status.
+    It is infinite for a wrong status.
     """
     from orbitdb.orbits.balls.enclosure import distance
 

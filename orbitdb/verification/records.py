@@ -1,11 +1,11 @@
-"""Check what other commands stored: entropy bounds, quantum levels, averages over trajectories.
+"""Check entropy bounds, quantum levels, and averages over trajectories.
 
-Bounds must be sound and contradict no others, and their windows are recounted. Levels are found again on
-another grid, within their errors and in the same number.
+Bounds must be possible and contradict no others, and their windows are recounted. Levels are found again on
+another grid, and must agree in number and within their errors.
 
-A run of other trajectories must give the same exponents, up to both errors. It also shows how small an error
-can be, which falls with the root of the number of bounces. The mean free path is known exactly. No check here
-notices an error that is too large.
+New trajectories must give the same exponents within both errors. They also show how small an error can be,
+since errors fall with the root of the number of bounces. The mean free path is known exactly. Nothing here
+detects an error estimate that is too large.
 """
 
 import math
@@ -33,23 +33,23 @@ from orbitdb.verification.check import Check, Part, judged, listed, measured, si
 from orbitdb.verification.provenance import parameters_of, runs_of_here
 
 RECOUNTED = 3000
-"""Windows to decide again at each a, in some tenths of a second."""
+"""Windows to decide again at each a, which takes some tenths of a second."""
 
 _COUNTED = ("windows", "undecided", "lower", "upper")
 
 _GRID = (18, 4)
-"""Degree, and divisions of the cells at the joint: a finer grid than both that levels are found on."""
+"""Degree, and divisions of the cells at the joint, of a finer grid than both that find levels."""
 
 _BOUNCES = 100_000
-"""Bounces of the new run, a tenth of a second at most values of a."""
+"""Bounces of the new run, which takes a tenth of a second at most values of a."""
 
 _MANY = 12.0
-"""Errors allowed; estimates from few groups have long tails, above all for short runs."""
+"""Number of errors allowed; estimates from few groups have long tails, above all in short runs."""
 
 _TOO_SMALL = 4.0
 _ROUNDING = 1e-12
 _LEGWISE_FROM = 0.1
-"""Below this a, trajectories leg by leg are less exact than plain ones."""
+"""Below this a, sampling leg by leg is less exact than plain trajectories."""
 
 
 def is_known(moment: Moment, a: float) -> bool:
@@ -59,7 +59,7 @@ def is_known(moment: Moment, a: float) -> bool:
 
 
 def record_parts(connection: sa.Connection) -> Iterator[Part]:
-    """Yield the averages and the bounds at each a, and the levels of each parity."""
+    """Yield a part for the averages and the bounds at each a, and for the levels of each parity."""
     runs = sa.select(stadium.c.a).where(stadium.c.id.in_(sa.select(trajectory.c.stadium)))
     for a in connection.scalars(runs.order_by(stadium.c.a)):
         yield Part("trajectories", partial(_trajectories, a))
@@ -79,9 +79,9 @@ def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) -> Iterator[EntropyBounds]:
-    """Yield unsound rows, and rows that contradict new or closer bounds or differ from their recount.
+    """Yield impossible rows, and rows that contradict new or closer bounds or differ from their recount.
 
-    `ours` names, by proof and edges, the rows from this version with this arithmetic.
+    `ours` names the rows from this version and arithmetic by proof and edges.
     """
     sound = [each for each in found if is_sound(each)]
     new = _new_bounds(sound) if sound else {}
@@ -94,7 +94,7 @@ def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) ->
 
 
 def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
-    """Return new bounds by length of windows, up to the longest stored or `RECOUNTED` windows."""
+    """Return new bounds by length of windows, up to the longest stored, or to `RECOUNTED` windows."""
     new = {}
     for bounds in levels(Stadium(found[0].a)):
         new[bounds.window] = bounds
@@ -104,7 +104,7 @@ def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
 
 
 def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:
-    """Tell whether a row matches its recount; balls may leave windows open that doubles decide."""
+    """Tell whether a row agrees with its recount; balls may leave windows open that doubles decide."""
     if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
         return True
     wider = one.lower <= new.lower and new.upper <= one.upper
@@ -120,12 +120,9 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
 
 
 def _window(stored: LevelWindow) -> Iterator[Check]:
-    """Check the number of levels in a window and below it, and if it is right each level.
+    """Check the number of levels in and below a window and, if it is right, each level.
 
-    Raises
-    ------
-    InputError
-        If the window cannot come from this program.
+    Raises `InputError` if orbitdb cannot have made such a window.
     """
     tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
     found = [task.on_grid(*_GRID) for task in tasks]
@@ -149,7 +146,7 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
     """Yield the faults of averages at one a, given the parameters of their run."""
     asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
     if asked != ("simulate", a, row["bounces"], row["seed"]):
-        yield "its run was asked for something else"
+        yield "its run has other parameters"
     errors = [row[f"{name}_error"] for name in ("lambda_d", "lambda_c", "mean_free_path")]
     if row["groups"] < 2 or not all(0 < error < math.inf for error in errors):
         yield "its standard errors cannot be right"
@@ -173,5 +170,4 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
 def _new_run(a: float) -> Reference:
     if a < _LEGWISE_FROM:
         return simulate(Stadium(a), _BOUNCES)
-    growth = exact_means(a).growth
-    return simulate_legs(Stadium(a), _BOUNCES, (growth.value, growth.error))
+    return simulate_legs(Stadium(a), _BOUNCES, exact_means(a).growth)

@@ -13,16 +13,16 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE
 from orbitdb.store.file.tables import stadium, sweep, sweep_block
 from orbitdb.store.reading import audit
+from orbitdb.store.reading.fills import Sweep
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.sweeps import Sweep
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
@@ -31,19 +31,19 @@ from orbitdb.verification.check import Check, measured, single
 from orbitdb.verification.completeness import wrong_cursor, wrong_end
 
 SWEPT_ANEW = 11
-"""Highest period to solve again, in half a second."""
+"""Highest period to solve again, which takes half a second."""
 
 _ROUNDING = 1e-12
 _REPETITIONS = 20
-"""Ratio of the error of a term to that of the orbit, because of weights e^-lambda of repetitions."""
+"""Ratio of the error of a term to that of its orbit, because of the weights of repetitions."""
 
 _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
 
 def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
-    """Check the counts of every chosen swept period, and the sums up to period `SWEPT_ANEW`.
+    """Check the counts of every chosen period that is swept, and the sums up to period `SWEPT_ANEW`.
 
-    All swept subsets are checked, whatever the selection.
+    All swept subsets are checked, whichever words are chosen.
     """
     yield from _cursors(moment.connection, {each.a: each for each in selections})
     for selection in selections:
@@ -85,7 +85,6 @@ def _cursors(connection: sa.Connection, chosen: Mapping[float, Selection]) -> It
 
 
 def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Selection]]:
-    """Yield the sweeps at one a, of all orbits and of subsets, each with its subset."""
     for subset in (Selection(selection.a, statuses=(Status.ORBIT,)), *moment.swept_subsets(selection.a)):
         for each in moment.sweeps(selection.a, subset):
             if selection.includes(each.p):
@@ -93,9 +92,9 @@ def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Select
 
 
 def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
-    """Yield other counts of a period: from its fill, and from births if all orbits are swept."""
+    """Yield other counts of a period: from its fill and, if all orbits are swept, from births."""
     a, p = subset.a, swept.p
-    for fill in audit.fills(moment.connection):
+    for fill in audit.fill_rows(moment.connection):
         if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
             yield _stored(moment, subset) if swept.selection else fill
     if not swept.selection and p in {each.p for each in moment.birth_fills() if each.whole}:
@@ -130,7 +129,7 @@ def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
-    """Solve a period as a fill does, and compare counts and sums with the sweep."""
+    """Solve a period as a fill does, and compare its counts and sums with the sweep."""
     tally, sums, off = _solved(swept.p, subset)
     label = _label(swept, subset.a)
     yield replace(single("sweeps", label, _differing(swept.tally, asdict(tally))), rows=0)

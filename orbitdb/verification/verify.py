@@ -1,39 +1,50 @@
-"""Verify a catalogue: compute everything again from the words alone, and compare.
+"""Verify a catalogue: recompute everything from the words alone, and compare.
 
-All words must be there (`orbitdb.verification.completeness`). A stored orbit must agree with itself
-(`orbitdb.verification.invariants`) and with a new solution (`orbitdb.verification.recomputation`).
+All words must be there (`orbitdb.verification.completeness`). A stored orbit must be consistent
+(`orbitdb.verification.invariants`) and agree with a new solution (`orbitdb.verification.recomputation`).
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import chain
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import AlteredError
+from orbitdb.extras import data_frame
+from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import EXISTING, Orbits
+from orbitdb.orbits.status import EXISTING
+from orbitdb.plaintext import several
+from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.reading.moment import Moment, reading
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
-from orbitdb.verification.check import Block, Check, Part, Step, blocks, checked_apart, judged, measured
+from orbitdb.verification.check import Block, Check, Checked, Part, blocks, checked_apart, judged, measured
 from orbitdb.verification.completeness import class_parts, file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
 from orbitdb.verification.provenance import check_provenance, runs_of_here
-from orbitdb.verification.recomputation import check_against, check_bits, restart
+from orbitdb.verification.recomputation import certify, check_against, check_bits, restart
 from orbitdb.verification.records import record_parts
 from orbitdb.verification.sweeps import check_sweeps
 
 if TYPE_CHECKING:
+    import pandas
+
     from orbitdb.filling.workers import Workers
+
 
 PROMISES = {
     "file": "SQLite finds the file sound",
@@ -75,7 +86,7 @@ PROMISES = {
 """The checks, in the order of the report."""
 
 
-def report(steps: Iterable[Step]) -> list[Check]:
+def report(steps: Iterable[Checked]) -> list[Check]:
     """Join the checks of all steps by name, in order."""
     found: dict[str, Check] = {}
     for step in steps:
@@ -92,18 +103,17 @@ def verify(
     seed: int = 0,
     missing_births: bool = False,
     workers: "Workers | None" = None,
-) -> Generator[Step]:
-    """Compute a catalogue again and compare.
+) -> Generator[Checked]:
+    """Recompute a catalogue and compare.
 
     Parameters
     ----------
     moment : Moment
-        Everything is read from it. Workers read each part at a moment of its own, since a fill never changes
-        the rows of existing classes.
+        Workers read each part at a moment of its own, since a fill never changes the rows of existing
+        classes.
     selections : sequence of Selection
-        What to check, one for each a. The file is checked as a whole; counts, births, and the words of
-        classes and pruned ones are checked of the chosen periods, of all if there is no a; orbits only of
-        the chosen classes: a class is chosen if one of its words is.
+        What to check, one for each a. The whole file is always checked; counts, births and the words of
+        classes, in the chosen periods, or in all without any a; orbits, only in classes with chosen words.
     sample : int, optional
         Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional
@@ -117,13 +127,8 @@ def verify(
 
     Yields
     ------
-    Step
+    Checked
         After every block of rows, so that memory is bounded.
-
-    Raises
-    ------
-    StoreError
-        If the database cannot be read.
     """
     rng = np.random.default_rng(seed)
     connection = moment.connection
@@ -151,7 +156,6 @@ def verify(
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Check the orbits of some classes."""
     number = audit.stadium_id(connection, a)
     if number is None:
         return
@@ -160,7 +164,7 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Con
     checks = [judged("values", stored.words, ~whole)]
     rows = whole_rows(stored, block.p, whole)
     if rows:
-        with np.errstate(all="ignore"):  # stored numbers may be anything
+        with np.errstate(all="ignore"):  # stored numbers can be anything
             orbits = with_bounds(stored.orbits(rows), stadium)
             checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
         if restarts:
@@ -177,7 +181,7 @@ def _block(
     stadium: Stadium,
     ours: AbstractSet[int],
 ) -> Iterator[Check]:
-    """Check those rows of a block that have sound words and all values."""
+    """Check the rows of a block that have sound words and all values."""
     fresh = solve_admissible(stored.words, stadium)
     yield from check_against(stored, fresh)
     made = zip(block.some("solver", rows), block.some("run", rows), strict=True)
@@ -192,3 +196,80 @@ def _block(
     radius = np.array([radii[i] for i in proofs])
     allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
     yield measured("radii", labels, radius, allowed)
+
+
+_STARTS_A_SECOND = 800_000
+"""Words solved from a random start in a second; all other checks take as long as four starts."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The result of a verification.
+
+    Attributes
+    ----------
+    checks : tuple of Check
+        One for each of `PROMISES` that was checked.
+
+    Examples
+    --------
+    >>> catalogue.verify(p="2-5")
+    <sound: 22 checks>
+    """
+
+    checks: tuple[Check, ...]
+
+    @property
+    def sound(self) -> bool:
+        """Whether no check has failed."""
+        return not self.failed
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that have failed."""
+        return tuple(check for check in self.checks if check.failures)
+
+    def __repr__(self) -> str:
+        if self.sound:
+            return f"<sound: {several(len(self.checks), 'check')}>"
+        told = "; ".join(f"{check.name}: {check.first}" for check in self.failed)
+        return f"<{len(self.failed)} of {several(len(self.checks), 'check')} failed: {told}>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame, one row per check."""
+        return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
+
+
+def verification_steps(
+    path: Path,
+    selections: Sequence[Selection],
+    sample: int | None = None,
+    restarts: int = 0,
+    seed: int = 0,
+    births: bool = False,
+    rigorous: bool = False,
+    again: bool = False,
+    jobs: int | None = None,
+) -> Generator[Checked]:
+    """Verify a catalogue, in processes if that is worth it; if `rigorous`, prove its rows, too.
+
+    The other parameters are those of `verify` and `orbitdb.verification.recomputation.certify`.
+    """
+    with reading(path) as moment:
+        known = 0
+        with suppress(AlteredError):  # the verification itself reports it
+            fills = ((each, fill) for each in selections for fill in moment.fills(each.a))
+            known = sum(fill.words for each, fill in fills if each.includes(fill.p))
+        checked = known if sample is None else min(sample, known)
+        with at_work((4 + restarts) * checked / _STARTS_A_SECOND, jobs) as workers:
+            here = workers if workers.jobs > 1 else None
+            yield from verify(moment, selections, sample, restarts, seed, births, here)
+    for selection in selections if rigorous else ():
+        yield from certify(path, selection, sample, seed, again)
+
+
+def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
+    """Pass steps on, and report progress."""
+    for step in steps:
+        tell(step.done, step.total if step.total > 1 else 0, step.stage)
+        yield step

@@ -20,8 +20,9 @@ from orbitdb.averages.fixed_points import (
     PeriodSums,
     Weight,
     divisors,
-    missing_divisors,
-    missing_periods,
+    every_period,
+    of_divisors,
+    of_pairs,
 )
 from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.billiard.stability import Links, bounce_matrices
@@ -184,12 +185,12 @@ def test_rows_that_are_not_orbits_are_refused():
         ClassRows(*columns)
 
 
-def test_missing_periods_are_named():
-    assert missing_divisors(12, [2, 3, 12]) == [4, 6]
-    assert missing_divisors(11, range(11)) == [11]
-    assert missing_divisors(7, [7]) == []
-    assert missing_periods(6, {2, 4, 6, 9}) == [3, 5]
-    assert missing_periods(4, [2, 3, 4]) == []
+def test_averages_need_the_periods_of_their_orbits():
+    assert of_divisors(12) == {2, 3, 4, 6, 12}
+    assert of_divisors(11) == {11}
+    assert of_pairs(6) == {2, 3, 5, 6}
+    assert every_period(4) == {2, 3, 4}
+    assert every_period(0) == of_divisors(1) == set()
 
 
 @given(st.integers(1, 200))

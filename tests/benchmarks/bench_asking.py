@@ -23,11 +23,11 @@ MEGABYTE = 1e6 if sys.platform == "darwin" else 1e6 / 1024
 FIRST = ["query", "--json", "--limit", "40"]
 ASKING = {
     "in the order of the table": FIRST,
-    "behind 8 000 000 others": [*FIRST, "--offset", "8000000"],
-    "orbits behind 3 000 000": [*FIRST, "--offset", "3000000", "--status", "orbit"],
+    "after 8 000 000 others": [*FIRST, "--offset", "8000000"],
+    "orbits after 3 000 000": [*FIRST, "--offset", "3000000", "--status", "orbit"],
     "--contains, rare": [*FIRST, "--contains", "11111113444444"],
     "--contains, rare, by length": [*FIRST, "--contains", "11111113444444", "--order", "length"],
-    "--contains, behind 3 000 000": [*FIRST, "--contains", "13", "--offset", "3000000"],
+    "--contains, after 3 000 000": [*FIRST, "--contains", "13", "--offset", "3000000"],
     "--contains, by length": [*FIRST, "--contains", "0123", "--order", "length"],
     "--where element": [*FIRST, "--where", "element = 7"],
     "--where element, by lambda_c": [*FIRST, "--where", "element = 7", "--order", "lambda_c"],
@@ -36,7 +36,7 @@ ASKING = {
         *FIRST, "--where", "element = 3 and lambda_c < 0.38", "--order", "length desc",
     ],
     "by lambda_c": [*FIRST, "--order", "lambda_c"],
-    "by length behind 1 000 000": [*FIRST, "--order", "length", "--offset", "1000000"],
+    "by length after 1 000 000": [*FIRST, "--order", "length", "--offset", "1000000"],
     "by code": [*FIRST, "--order", "code"],
     "by status": [*FIRST, "--order", "status"],
     "by element": [*FIRST, "--order", "element desc"],

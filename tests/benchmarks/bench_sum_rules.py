@@ -33,12 +33,11 @@ def report(a: float, highest: int) -> tuple[SumRules, Reference]:
     found = swept_sum_rules(a, [], highest)
     seconds = time.process_time() - clock
     clock = time.process_time()
-    growth = means.growth
-    known = simulate_legs(Stadium(a), BOUNCES, (growth.value, growth.error))
+    known = simulate_legs(Stadium(a), BOUNCES, means.growth)
     simulated = time.process_time() - clock
     rows = class_rows(a, highest)
     zeta = lyapunov(rows, highest).lambda_d_zeta[-1] / known.lambda_d - 1
-    low, high = (bound * means.per_bounce for bound in means.bounds)
+    low, high = (bound * Stadium(a).legs_per_bounce for bound in means.bounds)
     print(
         f"{a:6g} {len(rows):8} {found.level[-1]:5} {known.lambda_d:11.7f} {known.lambda_d_error:8.1e}"
         f" {low:9.6f} {high:9.6f} {found.lambda_d_sum_rule[-1]:10.6f}"

@@ -20,8 +20,8 @@ from orbitdb.benchmarks.work_precision import (
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.enclosure import true_errors
 from orbitdb.orbits.newton import certificates, solve
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import count_admissible
 

@@ -8,22 +8,29 @@ import subprocess
 import sys
 from contextlib import closing
 from fractions import Fraction
+from pathlib import Path
 
+import numpy as np
+import pandas
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.columns import IN_CATALOGUE, Column, add, sql_of
+from orbitdb.column import Column
+from orbitdb.columns import IN_CATALOGUE, add
+from orbitdb.formulas import sql_of
 
+DOCS = Path(__file__).parents[2] / "docs"
 COLUMN = """
-from orbitdb.columns import Column, add
+from orbitdb.column import Column
+from orbitdb.columns import add
 add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapunov * lambda_d"))
 """
 AVERAGE = """
 import numpy as np
-from orbitdb.answers.methods import AVERAGES, Average
-from orbitdb.averages.by_period import of_divisors
+from orbitdb.answers.lyapunov import AVERAGES, Average
+from orbitdb.averages.fixed_points import of_divisors
 
 def thirds(given):
     found = given.sums
@@ -31,73 +38,101 @@ def thirds(given):
 
 AVERAGES.append(Average("third", "thirds", "a third of the mean", of_divisors, thirds, line="v-"))
 """
-COMMAND = "from orbitdb.cli.main import run; run()"
+COMMANDS = """
+import json, sys
+from orbitdb.cli.main import execute
+for command in json.loads(sys.argv[1]):
+    assert execute(command) == 0, command
+    print(end="\\0")
+"""
 
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     path = tmp_path_factory.mktemp("registries") / "c.db"
     Catalogue.create(path).fill("2-5")
-    return path
+    return str(path)
 
 
-def ran(entry, program, *arguments):
-    """Run Python with a further entry in a registry."""
-    command = [sys.executable, "-P", "-c", entry + program, *map(str, arguments)]
+def ran(program, *arguments):
+    """Run Python in a process of its own, whose registries get a further entry."""
+    command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=60, env={**os.environ, "COLUMNS": "200"}
+        command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
     )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
-def test_a_column_is_one_entry(small, tmp_path):
-    """Views, questions, filters, orders, every format, the list of columns, objects, and the screen."""
-    chosen = ("--db", small, "--p", "4", "--where", "stretch > 0", "--order", "-stretch", "--limit", 3)
-    rows = json.loads(ran(COLUMN, COMMAND, "query", *chosen, "--json"))
+def shown(entry, *commands):
+    """Return what each command prints if a registry has a further entry."""
+    return ran(entry + COMMANDS, json.dumps(commands)).split("\0")[:-1]
+
+
+def test_a_column_is_one_entry_for_the_commands(small, tmp_path):
+    """Views, questions, filters, orders, every format, and the list of columns."""
+    chosen = ("--db", small, "--p", "4", "--where", "stretch > 0", "--order", "-stretch", "--limit", "3")
+    forms = ("table", "csv", "tsv", "jsonl", "latex", "markdown")
+    *found, _, _, _ = shown(
+        COLUMN,
+        ("query", *chosen, "--json"),
+        ("columns",),
+        ("query", "1232131", "--db", small),
+        ("sql", "select stretch from catalogue limit 1", "--json", "--db", small),
+        *(("query", *chosen, "-c", "code,stretch", "--format", form) for form in forms),
+        *(("export", str(tmp_path / name), *chosen) for name in ("x.csv", "x.parquet", "x.npz")),
+    )
+    rows = json.loads(found[0])
     values = [row["stretch"] for row in rows]
     assert values == [row["lyapunov"] * row["lambda_d"] for row in rows] == sorted(values, reverse=True)
-    for form in ("table", "csv", "tsv", "jsonl", "latex", "markdown"):
-        assert "stretch" in ran(COLUMN, COMMAND, "query", *chosen, "-c", "code,stretch", "--format", form)
-    for name in ("x.csv", "x.parquet", "x.npz"):
-        ran(COLUMN, COMMAND, "export", tmp_path / name, *chosen)
+    assert "lambda squared per bounce" in found[1]
+    assert re.search(r"(?m)^stretch +\d", found[2])
+    assert all("stretch" in each for each in found[3:])
     assert "stretch" in (tmp_path / "x.csv").read_text(encoding="utf-8")
-    assert "lambda squared per bounce" in ran(COLUMN, COMMAND, "columns")
-    assert re.search(r"(?m)^stretch +\d", ran(COLUMN, COMMAND, "query", "1232131", "--db", small))
-    assert "stretch" in ran(
-        COLUMN, COMMAND, "sql", "select stretch from catalogue limit 1", "--json", "--db", small
-    )
+    assert "stretch" in pandas.read_parquet(tmp_path / "x.parquet")
+    assert "stretch" in np.load(tmp_path / "x.npz")
+
+
+def test_a_column_is_one_entry_in_python_and_on_the_screen(small):
     objects = f"""
 from orbitdb import Catalogue, solve_word
-subset = Catalogue({str(small)!r}).select(p="4", status="orbit")
+subset = Catalogue({small!r}).select(p="4", status="orbit")
 assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
 assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
 orbit = solve_word("1232131", 1.6)
 assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.columns import EVERY
-print(EVERY["stretch"].brief)
+from orbitdb.cli.tui.columns import EVERY, chosen
+from program import renewed
+print(EVERY["stretch"].brief, [each.name for each in chosen(["stretch"])])
+print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
 """
-    assert ran(COLUMN, objects) == "lambda squared per bounce\n"
+    on_screen, *page = ran(f"{COLUMN}\nimport sys; sys.path.insert(0, {str(DOCS)!r})\n{objects}").splitlines()
+    assert on_screen == "lambda squared per bounce ['code', 'stretch']"
+    assert "| `stretch` | number | 1 |  | lambda squared per bounce | never |" in page
 
 
 def test_an_average_is_one_entry(small, tmp_path):
-    """The result, its table and JSON, the screen and the figure."""
-    (*_, last) = json.loads(ran(AVERAGE, COMMAND, "lyapunov", "--db", small, "--json"))
+    """The result, its table and JSON, the figure, and the screen."""
+    found, table, _ = shown(
+        AVERAGE,
+        ("lyapunov", "--db", small, "--json"),
+        ("lyapunov", "--db", small),
+        ("plot", "lyapunov", "--db", small, "-o", str(tmp_path / "x.svg")),
+    )
+    *_, last = json.loads(found)
     assert last["lambda_c_third"] == last["lambda_c"] / 3
-    table = ran(AVERAGE, COMMAND, "lyapunov", "--db", small)
     assert len(re.findall(r"(?m)^ *p .*\bthird\b", table)) == 2
-    ran(AVERAGE, COMMAND, "plot", "lyapunov", "--db", small, "-o", tmp_path / "x.svg")
     assert (tmp_path / "x.svg").exists()
-    shown = f"""
+    screen = f"""
 from pathlib import Path
 from orbitdb.cli.tui.statistics import statistics_screen as screen
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
-found = screen.statistics(Reader(Path({str(small)!r})), Selection())
+found = screen.statistics(Reader(Path({small!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
 print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """
-    assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE, shown))
+    assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE + screen))
 
 
 @pytest.mark.parametrize("column", [

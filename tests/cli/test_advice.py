@@ -7,9 +7,9 @@ import pytest
 from contents import alter
 
 from orbitdb import Catalogue
-from orbitdb.answers.gaps import complete_length, describe_complete
+from orbitdb.answers.unfilled import complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
-from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.store.asking.selection import Selection
 
 FILL = "run 'orbitdb fill --p 9'"
@@ -126,13 +126,8 @@ def test_latex_can_be_pasted(cli, filled):
     assert all(line.count("&") == 5 for line in table if "&" in line)
 
 
-def test_the_bar_starts_from_the_announced_time():
-    from orbitdb.cli.progress import Pace
-
-    pace = Pace("words", expected=40.0)
-    for now, done in ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)):
-        pace.tell(now, "words", done, 1000.0)
-    assert pace.left(2.0) == pytest.approx(40.0, rel=0.01)
-    pace.tell(4.0, "words", 500.0, 1000.0)
-    assert pace.left(4.0) == pytest.approx(4.0, rel=0.05)
-    assert Pace("words").left(0.0) is None
+def test_the_lambda_of_a_complete_sum_is_never_rounded_up(cli, filled):
+    said = cli("lyapunov", "--p", "2-5", "--cut", "5", "--db", str(filled)).err
+    shown, proved = float(said.split("up to lambda = ")[1].split()[0]), least_exponent(5, 1.6)
+    assert round(proved, 3) > proved
+    assert proved - 0.001 < shown <= proved

@@ -57,7 +57,7 @@ def test_concise_errors_follow_the_digits_they_belong_to(value, error, text):
 
 def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
     """A cut of 1000 works. With determinants the number of terms is limited, and the advised cut works."""
-    monkeypatch.setattr("orbitdb.answers.averaged.MOST_FACTORS", 600)
+    monkeypatch.setattr("orbitdb.answers.lyapunov.MOST_FACTORS", 600)
     chosen = ("lyapunov", "--p", "2-4", "--json", "--db", str(filled), "--cut")
     found, none = cli(*chosen, "1000"), cli(*chosen, "1e-7")
     assert json.loads(found.out)[0]["cut"] == 1000

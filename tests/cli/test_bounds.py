@@ -66,8 +66,7 @@ def test_a_grid_is_logarithmic_and_its_values_can_be_typed_again():
     assert [float(f"{a:g}") for a in found] == found.tolist()
 
 
-@pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"))])
-@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [(), pytest.param(("--jobs", "2", "--prove"), marks=pytest.mark.slow)])
 def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_path):
     asked = ("bounds", "--a", "1:4:3", "--window", "5")
     found = cli(*asked, *jobs, "--store", "--json")

@@ -21,20 +21,26 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_column_of_every_command_is_explained(cli):
+    from orbitdb.answers.identification import SHADOWED
+    from orbitdb.answers.results import TABLE
     from orbitdb.answers.scarring import Scar
-    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS, SHADOW_KEYS
+    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.assess import COLUMNS as GAP_KEYS
     from orbitdb.cli.commands.average.spectrum import PEAKS
+    from orbitdb.cli.commands.make.bounds import COLUMNS as BOUNDS
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
+    from orbitdb.cli.commands.make.simulate import COLUMNS as SIMULATED
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.statistics import Statistics
     from orbitdb.store.asking.conditions import COLUMNS
+    from orbitdb.store.file.schema import LIFE
 
     quantum = {*LEVEL_KEYS, "exact", *SPECTRUM_KEYS, *PEAKS, *GAP_KEYS, *Statistics._fields, *Scar._fields}
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOW_KEYS, *LENGTH_KEYS, *quantum}
+    at_one_a = {*TABLE, *BOUNDS, *SIMULATED, "groups", *LIFE, "proof", "number"}
+    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
     assert bounds - {"both errors"} <= set(told)
@@ -152,9 +158,9 @@ def test_head_ends_quietly(filled):
         ("verify", ""),
         ("export x.csv", ""),
         ("births", ""),
-        ("births --p 9", "; nothing that was stored is lost, the same command goes on from there"),
+        ("births --p 9", "; nothing that was stored is lost, and the same command goes on from there"),
         ("simulate", "; nothing that was stored is lost"),
-        ("verify --rigorous", "; nothing that was stored is lost, the same command goes on from there"),
+        ("verify --rigorous", "; nothing that was stored is lost, and the same command goes on from there"),
     ],
 )
 def test_ctrl_c_says_what_the_command_keeps(cli, monkeypatch, command, more):

@@ -1,15 +1,22 @@
 """A dataset is readable by other tools, reproducible and checked."""
 
 import csv
+import hashlib
 import json
+import shutil
+import signal
 from contextlib import closing
 from pathlib import Path
 
 import pandas
+import pyarrow.parquet
 import pytest
 from contents import ask
+from processes import small_blocks, start
 
-from orbitdb import Catalogue
+from orbitdb import Catalogue, Selection
+from orbitdb.answers.dataset.writing import write_dataset
+from orbitdb.store.reading.moment import reading
 
 
 @pytest.fixture(scope="module")
@@ -21,70 +28,247 @@ def known(tmp_path_factory):
         catalogue.fill("2-3", a=1)
         catalogue.fill_births("2-4")
         catalogue.prove_bounds(5)
-        catalogue.fill_levels(5, parities=["oo"])
+        catalogue.fill_levels(3, parities=["ee"])
+        catalogue.simulate(bounces=2000, seed=7)
     return str(path)
 
 
-def test_other_tools_read_the_same_data_as_the_catalogue(known, cli, tmp_path):
-    folder = tmp_path / "data"
-    outcome = cli("export", str(folder), "--dataset", "--db", known)
-    assert (outcome.code, outcome.out) == (0, "")
-    frame = pandas.concat(map(pandas.read_parquet, sorted((folder / "orbits").glob("a=1.6*.parquet"))))
-    rows = ask(Path(known), "SELECT code, status, length FROM catalogue WHERE a = 1.6")
-    found = zip(frame["code"], frame["status"], frame["length"].fillna(0.0), strict=True)
-    assert sorted(found) == sorted((code, status, length or 0.0) for code, status, length in rows)
+@pytest.fixture(scope="module")
+def written(known):
+    """A dataset of all that there is."""
+    made = Path(known).with_name("data")
+    with reading(known) as moment:
+        write_dataset(moment, made, [Selection(a) for a in moment.a_values()])
+    return made
+
+
+@pytest.fixture
+def folder(written, tmp_path):
+    """A copy of it in a folder of its own."""
+    return Path(shutil.copytree(written, tmp_path / "data"))
+
+
+def package(folder):
+    return json.loads((folder / "datapackage.json").read_text(encoding="utf-8"))
+
+
+def files_of(folder):
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def read_csv(path):
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+
+
+def test_other_tools_read_the_same_orbits_as_the_catalogue(known, folder):
+    frame = pandas.read_parquet(folder / "orbits")
+    rows = ask(Path(known), "SELECT a, code, status, length FROM catalogue")
+    found = zip(frame["a"], frame["code"], frame["status"], frame["length"].fillna(0.0), strict=True)
+    assert sorted(found) == sorted((a, code, status, length or 0.0) for a, code, status, length in rows)
     assert all(len(x) == p for x, p in zip(frame["coordinates"], frame["p"], strict=True) if x is not None)
-    counts = list(csv.DictReader((folder / "counts.csv").read_text().splitlines()))
+    parts = [pandas.read_parquet(path) for path in sorted((folder / "orbits").iterdir())]
+    assert all(part["representative"].tolist() == sorted(part["representative"]) for part in parts)
+    kept = pyarrow.parquet.ParquetFile(folder / "orbits/a=1.6_p=05.parquet").metadata.row_group(0).column(0)
+    assert kept.compression == "ZSTD"
+
+
+def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
+    classes = pandas.read_parquet(folder / "classes.parquet")
+    assert classes["representative"].tolist() == [
+        word for (word,) in ask(Path(known), "SELECT word FROM cycle ORDER BY id")
+    ]
+    births = pandas.read_parquet(folder / "births.parquet")
+    lives = ask(Path(known), "SELECT word, coalesce(born, 0) FROM life")
+    assert sorted(zip(births["representative"], births["born"], strict=True)) == sorted(lives)
+    counts = read_csv(folder / "counts.csv")
     assert [(row["a"], row["p"], row["N_c"]) for row in counts][-1] == ("1.6", "5", "80")
+    averages = pandas.read_csv(folder / "averages.csv")
+    assert averages[["a", "p"]].values.tolist() == [[1, 2], [1, 3], [1.6, 2], [1.6, 3], [1.6, 4], [1.6, 5]]
     levels = pandas.read_csv(folder / "levels.csv")
     assert levels["k"].tolist() == [k for (k,) in ask(Path(known), "SELECT k FROM level ORDER BY k")]
-    described = json.loads((folder / "datapackage.json").read_text())
-    files = {each["path"] for each in described["resources"]} | {"README.md", "datapackage.json"}
-    assert files == {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
-    (length,) = (each for each in described["resources"][0]["schema"]["fields"] if each["name"] == "length")
-    assert (length["type"], length["unit"], length["bound"]) == ("number", "radius", "length_error")
-    assert {each["command"] for each in described["made_by"]} >= {"fill", "births", "bounds", "levels"}
-    assert [path.name for path in tmp_path.iterdir()] == ["data"]
+    (trajectories,) = read_csv(folder / "trajectories.csv")
+    assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
+    (bounds,) = read_csv(folder / "bounds.csv")
+    assert (bounds["window"], bounds["proof"]) == ("5", "doubles")
+
+
+def test_everything_in_the_folder_is_described(folder):
+    described = package(folder)
+    resources = {each["path"]: each for each in described["resources"]}
+    written = files_of(folder)
+    assert set(resources) | {"datapackage.json"} == set(written)
+    for path, each in resources.items():
+        assert each["hash"] == f"sha256:{hashlib.sha256(written[path]).hexdigest()}"
+        fields = each["schema"]["fields"] if "rows" in each else []
+        assert all(field["description"] for field in fields), path
+        assert all(field["unit"] for field in fields if field["type"] == "number"), path
+
+    def told(path, name):
+        (field,) = (each for each in resources[path]["schema"]["fields"] if each["name"] == name)
+        return field["description"], field.get("unit"), field.get("bound")
+
+    orbits = "orbits/a=1.6_p=05.parquet"
+    assert told(orbits, "length") == ("length of one traversal, L", "radius", "length_error")
+    assert told("levels.csv", "error") == ("estimate of the error of k", "1/radius", None)
+    assert told("averages.csv", "lambda_c_zeta")[:2] == (
+        "average lambda_c; zeta function to order p",
+        "1/radius",
+    )
+    assert resources[orbits]["title"] == "96 words of period 5 at a = 1.6"
+    made = {each["command"]: each for each in described["made_by"]}
+    assert made["simulate"]["seed"] == 7
+    assert set(made) >= {"fill", "births", "bounds", "levels"}
+    assert "Creative Commons Attribution 4.0" in (folder / "LICENSE.txt").read_text(encoding="utf-8")
+    readme = (folder / "README.md").read_text(encoding="utf-8")
+    assert f"\n{described['description']}. Made by orbitdb {described['version']}.\n" in readme
+    assert "@" not in readme
 
 
 def test_the_same_catalogue_gives_the_same_bytes(known, cli, tmp_path):
     for name in ("one", "two"):
         assert cli("export", str(tmp_path / name), "--dataset", "--a", "1.6", "--db", known).code == 0
-    one, two = (
-        {p.relative_to(tmp_path / n): p.read_bytes() for p in (tmp_path / n).rglob("*.*")}
-        for n in ("one", "two")
-    )
+    one, two = (files_of(tmp_path / name) for name in ("one", "two"))
     assert one == two
-    assert not [path for path in one if "a=1_" in path.name]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one", "two"]
+    assert not [path for path in one if "a=1_" in path]
 
 
-def test_a_dataset_is_checked(known, cli, tmp_path):
-    folder = tmp_path / "data"
-    assert cli("export", str(folder), "--dataset", "--db", known).code == 0
+def test_a_selection_chooses_periods_and_words_but_counts_stay_those_of_all(known, cli, tmp_path):
+    part, whole = tmp_path / "part", tmp_path / "whole"
+    asked = "export", "--dataset", "--p", "4-5", "--a", "1.6", "--db", known
+    assert cli(*asked, str(part), "--reversal", "self", "--status", "orbit").says(
+        0, "that retrace their path"
+    )
+    assert cli(*asked, str(whole)).code == 0
+    frame = pandas.read_parquet(part / "orbits")
+    assert set(frame["p"]) == {4}  # none of period 5 retraces its path; its file is there
+    assert [path.name for path in sorted((part / "orbits").iterdir())] == [
+        "a=1.6_p=04.parquet",
+        "a=1.6_p=05.parquet",
+    ]
+    assert set(frame["status"]) == {"orbit"}
+    assert set(frame["time_reversal"]) == {"self"}
+    for name in ("counts.csv", "averages.csv"):
+        assert (part / name).read_bytes() == (whole / name).read_bytes()
+        assert {row["p"] for row in read_csv(part / name)} == {"4", "5"}
+    assert set(pandas.read_parquet(part / "births.parquet")["p"]) == {4}
+    assert "retrace their path" in package(part)["description"]
+    assert [cli("verify", str(each)).code for each in (part, whole)] == [0, 0]
+    outcome = cli("export", str(tmp_path / "x"), "--dataset", "--range", "length=:1", "--db", known)
+    assert (outcome.code, outcome.err.count("with length <= 1: nothing is written")) == (1, 2)
+    assert not (tmp_path / "x").exists()
+
+
+def doctored(folder, name, data):
+    """Write a file of a dataset anew, and its sum."""
+    (folder / name).write_bytes(data)
+    known = package(folder)
+    (each,) = (each for each in known["resources"] if each["path"] == name)
+    each["hash"] = f"sha256:{hashlib.sha256(data).hexdigest()}"
+    each["rows"] = pyarrow.parquet.ParquetFile(folder / name).metadata.num_rows
+    (folder / "datapackage.json").write_text(json.dumps(known), encoding="utf-8")
+
+
+ORBITS = "orbits/a=1.6_p=04.parquet"
+
+
+def one_row_more(folder):
+    table = pyarrow.parquet.read_table(folder / ORBITS)
+    other = folder.with_name("more.parquet")
+    pyarrow.parquet.write_table(pyarrow.concat_tables([table, table.slice(0, 1)]), other)
+    doctored(folder, ORBITS, other.read_bytes())
+
+
+def one_byte_changed(folder):
+    data = bytearray((folder / ORBITS).read_bytes())
+    data[100] ^= 1
+    (folder / ORBITS).write_bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("damage", "fault"),
+    [
+        (one_byte_changed, f"{ORBITS} differs from its sha256 sum"),
+        (lambda folder: (folder / ORBITS).unlink(), f"{ORBITS} is missing"),
+        (one_row_more, f"{ORBITS} has 33 words and 33 orbits, not those of counts.csv"),
+        (lambda folder: (folder / "orbits/x.parquet").touch(), "orbits/x.parquet does not belong"),
+        (lambda folder: (folder / "LICENSE.txt").write_text("mine"), "LICENSE.txt differs"),
+    ],
+    ids=["byte", "missing", "row", "other", "text"],
+)
+def test_damage_is_found(folder, cli, damage, fault):
     assert cli("verify", str(folder)).code == 0
-    (folder / "counts.csv").write_text("a,p\n")
-    next((folder / "orbits").iterdir()).unlink()
+    damage(folder)
     outcome = cli("verify", str(folder), "--json")
     assert outcome.code == 1
     (row,) = json.loads(outcome.out)
-    assert (row["check"], row["failures"]) == ("dataset", 2)
+    assert (row["check"], row["failures"]) == ("dataset", 1)
+    assert row["first"].startswith(fault)
+
+
+def test_what_is_no_dataset_is_refused(known, cli, tmp_path):
+    for path in (tmp_path, Path(known), tmp_path / "no"):
+        assert cli("verify", str(path)).says(2, "holds no dataset")
+    (tmp_path / "datapackage.json").write_text('{"name": "stadium-orbits", "resources": [1]}')
     assert cli("verify", str(tmp_path)).says(2, "holds no dataset")
-    assert cli("verify", str(folder), "--rigorous").says(2, "--rigorous")
+    assert cli("verify", str(tmp_path), "--rigorous").says(2, "--rigorous")
 
 
 def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     (tmp_path / "there").mkdir()
-    assert cli("export", str(tmp_path / "there"), "--dataset", "--db", known).says(2, "already exists")
-    assert cli("export", str(tmp_path / "no" / "x"), "--dataset", "--db", known).says(3, "there is no folder")
-    assert cli("export", "--dataset", "--db", known).says(2, "name the folder")
-    assert cli("export", str(tmp_path / "x"), "--dataset", "--p", "3", "--db", known).says(2, "--p")
-    assert cli("export", str(tmp_path / "x"), "--dataset", "--a", "3", "--db", known).says(
-        2, "no whole period"
-    )
+    asked = "export", "--dataset", "--db", known
+    assert cli(*asked, str(tmp_path / "there")).says(2, "already exists")
+    assert cli(*asked, str(tmp_path / "there"), "--force").says(2, "holds no dataset")
+    assert cli(*asked, str(tmp_path / "no" / "x")).says(3, "there is no folder")
+    assert cli(*asked).says(2, "name the folder")
+    assert cli(*asked, str(tmp_path / "x"), "--limit", "3").says(2, "--limit")
+    assert cli(*asked, str(tmp_path / "x"), "--a", "3").says(1, "nothing is filled at a = 3")
 
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("orbitdb.answers.dataset.table", stop)
-    assert cli("export", str(tmp_path / "x"), "--dataset", "--db", known).code == 130
+    monkeypatch.setattr("orbitdb.answers.dataset.writing.others", stop)
+    assert cli(*asked, str(tmp_path / "x")).code == 130
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_force_replaces_a_dataset_or_keeps_it_whole(known, folder, cli, monkeypatch):
+    asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
+    before = files_of(folder)
+    with monkeypatch.context() as patched:
+        patched.setattr("orbitdb.answers.dataset.writing.others", lambda *_: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            cli(*asked)
+    assert files_of(folder) == before
+    assert cli(*asked).code == 0
+    assert len(list((folder / "orbits").iterdir())) == 2
+    assert cli("verify", str(folder)).code == 0
+    assert [path.name for path in folder.parent.iterdir()] == ["data"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
+)
+def test_no_folder_appears_when_an_export_is_ended(known, tmp_path, sent, code):
+    slow = small_blocks()
+    slow[-1] = slow[-1].replace("run()\n", _WAITING)
+    process = start("export", tmp_path / "x", "--dataset", "--db", known, command=slow)
+    assert process.stdout is not None
+    assert [process.stdout.readline() for _ in range(2)] == ["ready\n", "writing\n"]
+    process.send_signal(sent)
+    process.communicate(timeout=60)
+    assert process.returncode == code
+    left = [path.name for path in tmp_path.iterdir()]
+    assert left == ([] if code > 0 else [f".x.{process.pid}.part"])
+
+
+_WAITING = """
+import time
+from orbitdb.answers.dataset import writing
+def wait(*_):
+    print("writing", flush=True)
+    time.sleep(60)
+writing.others = wait
+run()
+"""

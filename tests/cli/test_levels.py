@@ -10,7 +10,7 @@ from made_levels import keep_made_levels
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium
-from orbitdb.cli.commands.average.spectrum import read_file
+from orbitdb.cli.given_levels import read_file
 from orbitdb.quantum.amplitudes import Parity, weyl
 
 KNOWN = {
@@ -149,7 +149,7 @@ def test_only_levels_of_the_named_parity_are_read_from_a_table(tmp_path, parity)
     path = tmp_path / "levels.csv"
     path.write_text("\n".join([" ", "parity, k", *map("{}, {}".format, of, k)]), encoding="utf-8")
     wanted = [each for each, one in zip(k, of, strict=True) if parity in (None, one)]
-    assert read_file(path, False, parity) == wanted
+    assert read_file(path, "k", parity) == wanted
 
 
 def test_levels_of_all_parities_end_with_the_shortest_list(filled):
@@ -167,3 +167,6 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
     np.testing.assert_allclose(there(found), there(expected), atol=1e-12)
     with pytest.raises(InputError, match="the levels end at k = 5"):
         catalogue.spectrum((3, 5), points=5, k_max=6)
+    with pytest.raises(InputError, match="levels are stored up to k = 5"):
+        catalogue.levels(6)
+    assert catalogue.levels(9, "oo").k.tolist() == stored["oo"]

@@ -9,7 +9,7 @@ import csv
 import io
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ import pytest
 from contents import made
 from solutions import representatives
 
-from orbitdb import Catalogue, Stadium, existence, simulate, solve_word
+from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
@@ -27,8 +27,8 @@ from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.relaxation import relax
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference
@@ -136,8 +136,7 @@ def simulated(found: Reference, a: float) -> Columns:
 
 
 def legwise(_: Catalogue) -> Columns:
-    growth = exact_means(0.7).growth
-    return simulated(simulate_legs(Stadium(0.7), 20_000, (growth.value, growth.error), 3), 0.7)
+    return simulated(simulate_legs(Stadium(0.7), 20_000, exact_means(0.7).growth, 3), 0.7)
 
 
 def checked(catalogue: Catalogue) -> Columns:
@@ -303,6 +302,21 @@ def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
     assert done.code == 1
     assert int(dict(zip(names, row, strict=True))["unexplained"]) == 2
     assert len(done.err.splitlines()) >= 2
+
+
+def test_a_hard_case_beyond_its_bound_exits_with_1(cli, monkeypatch):
+    """Every length is off here by a millionth after it was solved."""
+
+    def altered(words, stadium):
+        found = solve(words, stadium)
+        return replace(found, length=found.length * (1 + 1e-6))
+
+    monkeypatch.setattr(stress, "CASES", {"joint": lambda: stress.joint_words((4,))})
+    assert cli("bench", "--kind", "stress", "--json").code == 0
+    monkeypatch.setattr(stress, "solve", altered)
+    done = cli("bench", "--kind", "stress", "--json")
+    assert done.code == 1
+    assert all(row["share"] > 1 for row in json.loads(done.out))
 
 
 @pytest.mark.slow

@@ -116,8 +116,8 @@ export nowhere/orbits.npz | 3 | no folder nowhere
 table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
-export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces, only
-export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces, only orbits do
+export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces; only
+export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces; only orbits do
 export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
 export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of them: nothing is written
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
@@ -157,7 +157,7 @@ sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb column
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
 sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
-sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out what is given for it
+sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
 """

@@ -66,3 +66,17 @@ def test_a_missing_a_is_reported_and_the_others_are_shown(cli, varied):
     assert [line.split()[0] for line in done.out.split("\n\n")[0].splitlines()[1:]] == ["1"] * 4
     assert "periods 2-5 are not filled at a = 3" in done.err
     assert cli("entropy", "--a", "2", "--a", "3", "--p", "2-5", "--db", str(varied)).code == 1
+
+
+@pytest.mark.parametrize("command", ["query", "export", "table", "entropy", "lyapunov"])
+def test_several_a_succeed_if_one_of_them_has_rows(cli, varied, command):
+    asked = (command, "--p", "2-5", "--format", "jsonl", "--db", str(varied))
+    alone = cli(*asked, "--a", "1")
+    found = cli(*asked, "--a", "1", "--a", "3")
+    assert (alone.code, found.code) == (0, 0)
+    assert [json.loads(line) for line in found.out.splitlines()] == [
+        json.loads(line) | {"a": 1.0} for line in alone.out.splitlines()
+    ]
+    assert "at a = 3" in found.err
+    none = cli(*asked, "--a", "2", "--a", "3")
+    assert (none.code, none.out) == (1, "")

@@ -71,7 +71,7 @@ def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     assert "births of period 6 are not stored" in cli("query", "--p", "6", "--order", "born", "-c", "p").err
     chosen = cli("entropy", "--a", "0.8", "--exists", "0.5")
     assert (chosen.code, chosen.out) == (1, "")
-    assert "births tell how many orbits of periods 2-5 there are at a = 0.8" in chosen.err
+    assert "births only count all orbits of periods 2-5 at a = 0.8" in chosen.err
 
 
 @pytest.mark.slow
@@ -134,9 +134,9 @@ def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
     going = sweep_periods(born, 0.8, [6], selection=chosen_by(a=0.8, time_reversal="self"))
     next(going)
     going.close()
-    assert "births tell how many orbits of periods 2-6 there are" in cli("entropy", *chosen).err
+    assert "births only count all orbits of periods 2-6" in cli("entropy", *chosen).err
     assert cli("sweep", "--p", "6", *chosen).code == 0
-    assert "births tell" not in cli("entropy", *chosen).err
+    assert "births only count" not in cli("entropy", *chosen).err
     none = ("--a", "0.8", "--range", "length=:7")  # 13 has length 7.2
     assert cli("sweep", "--p", "6", *none).code == 0
     assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err

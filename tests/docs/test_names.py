@@ -15,7 +15,7 @@ import pytest
 import orbitdb
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.store.asking import where
+from orbitdb.store.asking import sql
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -99,15 +99,13 @@ def test_usage_lines_include_arguments():
 
 
 def test_all_pages_install_extras_in_the_same_way():
-    """Pages name the package, as error messages do, or a checkout where there is one."""
+    """From the sources: ``pip install 'orbitdb[plot]'`` only works once the program is installed."""
     known = set(metadata("orbitdb").get_all("Provides-Extra", []))
-    written = [page.read_text(encoding="utf-8") for page in pages.PAGES if page.stem != "CONTRIBUTING"]
-    lines = re.findall(r"pip install ['\"](\S+)\[(\S+)\]", "\n".join(written))
-    assert len(lines) >= 4
-    assert {name for name, _ in lines} == {"orbitdb", "."}
-    checkout = {extras for name, extras in lines if name == "."}
-    assert checkout == {"test", "plot,pandas", "docs"}
-    assert {extra for _, extras in lines for extra in extras.split(",")} <= known
+    written = [page.read_text(encoding="utf-8") for page in (*pages.PAGES, pages.ROOT / "CHANGELOG.md")]
+    lines = re.findall(r"pip install (?:-e )?['\"](\S+)\[(\S+)\]", "\n".join(written))
+    named = {extra for name, extras in lines for extra in extras.split(",") if name == "."}
+    assert {name for name, _ in lines} - {"."} == {"pyright"}
+    assert {"test", "plot", "pandas", "dask", "web", "docs"} <= named <= known
 
 
 def test_every_column_has_a_known_kind():
@@ -130,7 +128,7 @@ def test_pages_state_the_time_limit_of_queries():
     for name in ("columns", "faults"):
         page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
         assert "after a minute" in page
-    assert where.SECONDS == 60
+    assert sql.SECONDS == 60
 
 
 def test_the_page_on_benchmarks_states_their_defaults():
@@ -151,11 +149,32 @@ def test_the_data_dictionary_has_every_status_and_rule():
     assert re.findall(r"(?m)^\| (\d) \|", page) == [str(number) for number in range(1, 7)]
 
 
+def test_the_gallery_has_every_figure_with_its_command():
+    from orbitdb.cli.figures import DRAWINGS
+
+    page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
+    assert len(shown) == page.count("![")
+    assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
+    drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]
+    assert {kind for kinds in drawn for kind in kinds} == set(DRAWINGS)
+
+
 def test_every_page_is_in_the_table_of_contents():
     index = (pages.ROOT / "docs/index.md").read_text(encoding="utf-8")
     trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)
     listed = {line for tree in trees for line in tree.split() if not line.startswith(":")}
     assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
+
+
+def test_outputs_of_the_notebook_are_in_comments_and_on_the_page():
+    """Jupyter shows its own; outside a comment, each would stand there twice."""
+    written = (pages.ROOT / "docs/notebook.md").read_text(encoding="utf-8")
+    built = [written]
+    program.fill_in(None, "notebook", built)
+    output = r"(?m)^(?:```text|!\[)"
+    assert not re.search(output, re.sub(r"(?s)<!--.*?-->", "", written))
+    assert len(re.findall(output, re.sub(r"(?s)<!--.*?-->", "", built[0]))) == written.count("<!-- shows") > 5
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)

@@ -29,7 +29,7 @@ from orbitdb.entropy.windows import (
     reverse,
 )
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 
 EDGE_WORDS = np.array(
     [word for word in product(range(9), repeat=5) if all(MAY_FOLLOW[x, y] for x, y in pairwise(word))],

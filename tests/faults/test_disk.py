@@ -117,6 +117,15 @@ def test_an_export_without_room_leaves_no_file(filled, disk, name):
     assert list(folder.iterdir()) == []
 
 
+def test_a_dataset_without_room_leaves_no_folder(filled, disk, tmp_path):
+    folder = disk(100)
+    fails(run("export", folder / "data", "--dataset", "--db", filled), "no room")
+    assert list(folder.iterdir()) == []
+    done = run("export", tmp_path / "data", "--dataset", "--db", filled, preexec_fn=room(40_000))
+    fails(done, "data cannot be written (File too large); nothing was kept")
+    assert not list(tmp_path.glob("*data*"))
+
+
 def test_a_simulation_that_cannot_be_stored_is_shown(filled):
     with closing(sqlite3.connect(filled)) as beside:  # keeps the journal longer than the limit
         beside.execute("PRAGMA wal_autocheckpoint = 0")
@@ -160,13 +169,14 @@ def locked(filled: Path) -> Iterator[Path]:
 
 
 @pytest.mark.parametrize(
-    ("file", "folder"), fuzz_but([(0o444, 0o555)], [(0o444, 0o555), (0o444, 0o755), (0o644, 0o555)])
+    ("file", "folder"), fuzz_but([(0o444, 0o755)], [(0o444, 0o555), (0o444, 0o755), (0o644, 0o555)])
 )
 def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, folder):
     before = content(locked)
     locked.chmod(file)
     locked.parent.chmod(folder)
     found = run_several([*READING, *WRITING], locked, preexec_fn=drop_rights)
+    assert [each.name for each in locked.parent.iterdir()] == [locked.name]
     assert [code for _, code, _ in found] == [0] * len(READING) + [3] * len(WRITING)
     assert all(err.count("\n") == 1 and "cannot be written" in err for _, code, err in found if code)
     locked.chmod(0)
@@ -176,6 +186,37 @@ def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, fo
     locked.chmod(0o644)
     assert content(locked) == before
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
+
+
+_READ_TWICE = """
+import sys
+from orbitdb import StoreError
+from orbitdb.store.reading.moment import Reader
+reader = Reader(sys.argv[1])
+try:
+    with reader.moment() as moment:
+        print(moment.a_values(), flush=True)
+        input()
+except StoreError as error:
+    print(error)
+with reader.moment() as moment:
+    print(moment.a_values())
+"""
+
+
+def test_a_reader_without_the_right_to_lock_notices_what_the_owner_writes(locked):
+    locked.chmod(0o444)
+    command = [sys.executable, "-P", "-c", _READ_TWICE, str(locked)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, preexec_fn=drop_rights
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "[1.6]\n"
+        locked.chmod(0o644)
+        assert run("fill", "--p", "3", "--a", "1", "--db", locked).returncode == 0
+        out, _ = process.communicate("\n", timeout=60)
+    assert out == f"{locked} was written while it was read: ask again\n[1.0, 1.6]\n"
+    assert [each.name for each in locked.parent.iterdir()] == [locked.name]
 
 
 def test_the_data_folder_is_made_or_named_if_it_cannot_be(locked):
@@ -195,3 +236,5 @@ def test_a_write_protected_folder_is_reported(locked):
         run("fill", "--p", "3", "--db", locked.parent / "new.db", preexec_fn=drop_rights),
         "permissions, and those of its folder",
     )
+    data = locked.parent / "data"
+    fails(run("export", data, "--dataset", "--db", locked, preexec_fn=drop_rights), "cannot be written")

@@ -120,7 +120,7 @@ def test_verify_names_active_content_and_runs_none_of_it(own, cli, name):
     assert row["check"] == "schema"
     assert row["failures"] >= 1
     assert row["first"]
-    assert "nothing of it was run" in outcome.err
+    assert "nothing in it was run" in outcome.err
 
 
 def test_a_file_with_a_trigger_is_not_migrated(own, cli):

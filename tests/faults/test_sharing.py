@@ -13,11 +13,10 @@ from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store.file import database
-from orbitdb.store.file.database import check_file
+from orbitdb.store.file.database import check_file, reading_engine, writing_engine
 from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.file.tables import reading_engine, writing_engine
-from orbitdb.store.writing.cursors import OvertakenError
 from orbitdb.store.writing.writer import Writer
 
 pytestmark = pytest.mark.skipif(

@@ -15,7 +15,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.pruning import count_admissible, count_primitive

@@ -26,7 +26,7 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.store.reading.fills import Sweep
 from orbitdb.symbols.enumeration import class_spans
 
 PERIODS = range(2, 7)

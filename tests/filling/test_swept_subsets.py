@@ -23,7 +23,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection

@@ -22,8 +22,8 @@ from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
 from orbitdb.orbits.births.continuation import between, follow, motion
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import LONGEST
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, to_strings
 
 

@@ -16,7 +16,7 @@ from orbitdb.orbits.balls.enclosure import as_orbits, distance, enclose
 from orbitdb.orbits.balls.joints import ExactPath, Field, joins
 from orbitdb.orbits.balls.path import BallPath
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 JOINT = {
@@ -198,7 +198,7 @@ def test_doubles_never_contradict_balls(a):
 def test_a_row_from_an_enclosure_includes_rounding_in_its_bounds():
     word = from_strings(["011032"])
     found = enclosed("011032", 1.0)
-    row = as_orbits(word[0], Stadium(1.0), found)
+    row = as_orbits(word, Stadium(1.0), [found])
     assert row.status[0] == Status.BOUNDARY
     for x, ball in zip(row.coordinates[0].tolist(), found.coordinates, strict=True):
         assert abs(ball - x) <= row.error[0]

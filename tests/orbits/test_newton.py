@@ -12,10 +12,10 @@ from solutions import random_word, real, representatives, solved, words_of
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.batch import NUMBERS
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import MAX_STEPS, newton, solve, solve_admissible
-from orbitdb.orbits.orbit import NUMBERS, Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.newton import MAX_STEPS, newton, responses, solve, solve_admissible
+from orbitdb.orbits.status import Status, decide
 from orbitdb.orbits.sums import exponents
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import from_strings, pack, parse
@@ -120,6 +120,24 @@ def own_errors(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
     """Return how far directions are from the maximum, by their own bounds."""
     slopes = derivatives(legs, a, alpha)
     return direction_errors(legs, a, alpha, slopes)
+
+
+@pytest.mark.parametrize("word", ["13", "0103", "0103155", "12" + "02" * 3 + "31" * 40 + "3"])
+def test_responses_solve_the_equations_and_hold_pressed_directions(word):
+    ((_, legs),) = cut(from_strings([word]))
+    alpha, m = newton(legs, 1.6).alpha, len(legs.k)
+    slopes, rng = derivatives(legs, 1.6, alpha), np.random.default_rng(2)
+    forces, pressed = rng.normal(size=(2, m, 1)), rng.random((m, 1)) < 0.3
+    minus_h = np.diag(slopes.beyond[:, 0])
+    for run in range(m):  # each run ties the leg before it to the one after it
+        tie = np.zeros(m)
+        tie[run - 1], tie[run] = legs.parity[run - 1, 0], 1
+        minus_h += slopes.stiffness[run, 0] * np.outer(tie, tie)
+    moved = responses(legs, slopes, pressed, *forces)[:, :, 0]
+    assert (moved[:, pressed[:, 0]] == 0).all()
+    free = np.flatnonzero(~pressed[:, 0])
+    expected = np.linalg.solve(minus_h[np.ix_(free, free)], forces[:, free, 0].T).T
+    np.testing.assert_allclose(moved[:, free], expected, rtol=1e-12, atol=1e-13)
 
 
 def test_an_empty_batch_can_be_solved():

@@ -24,11 +24,12 @@ from orbitdb.answers.spectrum import read_classes
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
+from orbitdb.cli.advice import remember
 from orbitdb.cli.commands.maintenance.bench import draw_work_precision
 from orbitdb.cli.figures import averages, levels, subsets
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.quantum.amplitudes import weyl
 from orbitdb.quantum.lengths import family_count
 from orbitdb.quantum.spectrum import Spectrum
@@ -39,6 +40,7 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
+    remember(())  # the options of a command that another test ran in this process
     more = {"limit": limit} if kind == "sheet" else {}
     module = averages if kind in ("entropy", "lyapunov") else subsets
     return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
@@ -180,6 +182,16 @@ def test_the_figure_of_phase_space_shows_every_bounce(known):
     np.testing.assert_allclose(dots.get_array(), colours)
     assert made.get_suptitle() == "orbits of period 2 to 4 at a = 1.6"
     assert bar.get_ylabel() == r"$\lambda_d$ (per bounce)"
+
+
+def test_the_figure_of_lengths_claims_no_more_than_is_proved(known):
+    made = draw("lengths", known, Selection(1.6, periods=((2, 3),), statuses=(Status.ORBIT,)), 0)
+    _, end = made.axes[0].get_lines()
+    proved = least_length(3, 1.6)
+    assert round(proved, 2) > proved  # so rounding up would show
+    assert proved - 0.01 < end.get_xdata()[0] <= proved
+    (said,) = (text.get_text() for text in made.legends[0].get_texts())
+    assert f"up to $L = {end.get_xdata()[0]:.2f}" in said
 
 
 def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known):

@@ -47,7 +47,6 @@ def test_the_reverse_is_drawn_backwards(word, same):
     alone = orbits.draw_orbit(orbit)
     assert alone.axes[0].get_title() == caption
     assert np.array_equal(paths_of(alone.axes[0], orbit.p)[0][0], points)
-    assert made.get_size_inches().tolist() == [6.4, 2 * alone.get_size_inches()[1]]
 
 
 def test_titles_abbreviate_long_words():

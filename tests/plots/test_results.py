@@ -4,7 +4,9 @@ import matplotlib
 import numpy as np
 import pytest
 
-from orbitdb import Catalogue, levels
+from orbitdb import Catalogue, Stadium
+from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
+from orbitdb.quantum.levels import Levels, LevelWindow
 
 matplotlib.use("agg")
 from matplotlib import pyplot
@@ -63,7 +65,13 @@ def test_a_spectrum_draws_both_sides_and_has_a_short_name(catalogue):
 
 @pytest.mark.parametrize("low", [0.0, 3.0])
 def test_levels_draw_their_staircase(low):
-    found = levels(1.6, 6.0, low)
+    parts = {}
+    for parity in (Parity.EE, Parity.OO):
+        smooth = weyl(Stadium(1.6), parity)
+        k = np.array([wavenumber(smooth, n - 0.5) for n in range(1, 9)])
+        k = k[(low <= k) & (k < 6.0)]
+        parts[parity] = [LevelWindow(1.6, parity, low, 6.0, 0, k, k * 1e-12)]
+    found = Levels.joined(1.6, low, 6.0, parts)
     ax = found.plot()
     k, count = curve(ax, "levels")
     np.testing.assert_array_equal(k, [low, *found.k, 6.0])

@@ -18,9 +18,10 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import names_in
+from orbitdb.store.file.database import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
-from orbitdb.store.file.tables import metadata, writing_engine
+from orbitdb.store.file.tables import metadata
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.reading.records import room
 from orbitdb.symbols.pruning import count_admissible

@@ -147,7 +147,7 @@ def test_a_missing_library_is_named_with_its_extra(catalogue, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib.axes", None)
     monkeypatch.delitem(sys.modules, "orbitdb.plots.paths", raising=False)
     with pytest.raises(ModuleNotFoundError, match=r"plot\(\) needs matplotlib: pip install 'orbitdb\[plot\]"):
-        subset.plot()
+        subset.plot("lengths")
 
 
 def test_a_notebook_shows_a_subset_as_a_table_with_pictures(catalogue):
@@ -273,10 +273,10 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
             r"range: not a criterion, use the name .* as in length=\(3, 10\); these are",
         ),
         ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
-        ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' tells of it"),
+        ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' describes it"),
         ({"status": Status.FAMILY}, "never stored"),
         ({"symmetry": "T,xT"}, "the smallest that holds it is x,T,xT$"),
-        ({"symmetry": "yT, xT"}, "'yT, xT' is no group, .* is xy,xT,yT$"),
+        ({"symmetry": "yT, xT"}, "'yT, xT' is not a group: .* is xy,xT,yT$"),
         ({"status": []}, "status"),
         ({"p": "4-2"}, "run backwards: write 2-4"),
         ({"p": "2-1"}, "run backwards: the least period is 2"),

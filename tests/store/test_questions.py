@@ -20,16 +20,16 @@ from quick import slow_but
 
 from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
-from orbitdb.store.asking import confinement
+from orbitdb.store.asking import sql
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.confinement import CancelledError
 from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.asking.sql import CancelledError
 from orbitdb.store.reading.moment import reading
 
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"order.STEP": 100, "row_blocks.ROWS": 50, "question.BLOCK": 30, "fitting.BATCH": 20}
+AT_A_TIME = {"order.STEP": 100, "rows.ROWS": 50, "question.BLOCK": 30, "matching.BATCH": 20}
 """Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 
@@ -227,7 +227,7 @@ CANCELLED = [
 
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
-    monkeypatch.setattr(confinement, "STEPS_BETWEEN_LOOKS", 5_000)
+    monkeypatch.setattr(sql, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as catalogue:
         selection, looks = chosen_by(**criteria), itertools.count()
         size = catalogue.count(selection)  # makes SQLite read the schema

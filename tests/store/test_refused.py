@@ -15,11 +15,10 @@ from orbitdb.answers.whole_periods import read_terms
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.parsing import parse_bound
+from orbitdb.store.asking.criteria import chosen_by, parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
-from orbitdb.store.file.database import plain_errors
+from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.words import from_strings, key
 from orbitdb.verification.recomputation import certify
@@ -112,7 +111,7 @@ def test_a_class_number_must_encode_a_word_of_its_period(varied):
     one = classes.number.copy()
     for digit in (6, 7):
         one[4] = one[4] & ~7 | digit
-        with pytest.raises(StoreError, match=f"no admissible word's: '{one[4]}'"):
+        with pytest.raises(StoreError, match=f"without an admissible word: '{one[4]}'"):
             list(read_terms(replace(classes, number=one), 1.6))
 
 

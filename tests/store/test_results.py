@@ -81,9 +81,9 @@ def test_divisors_that_sums_lack_are_noted(tmp_path):
 
 def test_a_result_is_shown_as_a_table(catalogue):
     found = catalogue.table(p="2-4")
-    assert repr(found).splitlines()[0].split() == list(found.columns)
+    assert str(found).splitlines()[0].split() == list(found.columns)
     cells = re.findall("<td>(.*?)</td>", found._repr_html_())
-    assert cells == [text for line in repr(found).splitlines()[1 : 1 + len(found)] for text in line.split()]
+    assert cells == [text for line in str(found).splitlines()[1 : 1 + len(found)] for text in line.split()]
     assert max(map(len, cells)) < 12  # six digits
 
 

@@ -74,7 +74,7 @@ def errors_of(path: BallPath, word: str, a: float, alpha: Floats) -> Errors:
             "gradient": apart(path.gradient, slopes.gradient[:, 0]),
             "direction": apart(path.alpha, alpha[:, 0]),
             "slack": there * [apart(*each) for each in zip(slacks_of(path), slack, strict=True)],
-            "place": apart(path.coordinates(), bounces.coordinates(own, a, alpha)[0]),
+            "place": apart(path.coordinates(own), bounces.coordinates(own, a, alpha)[0]),
             "length": apart([path.length()], legs.length(own, a, alpha)),
             "lambda": apart([path.exponent()], stability.exponent(slopes)),
         }  # fmt: skip

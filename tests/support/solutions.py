@@ -7,8 +7,9 @@ import numpy as np
 from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
 from orbitdb.averages.fixed_points import ClassRows, PeriodSums, Weight
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols import enumeration as classes
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.symmetry import all_images

@@ -16,6 +16,7 @@ from processes import COMMAND
 _ESCAPE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-_])")
 _ERASE = "\x1b[J"
 _LEFT_STANDING = re.compile(r"\x1b\[J[^\r\x1b]+\r(?!\n|\r\x1b\[J)")
+_COLOUR = re.compile(r"\x1b\[[\d;]*m")
 _MODE = re.compile(r"\x1b\[\?([0-9;]+)([hl])")
 _ALTERNATE = re.compile(r"\x1b\[\?1049h.*?\x1b\[\?1049l", re.DOTALL)
 _ON_AT_FIRST = {"25", "7"}
@@ -72,7 +73,7 @@ class Session:
     @property
     def erased(self) -> bool:
         """Whether each progress line was erased, however long, before any other output."""
-        return not _LEFT_STANDING.search(self.raw)
+        return not _LEFT_STANDING.search(_COLOUR.sub("", self.raw))
 
     @property
     def restored(self) -> bool:
@@ -83,8 +84,9 @@ class Session:
 
     @property
     def plain(self) -> bool:
-        """Whether the only escape sequence is the one that erases the progress line."""
-        return "\x1b" not in self.raw.replace(_ERASE, "")
+        """Whether the only escape sequences colour the progress line, and erase it."""
+        lines = re.sub(r"\x1b\[J[^\r]*\r", lambda line: _COLOUR.sub("", line[0]), self.raw)
+        return "\x1b" not in lines.replace(_ERASE, "")
 
 
 def line_count(raw: str, columns: int) -> int:
@@ -131,6 +133,7 @@ def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
 
 _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
+import rich.progress  # at hand, so that a line appears at once
 from orbitdb.filling import fill
 from orbitdb.cli import progress
 from orbitdb.cli.main import execute

@@ -69,8 +69,8 @@ def test_spans_contain_every_class_once(p, size):
     assert [each for part in parts for each in part] == whole
     assert max(map(len, parts)) <= 1.5 * size + 100  # a prefix can have about a hundred
     half = len(whole) // 2
-    behind = class_spans(p, size, int(whole[half - 1][0], 8))  # the word itself is excluded
-    assert [each for span in behind for each in classes_in(span)] == whole[half:]
+    after = class_spans(p, size, int(whole[half - 1][0], 8))  # the word itself is excluded
+    assert [each for span in after for each in classes_in(span)] == whole[half:]
 
 
 @pytest.mark.parametrize("p", slow_but(range(1, 5), range(1, 7)))

@@ -13,7 +13,7 @@ from there import there
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.reading.moment import reading

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from textwrap import wrap
 
 from orbitdb.cli.output import Output
-from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
+from orbitdb.column import Column
+from orbitdb.columns import GROUPS, IN_CATALOGUE
 
 EXAMPLES = ("columns", "columns --json")
 
@@ -34,7 +35,7 @@ def columns(*, output: Output) -> None:
 
 
 def _write_table(shown: Sequence[Column]) -> None:
-    """Write a line per column, with its meaning on further lines if necessary; the catalogue first."""
+    """Write a line per column, wrapping its meaning; columns of the catalogue come first."""
     lines = [("column", "unit", "bounded by", "means")]
     lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]

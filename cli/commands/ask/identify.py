@@ -25,11 +25,8 @@ EXAMPLES = (
     "identify --length 21.7 --tolerance 2e-3",
 )
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
-"""The columns, which fit into 80 characters even for the longest orbit."""
+"""Columns of the table, which fit into 80 characters for every orbit."""
 
-SHADOW_KEYS = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
-               "lyapunov", "representative", "class_size", "a", "stored",
-               "sequence", "sequence_first")  # fmt: skip
 LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
 _ON_SCREEN = 40
@@ -68,8 +65,8 @@ def identify(
     """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
 
     A trajectory is written in symbols, followed by the periodic orbits that it shadows, stored or not: from
-    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it follows for the
-    most turns come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
+    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it goes
+    round most often come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
     A length is compared with stored orbits and their repetitions: total = repetitions x length.
     """
     ways = {"start": start, "points": points, "length": length}
@@ -90,7 +87,7 @@ def identify(
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
     """Write the orbits that a trajectory shadows; return their number."""
-    from orbitdb.answers.identification import identify_trajectory
+    from orbitdb.answers.identification import SHADOWED, identify_trajectory
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.reading.lookup import find_or_solve
 
@@ -103,13 +100,9 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
         write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
         if found.shadowed:
             print()
-    names = SHADOW_COLUMNS if output.for_people else SHADOW_KEYS
-    shared = {"a": stadium.a, "sequence": found.sequence, "sequence_first": found.first}
-    rows = (
-        [shared[name] if name in shared else getattr(each if hasattr(each, name) else each.orbit, name)
-         for name in names] for each in found.shadowed
-    )  # fmt: skip
-    count = output.write(names, rows)
+    names = SHADOW_COLUMNS if output.for_people else SHADOWED
+    places = [SHADOWED.index(name) for name in names]
+    count = output.write(names, ([row[place] for place in places] for row in found.rows()))
     _note_ends(found, asked)
     _note_count(found, count)
     return count
@@ -148,10 +141,10 @@ def _show_length(
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits of a length; return their number."""
-    from orbitdb.answers.gaps import describe_fills
     from orbitdb.answers.identification import identify_length
+    from orbitdb.answers.unfilled import describe_fills
     from orbitdb.numerals import exact
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit

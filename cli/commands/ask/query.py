@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, primitive, several
+from orbitdb.cli.arguments import given_codes, many_a, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import MarkedOutput
 from orbitdb.cli.reading import (
@@ -41,15 +41,15 @@ EXAMPLES = (
 AFTERWORD = "The columns: 'orbitdb columns'."
 
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
-"""Those of a word that is asked for by its code."""
+"""Keys of a word that you ask for by its code."""
 
 OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
-"""All that may be asked of a word, stored or not."""
+"""Keys that you may ask for, whether the word is stored or not."""
 
 _OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
 
 OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
-"""The columns that rows of the catalogue have besides."""
+"""Columns that only rows of the catalogue have."""
 
 OF_LIVES = {"exists", "born", "dies"}
 
@@ -114,7 +114,7 @@ def query(
 
 
 def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
-    """Tell whether rows are a list of the shortest orbits."""
+    """Tell whether the rows list the shortest orbits."""
     from orbitdb.store.asking.conditions import parse_order
 
     first, falls = next(iter(parse_order(order).items()))
@@ -125,15 +125,15 @@ def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
 def _show_words(
     codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
 ) -> int:
-    """Write what is known of words, or of their bounces; return how much that is."""
+    """Write what is known about words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
-    in_rows = columns is not None or not output.table or several(a)
+    in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys, found, catalogue = _find(codes, a, db, columns, usual)
     if bounces:
-        return _show_bounces(keys, found, several(a), output)
+        return _show_bounces(keys, found, many_a(a), output)
     if in_rows:
         return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
     for orbit in found:
@@ -161,7 +161,7 @@ def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, out
 def _find(
     codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
 ) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
-    """Return the columns that are asked for, the words at every a, and the catalogue if there is one."""
+    """Return the requested columns, the words at every a, and the catalogue if there is one."""
     from orbitdb.store.reading.lookup import find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
@@ -171,19 +171,19 @@ def _find(
     values = meant(db, a)
     known = known_catalogue(db)
     for code in codes:
-        parse(code)  # a wrong one ends the command before it prints anything
+        parse(code)  # so that nothing is printed if one is wrong
     found = [find_or_solve(known, word, at) for word in [primitive(code) for code in codes] for at in values]
     if not found:
         note("no code on stdin")
     if OF_LIVES & set(keys):
-        each = {orbit.code: orbit for orbit in found}  # is followed once, at however many a it is asked
+        each = {orbit.code: orbit for orbit in found}  # is followed once, for all a
         lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
         found = [replace(orbit, exists=lives[orbit.code]) for orbit in found]
     return keys, found, known
 
 
 def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:
-    """Refuse columns that only rows have, with the command that shows them of a word."""
+    """Refuse columns that only rows have; name the command that shows them."""
     from orbitdb.symbols.words import parse, primitive_root
 
     asked = [name for name in names if name in OF_ROWS]
@@ -191,13 +191,13 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
         word, at = primitive_root(parse(code)), "".join(f" --a {value}" for value in a or ())
         columns = ",".join(name for name in names if name in _OF_CATALOGUE)
         raise InputError(
-            f"column {asked[0]!r} comes with stored rows only: "
+            f"column {asked[0]!r} is in stored rows only: "
             f"orbitdb query --where \"code('{word}')\" -c {columns}{at}"
         )
 
 
 def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
-    """Return what is known of a word under one name; the ranges in which it exists are a text in a cell."""
+    """Return one value of a word; the ranges of a in which it exists are text in a cell."""
     match key:
         case "exists" if orbit.exists is not None and output is not None:
             from orbitdb.cli.orbit_facts import lives_text

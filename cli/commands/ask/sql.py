@@ -28,9 +28,9 @@ def sql(
     rotation.
     """
     from orbitdb.store.asking.codes import hint
-    from orbitdb.store.asking.parsing import parse_parameter
+    from orbitdb.store.asking.criteria import parse_parameter
+    from orbitdb.store.asking.sql import run_statement
     from orbitdb.store.reading.moment import reading
-    from orbitdb.store.reading.statements import run_statement
 
     values = dict(parse_parameter(parameter) for parameter in parameters or ())
     with reading(db) as moment:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import several
+from orbitdb.cli.arguments import many_a
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -42,11 +42,11 @@ def table(
     of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
     Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
     """
-    from orbitdb.answers.averaged import table as counts
+    from orbitdb.answers.entropy import table as counts
 
     with reading(db, a, Choice(p=p)) as (moment, stadiums):
         found = [counts(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, several(a), output))
+    output.write(*_rows_of(found, many_a(a), output))
 
 
 def entropy(
@@ -62,12 +62,12 @@ def entropy(
     the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
     error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
     """
-    from orbitdb.answers.averaged import entropy as of_orbits
+    from orbitdb.answers.entropy import entropy as of_orbits
     from orbitdb.answers.results import PROVED
 
     with progress("reading orbits"), reading(db, a, averaged(choice)) as (moment, stadiums):
         found = [of_orbits(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, several(a), output, hidden=PROVED if output.table else ()))
+    output.write(*_rows_of(found, many_a(a), output, hidden=PROVED if output.table else ()))
 
 
 def lyapunov(
@@ -91,17 +91,17 @@ def lyapunov(
     lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length. pair: means of
     neighbouring periods. zeta: from the zeta function truncated at p, with its zero z0 (1 if no orbit is
     missing). sum_rule: all orbits up to p with weights e^-lambda, constrained by exact means; a table has an
-    estimate of its error in brackets behind the last digits. The trajectory values come from
+    estimate of its error in brackets after the last digits. The trajectory values come from
     'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
-        from orbitdb.answers.averaged import lyapunov as average
+        from orbitdb.answers.lyapunov import lyapunov as average
 
         def tell(done: float) -> None:
-            shown.tell("summing pseudo-cycles", done, 1.0)
+            shown(done, 1.0, "summing pseudo-cycles")
 
         found = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
-    names, rows = _rows_of(found, several(a), output)
+    names, rows = _rows_of(found, many_a(a), output)
     if not output.table or cut is not None:
         output.write(names, rows)
         return
@@ -114,8 +114,8 @@ def lyapunov(
 def _block(
     columns: dict[str, list[Any]], exponent: str, further: bool = False
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the averages of one exponent, errors in brackets, and columns that belong to neither."""
-    from orbitdb.answers.methods import AVERAGES, EXPONENTS
+    """Return the averages of one exponent with errors in brackets, and the columns of neither exponent."""
+    from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS
 
     block: dict[str, list[Any]] = {name: columns[name] for name in ("a", "p") if name in columns}
     for average in AVERAGES:
@@ -133,8 +133,8 @@ def _rows_of(
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return the columns and rows of results without hidden columns; exit if there are none.
 
-    Notes say what is missing and, with a table, what else is known. With several a, the first column is a,
-    and a cell is blank if its a lacks the column.
+    Notes say what is missing and, for a table, what else is known. With several a, the first column is a,
+    and cells are blank where an a lacks the column.
     """
     for each in found:
         for text in (*each.notes, *(each.facts if output.table else ())):

@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import primitive
-from orbitdb.cli.commands.make.levels import read_parities, read_range
+from orbitdb.cli.given_levels import Parities, Range, read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
@@ -26,15 +26,13 @@ def scars(
     word: Annotated[
         str | None, typer.Argument(metavar="WORD", help="An orbit [default: the shortest stored ones].")
     ] = None,
-    k: Annotated[str, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")],
-    parity: Annotated[
-        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
-    ] = None,
+    k: Range,
+    parity: Parities = None,
     a: options.StoredHalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:
-    """Tell how strongly orbits scar quantum levels.
+    """Measure how strongly orbits scar quantum levels.
 
     strength: the mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
     above: how far it is above the mean of the levels of its parity in the range, in standard deviations. With

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import named, several, stored
+from orbitdb.cli.arguments import ALL, many_a
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 from orbitdb.cli.output import MarkWords, check_marks, with_marks
-from orbitdb.cli.progress import Progress, progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
-    Row,
     asked_columns,
     described,
     in_order,
@@ -25,9 +25,10 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
+from orbitdb.column import Row
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
+from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
@@ -38,7 +39,7 @@ EXAMPLES = (
     "export short.csv --p 2-8 --range length=:20 --coordinates",
     "export bounces.parquet --p 5 --status orbit --bounces",
     "export --format jsonl --p 11 --status orbit | jq .length",
-    "export stadium-data --dataset",
+    "export stadium-data --dataset --p 2-11",
 )
 AFTERWORD = "The columns: 'orbitdb columns'."
 _BLOCK = 4_000
@@ -77,16 +78,17 @@ def export(
     ] = None,
     mark_words: MarkWords = False,
     dataset: Annotated[
-        bool, typer.Option("--dataset", help="Write a folder FILE with everything, described, to be cited.")
+        bool, typer.Option("--dataset", help="Write a folder FILE that others can load and cite.")
     ] = False,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Write words and all that is known of them to a file, with every digit.
+    """Write words, and everything known about them, to a file with every digit.
 
     The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
-    their periods were only partly filled. With --dataset, FILE is a folder with all whole periods and
-    everything else that is stored, described after the Frictionless standard.
+    their periods were only partly filled. With --dataset, FILE is a folder, as the Frictionless standard
+    describes it: the chosen words of every whole period with coordinates, then classes, births, counts,
+    averages, bounds and levels, which are of all orbits.
     """
     from orbitdb import export as files
 
@@ -94,8 +96,9 @@ def export(
         raise InputError(f"{file} and -o {output}: name one file")
     file = output if file is None else file
     if dataset:
-        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a")
-        _write_dataset(file, a, db)
+        choosing = (each.name for each in fields(Choice))
+        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a", *choosing)
+        _write_dataset(file, a, choice, force, db)
         return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
@@ -125,21 +128,27 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, provenance(moment, stadiums, several(a)))
+            files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
     note(f"{described(stadiums)}, in {file}")
 
 
-def _write_dataset(folder: Path | None, asked: "Sequence[str] | None", db: Path) -> None:
-    """Write a folder with all whole periods at the named values of a, or at every stored one."""
-    from orbitdb.answers.dataset import write_dataset
-    from orbitdb.store.reading.moment import reading as opened
+def _write_dataset(
+    folder: Path | None, a: "Sequence[str] | None", choice: Choice, force: bool, db: Path
+) -> None:
+    """Write a folder with the chosen whole periods at the named values of a, or at every stored one."""
+    from orbitdb.answers.dataset.writing import write_dataset
+    from orbitdb.answers.unfilled import gaps
 
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with progress("dataset") as shown, opened(db) as moment:
-        values = named(asked) or stored(moment)
-        count = write_dataset(moment, folder, values, shown)
-    note(f"{count} files, at a = {', '.join(map(exact, values))}, in {folder}")
+    with reading(db, a or [ALL], choice) as (moment, stadiums), progress("dataset") as shown:
+        for told in (told for each in stadiums for told in gaps(moment, each, left_out=True)):
+            note(told)
+        held = write_dataset(moment, folder, stadiums, force, shown)
+        if not held:
+            note_nothing(moment, *stadiums, more=": nothing is written")
+            raise typer.Exit(1)
+    note(f"{held}, in {folder}")
 
 
 def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:
@@ -153,19 +162,19 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
         return
     first = "" if limit is None or limit >= total else f"the first {limit} of "
     have = "has" if total == 1 or (first and limit == 1) else "have"
-    note(f"{first}{told} {have} no bounces, only orbits do (--status orbit): nothing is written")
+    note(f"{first}{told} {have} no bounces; only orbits do (--status orbit): nothing is written")
 
 
-def _watched(rows: Iterator[Row], shown: Progress) -> Iterator[Row]:
+def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
     """Pass rows on, and show their number."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:
-            shown.tell(f"{count:,} rows written")
+            shown(0, 0, f"{count:,} rows written")
         yield row
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format for stdout, which must be given and allow row by row output."""
+    """Return the format for stdout; it must be given, and written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:

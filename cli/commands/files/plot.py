@@ -1,11 +1,11 @@
 """``orbitdb plot``: figures as PNG, SVG or PDF."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,6 +13,8 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, lengths, primitive
 from orbitdb.cli.choice import Choice
+from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
+from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.cli.render import code_text, note
@@ -24,8 +26,7 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.orbits.orbit import Orbit
 
 EXAMPLES = (
     "plot orbit 1232131 --a 1.2 -o orbit.pdf",
@@ -34,58 +35,19 @@ EXAMPLES = (
     "plot sheet --order length --limit 20 -o shortest.pdf",
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
-AFTERWORD = """
-\b
-Figures:
-  orbit       the path of WORD in the stadium (Fig. 1 of the paper)
-  reverse     WORD above its time reverse (Fig. 4)
-  life        WORD at its birth, its length and its lambda for every a
-  entropy     by period (Fig. 5); with --over-a the proved bounds for every a
-  lyapunov    by period (Fig. 6)
-  sheet       the classes of a subset, or words (- reads stdin), each by itself
-  phase-space the bounces in phase space
-  lengths     how many orbits are no longer than L, and their density
-  births      how many words are orbits at each a (run 'orbitdb births' first)
-  spectrum    the length spectrum of levels beside that of the orbits
-  staircase   levels below k, and what the orbits give ('orbitdb levels' first)
-  assess      where levels are missing, by the orbits
-  spacings    the spacings of levels, in their mean
-  rigidity    Delta_3 of levels, beside that of random matrices
-  wave        psi^2 of the level next to --k, with the orbit of WORD if named
-  husimi      its Husimi function on the boundary, with the bounces of WORD
-"""
 
-Kind = Literal[
-    "orbit", "reverse", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births", "life",
-    "spectrum", "staircase", "assess", "spacings", "rigidity",
-    "wave", "husimi",
-]  # fmt: skip
-_LEVELS = ("spectrum", "staircase", "assess", "spacings", "rigidity")
+_SHOWN = (f"  {name:11} {each.shows}" for name, each in DRAWINGS.items())
+AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
+_ALWAYS = ("kind", "output", "size", "dpi", "title")
+"""Options that every figure takes."""
+
+_OF_ORBITS = ("entropy", "lyapunov", "lengths")
+"""Figures of orbits alone."""
+
 _MOST_K = 200.0
 """Largest k of a wave to draw."""
 _LEAST, _MOST = 1.0, 100.0
 """Limits on the width and height of a figure in inches."""
-
-_OF_WORD = ("words", "code", "a")
-_OF_WORDS = ("orbit", "reverse", "life")
-_OF_CLASSES = ("entropy", "lyapunov", "lengths")
-"""Figures of averages, and of lengths."""
-
-_OF_LEVELS = ("a", "levels", "energies", "parity")
-_TAKES = {
-    "orbit": ("words", "code", "a"),
-    "reverse": ("words", "code", "a"),
-    "life": ("words", "code"),
-    "births": ("p",),
-    "spectrum": _OF_LEVELS,
-    "staircase": ("a",),
-    "assess": _OF_LEVELS,
-    "spacings": _OF_LEVELS,
-    "rigidity": _OF_LEVELS,
-    "wave": ("words", "code", "a", "k", "parity"),
-    "husimi": ("words", "code", "a", "k", "parity"),
-}
-"""Options of figures without a chosen subset."""
 
 
 def plot(
@@ -116,12 +78,8 @@ def plot(
         bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
     ] = False,
     limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
-    levels: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Levels k of your own, as in 'orbitdb spectrum'.")
-    ] = None,
-    energies: Annotated[bool, typer.Option("--energies", help="The file holds energies k^2.")] = False,
-    parity: Annotated[str | None, typer.Option(help="ee, eo, oe or oo, of the levels.")] = None,
-    k: Annotated[float | None, options.number_option(help="The level to draw: the next one is.")] = None,
+    given: GivenLevels,
+    k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -135,7 +93,7 @@ def plot(
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Draw an orbit, or a figure of the chosen subset, into a file.
+    """Draw an orbit, or a figure of a chosen subset, to a file.
 
     orbit, reverse and life draw the orbit of one WORD, a sheet draws several; the others draw a subset.
     """
@@ -146,44 +104,42 @@ def plot(
         options.refuse_idle(context, "on stdout", "force")
     else:
         check_target(output, force)
-    ending = form_of(output, form, FIGURES)
-    if over_a and kind != "entropy":
-        raise InputError(f"--over-a does nothing in plot {kind}: leave it out")
+    ending, inches = form_of(output, form, FIGURES), _size(size)
+    codes = list(given_codes(words, code)) if "words" in DRAWINGS[kind].takes else []
+    asked, takes = f"in plot {kind}", DRAWINGS[kind].takes
+    if over_a and kind == "entropy":
+        asked, takes = "with --over-a", ("p", "over_a", "a")
+    elif kind == "sheet" and (words or code):
+        asked, takes = "with words", OF_WORD
+    options.takes_only(context, asked, *_ALWAYS, *takes)
+    if kind == "life":
+        options.refuse_idle(context, asked, "db")
     values = () if a is None else lengths(a)
     if len(values) > 1 and not over_a:
         raise InputError(f"--a {a}: plot {kind} draws one a; a grid goes with --over-a")
-    at, inches = values[0] if len(values) == 1 else None, _size(size)
-    takes = ("p", "over_a", "a") if over_a else _TAKES.get(kind)
-    if takes is not None:
-        asked = "with --over-a" if over_a else f"in plot {kind}"
-        options.takes_only(context, asked, "kind", "output", "size", "dpi", "title", *takes)
-    else:
-        options.refuse_idle(context, f"in plot {kind}", "levels", "energies", "parity", "k")
-        if kind != "sheet":
-            options.refuse_idle(context, f"in plot {kind}", "words", "code", "limit", "order")
-        elif words or code:
-            options.takes_only(context, "with words", "kind", "output", "size", "dpi", "title", *_OF_WORD)
-        choice = averaged(choice) if kind in _OF_CLASSES else choice
-        choice = replace(choice, status="orbit" if choice.status is None else choice.status)
+    at = values[0] if len(values) == 1 else None
+    choice = averaged(choice) if kind in _OF_ORBITS and not over_a else choice
+    choice = replace(choice, status="orbit" if choice.status is None and "status" in takes else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
-    if kind in ("wave", "husimi"):
-        with progress("waves"):
-            made = _of_wave(kind, list(given_codes(words, code)), k, parity, at, db)
-    elif kind in _OF_WORDS:
-        if kind == "life":
-            options.refuse_idle(context, f"in plot {kind}", "db")
-        made = _of_word(kind, list(given_codes(words, code)), at, db)
-    elif words or code:
+    if over_a:
+        made = _of_subset("over_a.draw_over_a", choice, USUAL_A, db, grid=values)
+    elif takes is OF_WAVE:
+        made = _of_wave(kind, codes, k, given, at, db)
+    elif kind == "sheet" and (words or code):
         if words and code:
             raise InputError("plot sheet: give WORD or --code, not both")
-        made = _sheet_of_words(list(given_codes(words, code)), at, db)
+        made = _sheet_of_words(codes, at, db)
+    elif kind == "sheet":
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, limit=limit, order=order)
+    elif "words" in takes:
+        made = _of_word(kind, codes, at, db)
+    elif "parity" in takes:
+        parity = given.of_one()
+        levels = given.read(parity)
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, levels=levels, parity=parity)
     else:
-        with progress("drawing"):
-            if kind in _LEVELS:
-                made = _of_levels(kind, levels, energies, parity, at, db)
-            else:
-                made = _of_subset("over a" if over_a else kind, choice, values, (limit, order), db)
+        made = _of_subset(DRAWINGS[kind].draw, choice, USUAL_A if kind == "births" else at, db)
     style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
@@ -208,77 +164,36 @@ def _size(text: str | None) -> tuple[float, float] | None:
     return width, height
 
 
-def _of_subset(
-    kind: str, choice: Choice, values: Sequence[float], shown: tuple[int, str], db: Path
-) -> "Figure":
-    """Draw a figure from the catalogue; `sheet` has limit and order."""
-    from orbitdb.cli.figures import averages, over_a, subsets
-
-    draw: dict[str, Callable[[Moment, Selection], Figure]] = {
-        "entropy": averages.draw_entropy,
-        "over a": partial(over_a.draw_over_a, grid=values),
-        "lyapunov": averages.draw_lyapunov,
-        "sheet": partial(subsets.draw_sheet, limit=shown[0], order=shown[1]),
-        "phase-space": subsets.draw_phase_space,
-        "lengths": subsets.draw_lengths,
-        "births": over_a.draw_births,
-    }
-    a = values[0] if values else None
-    with reading(db, USUAL_A if kind in ("over a", "births") else a, choice) as (moment, (chosen,)):
-        return draw[kind](moment, chosen)
+def _draw(figure: str, *what: Any, **further: Any) -> "Figure":
+    """Draw with a function in `orbitdb.cli.figures`, which imports matplotlib."""
+    module, name = figure.split(".")
+    made: Figure = getattr(import_module(f"orbitdb.cli.figures.{module}"), name)(*what, **further)
+    return made
 
 
-def _of_levels(
-    kind: str, path: Path | None, energies: bool, parity: str | None, a: float | None, db: Path
-) -> "Figure":
-    """Draw a figure of levels: those in a file, or in the catalogue."""
-    from orbitdb.cli.commands.average.spectrum import read_file
-    from orbitdb.cli.commands.make.levels import read_parities
-    from orbitdb.cli.figures import levels as figures
-
-    named = read_parities(parity)
-    if parity is not None and len(named) != 1:
-        raise InputError(f"--parity {parity}: give one, or leave it out for all")
-    of = named[0] if parity is not None else None
-    given = None if path is None else read_file(path, energies, parity)
-    with reading(db, a, Choice()) as (moment, (chosen,)):
-        if kind == "staircase":
-            return figures.draw_levels(moment, chosen)
-        draw = {
-            "spectrum": figures.draw_length_spectrum,
-            "assess": figures.draw_assessment,
-            "spacings": figures.draw_spacings,
-            "rigidity": figures.draw_rigidity,
-        }
-        return draw[kind](moment, chosen, given, of)
+def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further: Any) -> "Figure":
+    """Draw a figure from the catalogue."""
+    with progress("drawing"), reading(db, a, choice) as (moment, (chosen,)):
+        return _draw(figure, moment, chosen, **further)
 
 
 def _of_wave(
-    kind: str, codes: list[str], k: float | None, parity: str | None, a: float | None, db: Path
+    kind: Kind, codes: Sequence[str], k: float | None, given: GivenLevels, a: float | None, db: Path
 ) -> "Figure":
     """Draw the wave of the level next to some k, with any orbit over it."""
-    from orbitdb.cli.commands.make.levels import read_parities
-    from orbitdb.cli.figures.levels import draw_husimi, draw_wave
-    from orbitdb.store.reading.lookup import find_or_solve
-
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
-    if parity is None or len(named := read_parities(parity)) != 1:
+    if (parity := given.of_one()) is None:
         raise InputError(f"plot {kind}: name one parity, such as --parity ee")
     if len(codes) > 1:
         raise InputError(f"plot {kind}: name one orbit at most")
     (at,) = meant(db, a)
-    orbit = find_or_solve(known_catalogue(db), primitive(codes[0]), at) if codes else None
-    if orbit is not None and orbit.points is None:
-        raise InputError(
-            f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
-        )
-    return (draw_wave if kind == "wave" else draw_husimi)(at, k, named[0], orbit)
+    with progress("waves"):
+        return _draw(DRAWINGS[kind].draw, at, k, parity, _drawable(codes[0], at, db) if codes else None)
 
 
-def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":
+def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbits of some words, stored or solved now; write a note for words without one."""
-    from orbitdb.cli.figures.subsets import sheet_of
     from orbitdb.store.reading.lookup import find_or_solve
 
     (at,), known = meant(db, a), known_catalogue(db)
@@ -289,29 +204,35 @@ def _sheet_of_words(codes: list[str], a: float | None, db: Path) -> "Figure":
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise InputError("none of these words is an orbit that can be drawn")
-    return sheet_of(drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
+    return _draw("subsets.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
 
 
-def _of_word(kind: str, codes: list[str], a: float | None, db: Path) -> "Figure":
+def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbit of a single word, stored or solved now."""
-    from orbitdb.cli.figures import orbits
     from orbitdb.orbits.single_word import solve_word
-    from orbitdb.store.reading.lookup import find_or_solve, with_existence
+    from orbitdb.store.reading.lookup import with_existence
 
     if len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
     if kind != "life":
         (at,) = meant(db, a)
-        found = find_or_solve(known_catalogue(db), primitive(codes[0]), at)
-        if found.coordinates is None:
-            raise InputError(
-                f"{code_text(found.code)} at a = {exact(at)} cannot be drawn: {found.status.sentence}"
-            )
-        return orbits.draw_orbit(found) if kind == "orbit" else orbits.draw_reverse(found)
+        return _draw(DRAWINGS[kind].draw, _drawable(codes[0], at, db))
     with progress("following"):
         found = with_existence(solve_word(primitive(codes[0]), USUAL_A))
         if found.exists is None:
             raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:
             raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
-        return orbits.draw_life(found)
+        return _draw(DRAWINGS[kind].draw, found)
+
+
+def _drawable(code: str, a: float, db: Path) -> "Orbit":
+    """Return an orbit with coordinates, stored or solved now, or raise."""
+    from orbitdb.store.reading.lookup import find_or_solve
+
+    found = find_or_solve(known_catalogue(db), primitive(code), a)
+    if found.points is None:
+        raise InputError(
+            f"{code_text(found.code)} at a = {exact(a)} cannot be drawn: {found.status.sentence}"
+        )
+    return found

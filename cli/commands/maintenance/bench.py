@@ -69,7 +69,9 @@ def bench(
     if kind == "stress":
         from orbitdb.benchmarks.stress import Outcome, stress
 
-        _write(output, Outcome, _watched(stress()))
+        outcomes = _write(output, Outcome, _watched(stress()))
+        if not all(each.passed for each in outcomes):
+            raise typer.Exit(1)
     elif kind == "stages":
         from orbitdb.benchmarks.work_precision import StageTimes, stage_times
 
@@ -146,7 +148,7 @@ def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]"
         for p in periods:
 
             def show(step: int, moving: int, p: int = p) -> None:
-                shown.tell(f"p = {p}: step {step:,}, {moving} classes still move")
+                shown(0, 0, f"p = {p}: step {step:,}, {moving} classes still move")
 
             found, differing = agreement(p, stadium, show)
             with aside():
@@ -156,7 +158,7 @@ def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]"
 
 
 def _periods(text: str) -> list[int]:
-    from orbitdb.store.asking.parsing import parse_periods
+    from orbitdb.store.asking.criteria import parse_periods
 
     periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
     if not periods or min(periods) < 2:
@@ -183,4 +185,5 @@ def _watched(rows: Iterable[Any]) -> Iterator[Any]:
         for row in rows:
             with aside():
                 yield row
-            shown.tell("measuring, done: " + " ".join(str(value) for value in list(asdict(row).values())[:2]))
+            first = " ".join(str(value) for value in list(asdict(row).values())[:2])
+            shown(0, 0, f"measuring, done: {first}")

@@ -39,7 +39,7 @@ def info(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show where the catalogue is, what is filled, and the time and disk space that it took.
+    """Show where the catalogue is, what it holds, and the time and disk space that this took.
 
     stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
     storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
@@ -106,7 +106,7 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return place and size of the catalogue in words."""
     from orbitdb.filling.estimate import gigabytes
-    from orbitdb.store.asking.periods import written_periods
+    from orbitdb.store.asking.selection import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.records import room
 

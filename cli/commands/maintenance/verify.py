@@ -78,20 +78,19 @@ def verify(
 ) -> None:
     """Compute the catalogue again from its words alone and compare.
 
-    Each line is one check: the rows that it looked at, its failures, the worst deviation, the share of this
-    in what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
+    Each line is one check: the rows that it looked at, its failures, the worst deviation, its share of
+    what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
     ones; in a partly filled period, those that are stored.
     """
-    from orbitdb.answers.gaps import unfilled
+    from orbitdb.answers.unfilled import unfilled
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.store.reading.moment import Reader
     from orbitdb.verification.check import Check
     from orbitdb.verification.records import is_known
-    from orbitdb.verification.verify import report
-    from orbitdb.verification.whole import told, verification_steps
+    from orbitdb.verification.verify import report, told, verification_steps
 
     if folder is not None:
         options.takes_only(context, "with FOLDER", "folder")
@@ -110,7 +109,7 @@ def verify(
         _report([broken], db, start, restarts, output)
         return
     missing: list[str] = []
-    with source.moment() as moment:
+    with closing(source), source.moment() as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
@@ -129,13 +128,13 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the sums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset.checking import wrong_files
 
     found = list(wrong_files(folder))
     wrong = [f"{name} {what}" for name, what in found if what]
     output.write(COLUMNS, [("dataset", len(found), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
-        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} not as written")
+        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} changed since")
         raise typer.Exit(1)
     note(f"{folder}: all is well with {several(len(found), 'file')}")
 
@@ -172,11 +171,11 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
 
 
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
-    """Write notes on chosen periods that are partial, and on named ones that are not stored.
+    """Yield notes on chosen periods that are partly filled, and on named ones that are not stored.
 
-    At an a that was not named, and without fills, nothing is missing.
+    Nothing is missing at an a that was not named and has no fills.
     """
-    from orbitdb.answers.gaps import describe_partial, partial_fills, unfilled, without
+    from orbitdb.answers.unfilled import describe_partial, partial_fills, unfilled, without
 
     for each in chosen:
         if partial := partial_fills(moment, each):

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import count_option
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
-from orbitdb.cli.storing import Jobs, asked_periods, bring, written
+from orbitdb.cli.storing import Jobs, Lowest, SomeHighest, asked_periods, bring, written
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
@@ -26,13 +25,8 @@ COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 def births(
     *,
     context: typer.Context,
-    asked: Annotated[
-        str | None,
-        typer.Option(
-            "--p", metavar="PERIODS", help="The highest period to find births of, or periods such as 2-8."
-        ),
-    ] = None,
-    first: Annotated[int, count_option("--from", help="The lowest period to find births of.")] = 2,
+    asked: SomeHighest = None,
+    first: Lowest = 2,
     deaths: Annotated[
         bool, typer.Option("--deaths", help="Show the lives that end, one a line, instead of the periods.")
     ] = False,

@@ -72,8 +72,7 @@ def bounds(
     reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
     there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
     """
-    from orbitdb.filling.records import bounds as enclosed
-    from orbitdb.filling.records import limits_of
+    from orbitdb.filling.records import find_bounds, limits_of
 
     values, limits = lengths(a), limits_of(window, width, seconds)
     if len(values) == 1:
@@ -84,7 +83,7 @@ def bounds(
     kept = _kept(db, store)
     try:
         with progress("windows") as shown:
-            steps = enclosed(kept, values, limits, proofs, jobs, shown, asked)
+            steps = find_bounds(kept, values, limits, proofs, jobs, shown, asked)
             with closing(steps):
                 found.extend(steps)  # one by one, so that Ctrl-C keeps the earlier ones
     finally:

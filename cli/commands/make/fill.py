@@ -10,11 +10,21 @@ import typer
 
 from orbitdb.cli.arguments import given_codes, primitive
 from orbitdb.cli.choice import SweptChoice
-from orbitdb.cli.options import Database, HalfLength, count_option, takes_only
+from orbitdb.cli.options import Database, HalfLength, takes_only
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import code_text, note
-from orbitdb.cli.storing import DryRun, Solvers, announce, asked_periods, bring, written
+from orbitdb.cli.storing import (
+    DryRun,
+    Highest,
+    Lowest,
+    Solvers,
+    SomeHighest,
+    announce,
+    asked_periods,
+    bring,
+    written,
+)
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
@@ -34,20 +44,16 @@ EXAMPLES = {
         "sweep --p 19 --scheduler tcp://node1:8786",
     ),
 }
-SWEPT_COLUMNS = ("p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds")
 
 
 def fill(
     *,
     context: typer.Context,
-    asked: Annotated[
-        str | None,
-        typer.Option("--p", metavar="PERIODS", help="The highest period to fill, or periods such as 2-8."),
-    ] = None,
-    first: Annotated[int, count_option("--from", help="The lowest period to fill.")] = 2,
+    asked: SomeHighest = None,
+    first: Lowest = 2,
     a: HalfLength = 1.6,
     code: Annotated[
-        list[str] | None, typer.Option(help="Store this word only; repeatable; - reads words from stdin.")
+        list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
     ] = None,
     geometric: Annotated[
         bool,
@@ -68,7 +74,7 @@ def fill(
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
     from orbitdb.filling.fill import METHODS
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
 
     Stadium(a)
     if method not in METHODS:
@@ -121,11 +127,8 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
 def sweep(
     *,
     context: typer.Context,
-    asked: Annotated[
-        str,
-        typer.Option("--p", metavar="PERIODS", help="The highest period to sweep, or periods such as 2-8."),
-    ],
-    first: Annotated[int, count_option("--from", help="The lowest period to sweep.")] = 2,
+    asked: Highest,
+    first: Lowest = 2,
     a: HalfLength = 1.6,
     choice: SweptChoice,
     solvers: Solvers,
@@ -143,7 +146,7 @@ def sweep(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.orbits.orbit import Status
+    from orbitdb.orbits.status import Status
     from orbitdb.store.asking.sweepable import swept_text
 
     chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
@@ -158,12 +161,10 @@ def sweep(
         with Catalogue(db) as catalogue, progress(span, expected=coming.seconds) as shown:
             found = catalogue.sweep(periods, chosen, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
-    subset = (text,) if (text := swept_text(chosen)) else ()
-    if subset:
+    rows = [each.row() for each in found]
+    names = list(rows[0])
+    if swept_text(chosen):
         note(replace(chosen, statuses=(Status.ORBIT,)).describe())
-    rows = []
-    for each in found:
-        counts = each.tally
-        statuses = counts.words, counts.n_c, counts.classes, counts.boundary, counts.unresolved
-        rows.append((each.p, *statuses, round(each.seconds, 2), round(each.processor, 2), *subset))
-    output.write((*SWEPT_COLUMNS, "selection") if subset else SWEPT_COLUMNS, rows)
+    else:
+        names.remove("selection")
+    output.write(names, ([row[name] for name in names] for row in rows))

@@ -1,22 +1,19 @@
 """``orbitdb levels``: the quantum levels of the stadium."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
+from orbitdb.cli.given_levels import Parities, SomeRange, read_parities, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, bring
 from orbitdb.errors import InputError
-from orbitdb.numerals import real
 from orbitdb.plaintext import several
-
-if TYPE_CHECKING:
-    from orbitdb.quantum.amplitudes import Parity
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -30,15 +27,11 @@ COLUMNS = ("k", "error", "parity")
 def levels(
     *,
     context: typer.Context,
-    k: Annotated[
-        str | None, typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
-    ] = None,
+    k: SomeRange = None,
     method: Annotated[
         str, typer.Option(help="elements, or orbits: from the stored orbits alone, with larger errors.")
     ] = "elements",
-    parity: Annotated[
-        str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
-    ] = None,
+    parity: Parities = None,
     a: options.HalfLength = USUAL_A,
     jobs: Jobs = None,
     store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
@@ -75,7 +68,7 @@ def _from_elements(
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import levels as find
+    from orbitdb.filling.records import find_levels
     from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
 
@@ -86,7 +79,7 @@ def _from_elements(
     if db is not None:
         bring(db)
     with progress("levels") as shown:
-        parts = find(db, stadium, low, high, parities, jobs, shown)
+        parts = find_levels(db, stadium, low, high, parities, jobs, shown)
     found = Levels.joined(a, low, high, parts)
     output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
     for each, windows_of in parts.items():
@@ -115,27 +108,3 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
     output.write((*COLUMNS, "exact"), shown)
     note(f"{several(len(shown), 'level')} below k = {found.high:g}: {found.basis}")
     return len(shown)
-
-
-def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30, or raise."""
-    first, colon, last = text.partition(":")
-    try:
-        low, high = real(first), real(last)
-    except ValueError:
-        low, high = 0.0, -1.0
-    if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
-    return low, high
-
-
-def read_parities(text: str | None) -> "list[Parity]":
-    """Return the named parities, by default all four, or raise."""
-    from orbitdb.quantum.amplitudes import Parity
-
-    if text is None:
-        return list(Parity)
-    try:
-        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
-    except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None

@@ -1,7 +1,6 @@
 """``orbitdb simulate``: averages over random trajectories."""
 
 from contextlib import closing
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -66,7 +65,7 @@ def simulate(
         if output.table:
             write_facts(_facts(a, found))
         else:
-            values = {"a": a, **asdict(found)}
+            values = {"a": a, **found.row()}
             output.write(COLUMNS, [[values[name] for name in COLUMNS]])
     off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
     note(
@@ -74,7 +73,7 @@ def simulate(
         f"the mean free path is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
     )
     if abs(found.bounces - wanted) > _NEAR * wanted:
-        note(f"{found.bounces} bounces were made, not {wanted}: errors need many whole trajectories")
+        note(f"{found.bounces} bounces were followed, not {wanted}: errors need many whole trajectories")
 
 
 def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:

@@ -16,9 +16,8 @@ from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.store.asking.parsing import periods_up_to
-from orbitdb.store.asking.periods import fillable
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.criteria import periods_up_to
+from orbitdb.store.asking.selection import Selection, fillable
 from orbitdb.store.file.migrate import migrate
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible

@@ -15,7 +15,8 @@ from textual.widgets import Static
 
 from orbitdb.cli.tui.keys import Group, groups_of, key
 from orbitdb.cli.tui.screens import Dialog, ScrollBox
-from orbitdb.columns import IN_CATALOGUE, Column
+from orbitdb.column import Column
+from orbitdb.columns import IN_CATALOGUE
 
 
 def columns_told() -> Group:

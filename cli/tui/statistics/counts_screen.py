@@ -16,7 +16,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
-from orbitdb.answers.gaps import partial_fills
+from orbitdb.answers.unfilled import partial_fills
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog

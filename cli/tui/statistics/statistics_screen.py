@@ -13,9 +13,10 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 
-from orbitdb.answers.averaged import enclosure, entropy_of_rows, lyapunov_of_rows, outside, read
-from orbitdb.answers.methods import AVERAGES, EXPONENTS
+from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
+from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
 from orbitdb.answers.results import PROVED, Result
+from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
@@ -53,7 +54,7 @@ def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.
     """Return counts, entropies and Lyapunov averages of the orbits of a subset by whole period."""
     notes: list[str] = []
     with catalogue.moment() as moment:
-        subset = read(moment, selection, notes, swept=True)
+        subset = read_noted(moment, selection, notes, swept=True)
         proved, line = enclosure(moment, selection.a)
     if subset is None:
         raise InputError("; ".join(notes))

@@ -12,10 +12,10 @@ from textual.cache import LRUCache
 from orbitdb.cli.tui.columns import USUAL
 from orbitdb.columns import OF_ORBITS
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.chosen import Chosen
 from orbitdb.store.reading.lives import Standing, Standings, load_standings, sums
+from orbitdb.store.reading.matching import periods_without, position_of
 from orbitdb.store.reading.moment import Reader
-from orbitdb.store.reading.places import periods_without, position_of
+from orbitdb.store.reading.rows import Chosen
 
 Row = tuple[Any, ...]
 

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from flint import arb, ctx
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls.path import BallPath, Balls, Condition
-from orbitdb.orbits.orbit import Orbits, Status
+from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.status import Status
 
 PRECISION, MAX_PRECISION = 128, 16384
 """Bits of the arithmetic at first, and at most."""
@@ -44,7 +44,7 @@ class Enclosure:
     steps: int  # Newton steps taken
 
 
-def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISION) -> Enclosure:
+def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclosure:
     """Enclose the stationary point of one admissible word, shape (p,), as `enclose_all` does."""
     ((_, legs),) = cut(word[None, :])
     (found,) = enclose_all(legs, stadium, precision=precision)
@@ -54,22 +54,16 @@ def enclose(word: NDArray[np.uint8], stadium: Stadium, precision: int = PRECISIO
 def enclose_all(
     legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
 ) -> Iterator[Enclosure]:
-    """Enclose the stationary points of N cut words one by one, with the precision that their status needs.
+    """Enclose the stationary points of N cut words in order, with the precision that their status needs.
 
     Parameters
     ----------
-    legs : Legs
     stadium : Stadium
         Its a is taken as the exact value of the double.
     start : ndarray, shape (m, N), optional
         Directions near the maxima, as from `orbitdb.orbits.newton.newton`; they only save time.
     precision : int, optional
         Bits at first; doubled, up to `MAX_PRECISION`, until the status is decided or lambda leaves no hope.
-
-    Yields
-    ------
-    Enclosure
-        In the order of the words.
     """
     low, high = (limit.T.tolist() for limit in direction_limits(legs, stadium.a))
     if start is None:
@@ -77,10 +71,10 @@ def enclose_all(
     for column, directions in enumerate(start.T.tolist()):
         between = list(zip(low[column], high[column], strict=True))
         path = BallPath(legs, column, stadium.a, between)
-        yield _enclosed(path, [arb(x) for x in directions], precision)
+        yield _enclosed(path, legs, [arb(x) for x in directions], precision)
 
 
-def _enclosed(path: BallPath, start: Balls, precision: int) -> Enclosure:
+def _enclosed(path: BallPath, legs: Legs, start: Balls, precision: int) -> Enclosure:
     conditions = path.conditions()
     while True:
         with ctx.workprec(precision):
@@ -94,7 +88,7 @@ def _enclosed(path: BallPath, start: Balls, precision: int) -> Enclosure:
                 margin = distance[0]
                 for x in distance[1:]:
                     margin = margin.min(x)
-                numbers = path.coordinates(), path.length(), path.exponent()
+                numbers = path.coordinates(legs), path.length(), path.exponent()
                 return Enclosure(status, precision, *numbers, margin, steps)
         precision *= 2
 
@@ -125,19 +119,9 @@ def _most_bits(path: BallPath) -> int:
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return the largest distances of the numbers of orbits from the enclosed ones.
+    """Return the largest distances of the numbers of N orbits from the enclosed ones, shape (N,) each.
 
-    Parameters
-    ----------
-    orbits : Orbits
-        N words.
-    found : sequence of Enclosure
-        The same N words, enclosed.
-
-    Returns
-    -------
-    coordinates, length, lyapunov : ndarray, shape (N,) each
-        The largest distance from any point of the ball, rounded up; the worst one of the coordinates.
+    Those of coordinates (the worst one), length and lambda, from any point of the ball and rounded up.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
@@ -153,27 +137,28 @@ def distance(ball: arb, value: float) -> float:
     return math.nextafter(float((ball - value).abs_upper()), math.inf)
 
 
-def as_orbits(word: NDArray[np.uint8], stadium: Stadium, found: Enclosure) -> Orbits:
-    """Return an enclosure rounded to doubles, with the rounding in its error bounds."""
-    places = [_rounded(x) for x in found.coordinates]
-    coordinates = np.array([[value for value, _ in places]])
-    length, length_error = _rounded(found.length)
-    exponent, exponent_error = _rounded(found.lyapunov)
+def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:
+    """Return N >= 1 enclosures rounded to doubles, with the rounding in their error bounds."""
+    coordinates, errors = _rounded([each.coordinates for each in found])
+    length, length_error = _rounded([[each.length] for each in found])
+    lyapunov, lyapunov_error = _rounded([[each.lyapunov] for each in found])
     return Orbits(
-        words=word[None, :],
-        status=np.array([found.status.value]),
+        words=words,
+        status=np.array([each.status.value for each in found]),
         coordinates=coordinates,
-        length=np.array([length]),
-        lyapunov=np.array([exponent]),
-        margin=np.array([0.0 if found.status is Status.BOUNDARY else _rounded(found.margin)[0]]),
-        residual=np.abs(forces(stadium, word[None, :], coordinates)).max(axis=1),
-        error=np.array([max(error for _, error in places)]),
-        length_error=np.array([length_error]),
-        lyapunov_error=np.array([exponent_error]),
-        iterations=np.array([found.steps]),
+        length=length[:, 0],
+        lyapunov=lyapunov[:, 0],
+        margin=np.array([0.0 if each.status is Status.BOUNDARY else float(each.margin) for each in found]),
+        residual=np.abs(forces(stadium, words, coordinates)).max(axis=1),
+        error=errors.max(axis=1),
+        length_error=length_error[:, 0],
+        lyapunov_error=lyapunov_error[:, 0],
+        iterations=np.array([each.steps for each in found]),
     )
 
 
-def _rounded(x: arb) -> tuple[float, float]:
-    value = float(x.mid())
-    return value, distance(x, value)
+def _rounded(rows: Sequence[Balls]) -> tuple[Floats, Floats]:
+    """Return the doubles in the middle of balls, and their largest distances from the points of these."""
+    values = [[float(x) for x in row] for row in rows]
+    errors = [list(map(distance, *pair)) for pair in zip(rows, values, strict=True)]
+    return np.array(values), np.array(errors)

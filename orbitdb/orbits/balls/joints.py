@@ -15,7 +15,7 @@ Balls only decide between an angle and its shifts by pi.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from flint import arb, ctx, fmpq, fmpq_poly, fmpz_mat
+from flint import arb, arb_poly, ctx, fmpq, fmpq_poly, fmpz_mat
 
 from orbitdb.orbits.balls.path import BallPath, Condition
 
@@ -43,7 +43,7 @@ class Field:
 
     def ball(self, x: fmpq_poly) -> arb:
         """Return a ball that holds an element."""
-        return _at(x, self.gamma)
+        return arb_poly(x)(self.gamma)
 
     def angle(self, x: Turn) -> arb:
         """Return a ball that holds the angle in (-pi, pi]."""
@@ -116,12 +116,7 @@ class ExactPath:
 def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     """Tell whether slacks are proved to be exactly zero at the maximum of the length.
 
-    Parameters
-    ----------
-    path : BallPath
-        Enclosed at its maximum.
-    touching : sequence of (Condition, arb)
-        The slacks and their enclosures.
+    The path is enclosed at its maximum; the slacks come with their enclosures.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):
@@ -166,17 +161,9 @@ def _field(gamma: arb, bits: int) -> Field | None:
         relation = _relation([gamma**i for i in range(degree + 1)], bits)
         if relation is not None:
             f, middle = fmpq_poly(relation), gamma.mid()
-            crosses = bool(_at(f, middle - width) * _at(f, middle + width) < 0)
+            crosses = bool(arb_poly(f)(middle - width) * arb_poly(f)(middle + width) < 0)
             return Field(f, middle + arb(0, 2 * width)) if crosses else None
     return None
-
-
-def _at(f: fmpq_poly, x: arb) -> arb:
-    """Return a ball that holds f(x)."""
-    found = arb(0)
-    for coefficient in reversed(f.coeffs()):
-        found = found * x + arb(coefficient)
-    return found
 
 
 def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:

@@ -4,13 +4,14 @@ Every number is an interval that contains the true value (Arb, through python-fl
 of `orbitdb.billiard.legs`, for one word at any precision.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from flint import arb, ctx
 
-from orbitdb.billiard.legs import Legs
+from orbitdb.billiard.legs import Chain, Legs
 from orbitdb.orbits.cyclic import solve_cyclic
 
 Balls = list[arb]
@@ -38,8 +39,8 @@ class BallPath:
 
     Parameters
     ----------
-    legs : Legs
-        Cut words.
+    legs : Chain
+        Cut words; runs may be endless.
     column : int
         The index of the word.
     a : float
@@ -48,25 +49,30 @@ class BallPath:
         Limits of each direction (`orbitdb.billiard.legs.direction_limits`).
     """
 
-    def __init__(self, legs: Legs, column: int, a: float, limits: Sequence[tuple[float, float]]) -> None:
-        self.a = arb(a)
+    def __init__(self, legs: Chain, column: int, a: float, limits: Sequence[tuple[float, float]]) -> None:
+        self.column, self.a = column, arb(a)
         self.limits = limits
         self.k, self.d, self.n, self.s, self.parity = (
-            [int(x) for x in part[:, column].tolist()]
+            [int(x) if x < math.inf else x for x in part[:, column].tolist()]
             for part in (legs.k, legs.d, legs.n, legs.s, legs.parity)
         )
-        self.run, self.place, self.straight = (part[:, column].tolist() for part in legs.bounces)
         self.m = len(self.k)
+
+    def arriving(self, run: int) -> arb:
+        """Return the slope at its end of the leg before a run."""
+        return self.alpha[run - 1] if self.parity[run - 1] > 0 else -self.alpha[run - 1]
+
+    def half_turn(self, run: int) -> arb:
+        """Return psi / 2k of a run."""
+        turned = self.arriving(run) + self.alpha[run]
+        return (arb.pi() - turned if self.d[run] > 0 else arb.pi() + turned) / (2 * self.k[run])
 
     def go_to(self, alpha: Balls) -> None:
         """Compute the turns, the gradient and the curvatures at some directions."""
-        self.alpha = alpha
-        self.arriving = [x if g > 0 else -x for g, x in zip(self.parity, alpha, strict=True)]
-        pi, base = arb.pi(), 2 * self.a
+        self.alpha, base = alpha, 2 * self.a
         self.half, pull, self.stiffness = [], [], []
-        for i, (d, k) in enumerate(zip(self.d, self.k, strict=True)):
-            turned = self.arriving[i - 1] + alpha[i]
-            half = (pi - turned if d > 0 else pi + turned) / (2 * k)
+        for run, (d, k) in enumerate(zip(self.d, self.k, strict=True)):
+            half = self.half_turn(run)
             sin, cos = half.sin_cos()
             self.half.append(half)
             self.stiffness.append(sin / (2 * k))
@@ -147,7 +153,7 @@ class BallPath:
         """Return the angles of the first and the last bounce of each run."""
         first, last = [], []
         for i in range(self.m):
-            middle = (self.arriving[i - 1] - self.alpha[i]) / 2
+            middle = (self.arriving(i) - self.alpha[i]) / 2
             spread = self.d[i] * (self.k[i] - 1) * self.half[i]
             first.append(middle - spread)
             last.append(middle + spread)
@@ -179,13 +185,14 @@ class BallPath:
             distance.append(width * (slack[-1] / 2).sin())
         return slack, distance
 
-    def coordinates(self) -> Balls:
-        """Return the coordinates of all bounces, in the order of the word."""
+    def coordinates(self, legs: Legs) -> Balls:
+        """Return the coordinates of all bounces in the order of the word, which is in the same column."""
         first, last = self.ends()
         turned = [2 * d * half for d, half in zip(self.d, self.half, strict=True)]
         on_walls = [self._on_walls(i, first, last) if n else (arb(0), arb(0)) for i, n in enumerate(self.n)]
         found = []
-        for run, place, straight in zip(self.run, self.place, self.straight, strict=True):
+        bounces = (part[:, self.column].tolist() for part in legs.bounces)
+        for run, place, straight in zip(*bounces, strict=True):
             start, step = on_walls[run] if straight else (first[run], turned[run])
             found.append(start + place * step if place else start)
         return found

@@ -10,19 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places, Words
 from orbitdb.billiard.bounces import slack_errors
-from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, derivatives, direction_limits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.births.crossings import Zeros
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import newton
-from orbitdb.orbits.orbit import Status
-from orbitdb.orbits.status import decide
+from orbitdb.orbits.newton import certificates
+from orbitdb.orbits.status import Status, decide
 
-Integers = NDArray[np.intp]
 Signs = NDArray[np.int8]
 
 _WIDER = 4.0
@@ -40,25 +38,16 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, as a structure of arrays of shape (K,)."""
 
-    word: Integers  # the word that changes
+    word: Places  # the word that changes
     a: Floats  # where
     error: Floats  # proved bound on the error of a
-    born: NDArray[np.bool_]  # True if it begins to be an orbit as a grows, False if it ceases
-    slack: Integers  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
+    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases
+    slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
     slope: Floats  # of the slack in ln a (radians)
 
 
-def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
-    """Put brackets around zeros; keep those in which words are proved to change.
-
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    legs : Chain
-        Their runs and legs.
-    zeros : Zeros
-        Zeros of slacks of some words.
-    """
+def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
+    """Put brackets around zeros of slacks; keep those in which words, shape (N, p), are proved to change."""
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
     for _ in range(2):  # once to come as close to the zero as doubles can, and once more there
@@ -95,14 +84,9 @@ def bracket(words: NDArray[np.uint8], legs: Chain, zeros: Zeros) -> Bracketed:
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 if doubles do not decide.
+    """Tell which words are orbits, each at its own a, shape (N,): 1, -1, or 0 if doubles do not decide.
 
-    Parameters
-    ----------
-    legs : Chain
-    a : ndarray, shape (N,)
-    alpha : ndarray, shape (m, N)
-        Directions near the maximum; the verdicts do not depend on them.
+    The directions alpha, shape (m, N), are near the maximum; the verdicts do not depend on them.
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
@@ -111,7 +95,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 
 
-def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Signs:
+def signs(words: Words, legs: Chain, a: Floats, alpha: Floats) -> Signs:
     """Tell which words are orbits as `statuses` does, with ball arithmetic if doubles do not decide."""
     found = statuses(legs, a, alpha)
     unknown = np.flatnonzero(found == 0)
@@ -120,18 +104,13 @@ def signs(words: NDArray[np.uint8], legs: Chain, a: Floats, alpha: Floats) -> Si
     return found
 
 
-def proved_signs(words: NDArray[np.uint8], a: Floats) -> Signs:
+def proved_signs(words: Words, a: Floats) -> Signs:
     """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
 
     1 for an orbit, -1 for none, 0 for an orbit exactly through a joint, or undecided.
     """
-    from orbitdb.orbits.balls.enclosure import enclose_all  # 30 ms to import, and seldom needed
-
     found = np.zeros(len(words), np.int8)
-    for rows, legs in cut(words):
-        start = newton(legs, a[rows]).alpha
-        for at in np.unique(a[rows]).tolist():
-            same = np.flatnonzero(a[rows] == at)
-            proved = enclose_all(legs.rows(same), Stadium(at), start[:, same])
-            found[rows[same]] = [_SIGNS.get(each.status, 0) for each in proved]
+    for at in np.unique(a).tolist():
+        same = np.flatnonzero(a == at)
+        found[same] = [_SIGNS.get(each.status, 0) for each in certificates(words[same], Stadium(at))]
     return found

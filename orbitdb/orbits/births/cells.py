@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.bounces import slack_changes, slack_errors, smooth_slacks
 from orbitdb.billiard.legs import (
     Chain,
@@ -136,8 +136,6 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
 
     Parameters
     ----------
-    legs : Chain
-        The words, one column per cell.
     x, radius : ndarray, shape (N,)
         Middle and half width of each cell in ln a.
     start : ndarray, shape (m, N)
@@ -170,8 +168,8 @@ class _Middle(NamedTuple):
 class _Bounds(NamedTuple):
     """Bounds on the motion of the maximum in a cell."""
 
-    sound: NDArray[np.bool_]  # whether the bounds hold, shape (N,)
-    free: NDArray[np.bool_]  # whether no direction is pressed anywhere in the cell
+    sound: Marks  # whether the bounds hold, shape (N,)
+    free: Marks  # whether no direction is pressed anywhere in the cell
     speed: Floats  # most of the first derivative of the directions in x, shape (m, N)
     second: Floats  # and, if free, of the second
     wrong: Floats  # bound on the error of the drift in the middle, if free
@@ -213,8 +211,8 @@ def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], midd
     reach = reach_of(legs, a, r, alpha, room)
     q_v, q_u = firmness(reach, middle.v), firmness(reach, middle.u)
     speed = middle.v * _largest(reach.pull / q_v)
-    sound: NDArray[np.bool_] = np.all((q_v > 0) & (q_u > 0) & (off + speed * r < room), axis=0)
-    free: NDArray[np.bool_] = sound & np.all((alpha - room > box[0]) & (alpha + room < box[1]), axis=0)
+    sound: Marks = np.all((q_v > 0) & (q_u > 0) & (off + speed * r < room), axis=0)
+    free: Marks = sound & np.all((alpha - room > box[0]) & (alpha + room < box[1]), axis=0)
     unsolved = displaced(reach, drift, off) + middle.left_over
     wrong = middle.u * _largest(unsolved / q_u) + ROUNDING * (1 + drift)
     second = middle.u * _largest(forcing(reach, speed) / q_u)

@@ -5,12 +5,11 @@ orbit at the lowest and highest a of the grid and at the smallest possible a. It
 further pair of changes between two points of the grid, below the smallest a or above the highest.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, direction_limits
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.equality import ByValue
@@ -20,8 +19,6 @@ from orbitdb.orbits.births.continuation import follow
 from orbitdb.orbits.births.crossings import candidates, refine
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import to_strings
-
-Flags = NDArray[np.bool_]
 
 Stretch = tuple[float, float | None]
 
@@ -36,40 +33,24 @@ _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)
 """Refinement factors, tried in this order."""
+_NONE = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
 _BATCH = 1 << 14
 """Words to follow at once; fewer take almost as long, and the arrays of more do not fit the cache."""
 
 
 @dataclass(frozen=True, eq=False)
 class Changes(ByValue):
-    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a.
+    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a."""
 
-    Attributes
-    ----------
-    always : ndarray of bool, shape (N,)
-        Whether the word is an orbit from a = 0 on.
-    word : ndarray of int, shape (K,)
-        The word that changes.
-    a, error : ndarray, shape (K,)
-        The place, and the proved bound on its error.
-    born : ndarray of bool, shape (K,)
-        True if it begins to be an orbit as a grows, False if it ceases.
-    bounce : ndarray of int, shape (K,)
-        The bounce of the word, counted from 1, that passes through a joint; one of them if several do.
-    joint : ndarray of int, shape (K,)
-        The joint, as a place in `JOINTS`.
-    slope : ndarray, shape (K,)
-        Speed of this bounce at the joint: d slack / d ln a (radians).
-    """
-
-    always: Flags
-    word: Integers
-    a: Floats
-    error: Floats
-    born: Flags
+    always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)
+    word: Integers  # the word that changes, shape (K,)
+    a: Floats  # the place, shape (K,)
+    error: Floats  # the proved bound on its error, shape (K,)
+    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
+    # the bounce of the word, from 1, that passes through a joint; one of them if several do, shape (K,)
     bounce: Integers
-    joint: Integers
-    slope: Floats
+    joint: Integers  # the joint, as a place in `JOINTS`, shape (K,)
+    slope: Floats  # speed of this bounce at the joint: d slack / d ln a (radians), shape (K,)
 
     def lives(self) -> list[list[Stretch]]:
         """Return the ranges of a in which each word is an orbit, with None for no end."""
@@ -80,13 +61,10 @@ class Changes(ByValue):
         return [list(zip(low, [*high, None], strict=True)) for low, high in zip(births, deaths, strict=True)]
 
 
-def find_changes(words: NDArray[np.uint8]) -> Changes:
+def find_changes(words: Words) -> Changes:
     """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation.
+    The words, shape (N, p), are admissible and primitive, of one order, in any rotation.
 
     Raises
     ------
@@ -108,26 +86,22 @@ def find_changes(words: NDArray[np.uint8]) -> Changes:
         _search(words, least, foot, high, part, 0)
         for part in np.split(rows, range(_BATCH, len(rows), _BATCH))
     ]
-    found = _joined(parts)
+    found = Bracketed.joined([_NONE, *parts])
     found = found.rows(np.lexsort((found.a, found.word)))
     places = joints(words[found.word], found.slack)
     return Changes(least, found.word, found.a, found.error, found.born, *places, found.slope)
 
 
-def _signs(words: NDArray[np.uint8], legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
+def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
     """Tell which words are orbits at one a; also return their directions there, found from nearby ones."""
     alpha = newton(legs, a, start=np.clip(start, *direction_limits(legs, a))).alpha
     return signs(words, legs, np.full(len(words), a), alpha), alpha
 
 
-def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integers]:
+def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
     """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
 
-    Parameters
-    ----------
-    words : ndarray of uint8, shape (N, p)
-    slack : ndarray of int, shape (N,)
-        Rows of `orbitdb.orbits.births.continuation.Station.slack`.
+    The slacks are rows of `orbitdb.orbits.births.continuation.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -144,15 +118,7 @@ def joints(words: NDArray[np.uint8], slack: Integers) -> tuple[Integers, Integer
     return bounce, joint
 
 
-def _joined(parts: list[Bracketed]) -> Bracketed:
-    none = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
-    names = [each.name for each in fields(Bracketed)]
-    return Bracketed(*(np.concatenate([getattr(part, name) for part in [none, *parts]]) for name in names))
-
-
-def _search(
-    words: NDArray[np.uint8], always: Flags, foot: Floats, high: float, rows: Integers, level: int
-) -> Bracketed:
+def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Integers, level: int) -> Bracketed:
     """Return the changes of some words; repeat inconsistent ones on a finer grid."""
     if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
@@ -166,14 +132,14 @@ def _search(
             own = here[places]
             part = bracket(words[own], legs, refine(legs, candidates(legs, follow(legs, grid))))
             found.append(replace(part, word=own[part.word]))
-    changes = _merged(_joined(found))
+    changes = _merged(Bracketed.joined([_NONE, *found]))
     odd = _inconsistent(changes, always)
     missing = rows[~always[rows] & ~np.isin(rows, changes.word)]
     again = np.union1d(odd, missing)
     if not len(again):
         return changes
     sound = changes.rows(~np.isin(changes.word, again))
-    return _joined([sound, _search(words, always, foot, high, again, level + 1)])
+    return Bracketed.joined([sound, _search(words, always, foot, high, again, level + 1)])
 
 
 def _merged(found: Bracketed) -> Bracketed:
@@ -190,7 +156,7 @@ def _merged(found: Bracketed) -> Bracketed:
     return found.rows(narrow[first])
 
 
-def _inconsistent(found: Bracketed, always: Flags) -> Integers:
+def _inconsistent(found: Bracketed, always: Marks) -> Integers:
     """Return the words whose changes do not alternate, or do not end with a life."""
     word, born = found.word, found.born
     before = np.empty_like(born)
@@ -204,16 +170,9 @@ def _inconsistent(found: Bracketed, always: Flags) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes from 1 by rising a; changes with touching brackets share an event.
+    """Number the events among changes of words of one order, shape (K,), from 1 by rising a.
 
-    Parameters
-    ----------
-    a, error : ndarray, shape (K,)
-        Changes of words of one order, in any order.
-
-    Returns
-    -------
-    ndarray of int, shape (K,)
+    Changes with touching brackets share an event. They may come in any order.
     """
     order = np.argsort(a, kind="stable")
     reach = np.maximum.accumulate((a + error)[order])

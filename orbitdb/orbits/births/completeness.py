@@ -11,7 +11,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Places, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut
 from orbitdb.orbits.births.brackets import signs
 from orbitdb.orbits.births.cells import Kind, judge
@@ -44,9 +44,7 @@ class Verdict(IntEnum):
     PROVED = 1
 
 
-def prove_all(
-    words: NDArray[np.uint8], changes: Sequence[Sequence[KnownChange]]
-) -> tuple[NDArray[np.int8], int]:
+def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[NDArray[np.int8], int]:
     """Tell whether the known changes of words are complete between `LOW` and `HIGH`.
 
     Parameters
@@ -76,9 +74,7 @@ def prove_all(
     return verdict, cells
 
 
-def stretches(
-    legs: Chain, low: float, high: float
-) -> tuple[NDArray[np.intp], NDArray[np.int8], Floats, Floats, int]:
+def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats, int]:
     """Cut [low, high] in ln a into cells in which something is proved for each word, if possible.
 
     Returns
@@ -118,14 +114,8 @@ def stretches(
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
     """Tell whether known changes are all changes that the segments allow.
 
-    Parameters
-    ----------
-    segments : sequence of Segment
-        Adjacent ones, by rising a.
-    changes : sequence of KnownChange
-        By rising a; changes outside the segments do not matter.
-    alive : bool or None
-        Whether the word is an orbit where the segments begin; None if unknown.
+    Segments, which are adjacent, and changes come by rising a; changes outside the segments do not matter.
+    `alive` tells whether the word is an orbit where the segments begin; None if unknown.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True
@@ -146,12 +136,12 @@ def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: boo
         if here:
             alive = way
         elif alive is not way:
-            behind = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
-            if behind not in _CONSTANT:
+            after = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
+            if after not in _CONSTANT:
                 alive, sure = None, False
-            elif (behind == Kind.ALIVE) is way and alive is not None:
+            elif (after == Kind.ALIVE) is way and alive is not None:
                 return Verdict.WRONG
             else:
-                sure = sure and (behind == Kind.ALIVE) is not way
-                alive = behind == Kind.ALIVE
+                sure = sure and (after == Kind.ALIVE) is not way
+                alive = after == Kind.ALIVE
     return Verdict.PROVED if sure and not left else Verdict.UNDECIDED

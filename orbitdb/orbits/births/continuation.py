@@ -17,8 +17,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.bounces import slack_changes, smooth_slacks
 from orbitdb.billiard.legs import Chain, derivatives, direction_limits, pressed_directions
 from orbitdb.equality import Batch
-from orbitdb.orbits.cyclic import solve_cyclic
-from orbitdb.orbits.newton import minus_hessian, newton
+from orbitdb.orbits.newton import newton, responses
 
 _ON_THE_WAY = 2e-3
 """Newton steps stop at this size (radians); the error is then about its square, enough between zeros."""
@@ -58,23 +57,14 @@ def motion(
     """
     slopes = derivatives(legs, a, alpha)
     pressed = pressed_directions(alpha, slopes, limits)
-    rhs = np.where(pressed, 0.0, np.stack([slopes.gradient, -2 * a * np.sin(alpha)]))
-    step, drift = solve_cyclic(*minus_hessian(legs, slopes, pressed), rhs)
+    step, drift = responses(legs, slopes, pressed, slopes.gradient, -2 * a * np.sin(alpha))
     return step, drift
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a; each solve starts from the last two stations.
+    """Follow N words along a grid of x = ln a; yield a station for each point.
 
-    Parameters
-    ----------
-    legs : Chain
-    grid : ndarray, shape (J,)
-
-    Yields
-    ------
-    Station
-        One for each point of the grid.
+    Each solve starts from the last two stations.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha

@@ -7,18 +7,15 @@ completeness rests on the grid.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.equality import Batch
 from orbitdb.orbits.births.continuation import Station, between, hermite, slacks_and_slopes
 from orbitdb.orbits.newton import newton
-
-Indices = NDArray[np.intp]
 
 _NEAR = 0.02
 """A cubic that turns this close to zero (radians) is not trusted."""
@@ -39,8 +36,8 @@ _CLOSE = 1e-9
 class Zeros(Batch):
     """K zeros of single slacks, or cells with one, as a structure of arrays of shape (K,)."""
 
-    word: Indices  # which word
-    slack: Indices  # the smooth slack, as a row of `Station.slack`
+    word: Places  # which word
+    slack: Places  # the smooth slack, as a row of `Station.slack`
     far: Floats  # one end of the cell in x = ln a
     x: Floats  # the other end, or the zero
     alpha: Floats  # directions there (radians), shape (m, K)
@@ -52,30 +49,18 @@ class Zeros(Batch):
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     """Find the cells in which slacks of words change sign while no other slack is negative throughout.
 
-    Parameters
-    ----------
-    legs : Chain
-        N words of m legs.
-    stations : iterable of Station
-        The words along the grid (`orbitdb.orbits.births.continuation.follow`).
-
-    Returns
-    -------
-    Zeros
-        The cells.
+    The stations are those of the N words along the grid (`orbitdb.orbits.births.continuation.follow`).
     """
-    found, before = [], None
+    none, nothing = np.zeros(0, np.intp), np.zeros(0)
+    found, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
     for station in stations:
         if before is not None:
             found += list(_search(legs, np.arange(len(legs)), before, station, 0))
         before = station
-    if not found:
-        none, nothing = np.zeros(0, np.intp), np.zeros(0)
-        return Zeros(none, none, nothing, nothing, np.zeros((legs.k.shape[0], 0)))
-    return Zeros(*(np.concatenate([getattr(z, each.name) for z in found], axis=-1) for each in fields(Zeros)))
+    return Zeros.joined(found)
 
 
-def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
+def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
     """Search one cell of some words; yield the slacks that cross zero in it."""
     turning = start.slope * end.slope < 0
     below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
@@ -98,7 +83,7 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
         yield Zeros(word[column], slack, far, near, end.alpha[:, column])
 
 
-def _judge(start: Station, end: Station) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+def _judge(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
     """Tell which slacks cross zero, which words are outside throughout, and which are not clear."""
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)
@@ -119,12 +104,6 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
 
     The Illinois method stays in the cell. When a direction reaches or leaves a limit, the slope of a slack
     jumps, and Newton's method in x can cycle.
-
-    Parameters
-    ----------
-    legs : Chain
-        The N words of the cells.
-    cells : Zeros
     """
     part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
     far, x = cells.far - beyond, cells.x + beyond
@@ -148,7 +127,7 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
     return replace(cells, x=x, alpha=alpha).rows(kept)
 
 
-def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats) -> tuple[Floats, Floats]:
+def _solved(legs: Chain, slack: Places, x: Floats, start: Floats) -> tuple[Floats, Floats]:
     """Return one slack of each word at its own x, and the directions there, found from nearby ones."""
     a = np.exp(x)
     alpha = newton(legs, a, _INNER, np.clip(start, *direction_limits(legs, a))).alpha

@@ -1,7 +1,7 @@
 """Words in SQL expressions: ``code('1232131')`` finds a word in any rotation.
 
-Rows name a word by its least rotation. Therefore ``code('...')`` is replaced by a condition that SQLite can
-look up, before anything else looks at the expression.
+Rows name a word by its least rotation, so ``code('...')`` is first replaced by a condition that SQLite can
+look up.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,11 +28,10 @@ _EQUAL = {"=", "IN", "(", ","}
 
 
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
-    """Return an expression with every ``code('...')`` as a condition on class and least rotation.
+    """Replace every ``code('...')`` in an expression by a condition on class and least rotation.
 
-    ``code`` takes words in quotes, or names (``:name``) of parameters, separated by commas, and is true for
-    each of them. Raises `ValueError` for anything else in the brackets, or if the condition is compared
-    with a value.
+    ``code`` takes quoted words or names (``:name``) of parameters, separated by commas, and is true for each
+    of them. Raises `ValueError` for anything else in the brackets, or if the result is compared with a value.
     """
     found = tokens(where)
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]
@@ -53,13 +52,12 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def _check_alone(beside: Sequence[Token]) -> None:
-    """Refuse to compare the condition, which is true or false, with a code."""
+    """Raise `ValueError` if the condition, which is true or false, is compared with a code."""
     if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
         raise ValueError("code('...') is a condition by itself: write it without a comparison")
 
 
 def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | float]) -> str:
-    """Return the contents of the brackets as SQL."""
     words = [_word(token, parameters) for token in inner[::2]]
     if not words or len(inner) != 2 * len(words) - 1 or any(token.text != "," for token in inner[1::2]):
         raise ValueError("code() takes words in quotes with commas between, such as code('1232131')")
@@ -69,7 +67,7 @@ def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | floa
 
 
 def _classes(words: Sequence[str]) -> list[str]:
-    """Return conditions on the ids of the classes of words, which SQLite finds at once."""
+    """Return conditions on class ids, which SQLite looks up directly."""
     kinds = [(len(word) > MAX_KEYED, bool(rules_of(word))) for word in words]
     short = [word for word, kind in zip(words, kinds, strict=True) if kind == (False, False)]
     numbers = sorted({key(class_of(word).representative) for word in short})
@@ -79,7 +77,7 @@ def _classes(words: Sequence[str]) -> list[str]:
 
 
 def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
-    """Return the least rotation of a word given as a text or by name."""
+    """Return the least rotation of a quoted or named word."""
     if token.kind == "value" and token.text[1:] not in parameters:
         raise ValueError(f"binding {token.text} has no value")
     given = parameters[token.text[1:]] if token.kind == "value" else token.text[1:-1]
@@ -92,7 +90,7 @@ def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def hint(where: str) -> str | None:
-    """Say if an expression compares codes with another rotation, which names no row; None if it does not."""
+    """Return a hint if an expression compares codes with a word that is not a least rotation, else None."""
     found = meaningful(where)
     for place, (column, sign) in enumerate(pairwise(found)):
         if column.keyword not in _NAMED_BY_LEAST_ROTATION or sign.text == "(":

@@ -1,47 +1,41 @@
-"""Selections as SQL: conditions, columns and sort keys over the view ``catalogue``.
+"""Selections as SQL: conditions and sort keys over the view ``catalogue``.
 
-The conditions of a subset are divided into those on classes, on the text of words, and on words.
+`divide` splits the conditions of a subset into those for SQL and patterns for the packed words.
 """
 
 import math
 import re
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.errors import StoreError
 from orbitdb.store.asking import where as free
-from orbitdb.store.asking.confinement import LONGEST_PATTERN, Patience, confined, heeding
-from orbitdb.store.asking.parsing import unknown_column
-from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.selection import Selection, SelectionError, unknown_column
+from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding, never
 from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import Token, meaningful, tokens
 from orbitdb.symbols.patterns import Factor, Like, Pattern
-from orbitdb.symbols.pruning import RULES
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
 
-Columns: TypeAlias = sa.ColumnCollection[str, Any]
-
 NEAR = 2.0
-"""Within this many errors of a change, its place does not decide the status of a word."""
+"""Within this many error bounds of a birth or death, it does not decide the status of a word."""
 
-_RULES = {str(rule.number) for rule in RULES}
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
 def conditions_of(
-    selection: Selection, view: Columns = catalogue.c
+    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection without `contains` as conditions on a view or on columns of the same names.
+    """Return a selection, without `contains`, as conditions on a view or on columns of the same names.
 
-    Raises `SelectionError` for a bad free expression.
+    Raises `SelectionError` for a bad expression.
     """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
@@ -65,10 +59,9 @@ def conditions_of(
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
-    """Return the condition that a class, given by id, is an orbit at some a according to its changes.
+    """Return the condition that the births and deaths of a class, given by id, make it an orbit at some a.
 
-    If a is within the error of a change, as for an orbit exactly through a joint, the class does not count as
-    an orbit.
+    It is not one if a is within the error of a birth or death, as for an orbit exactly through a joint.
     """
     reach = NEAR * change.c.error
     begun = sa.and_(change.c.kind == BORN, change.c.a + reach < a)
@@ -78,33 +71,26 @@ def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
-    """Tell whether a subset, its shown columns or its order depend on births and deaths."""
-    words = {token.text.lower() for token in tokens(selection.where or "") if token.kind in ("word", "name")}
-    named = words | set(selection.ranges) | set(names) | set(parse_order(order))
+    """Tell whether a subset, its columns or its order depend on births and deaths."""
+    named = set(selection.ranges) | set(names) | set(parse_order(order))
+    if selection.where is not None:
+        named |= {each.text.lower() for each in tokens(selection.where) if each.kind in ("word", "name")}
     return bool(selection.exists or selection.not_at or named & set(ENDS))
 
 
 def answering(
     connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
 ) -> AbstractContextManager[None]:
-    """Let a connection answer a query over a subset, and confine any free expression."""
+    """Return a context for a query over a subset; it confines the expression, if there is one."""
     if selection.where is None:
-        return heeding(connection, Patience(math.inf, cancelled))
+        return nullcontext() if cancelled is never else heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
-def rules_of(text: str | None) -> list[int]:
-    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
-    parts = text.split(",") if text else []
-    if not all(part in _RULES for part in parts):
-        raise StoreError(f"rules {text!r} in the catalogue are none: 'orbitdb verify' tells what is wrong")
-    return [int(part) for part in parts]
-
-
 def parse_order(order: str) -> dict[str, bool]:
-    """Return the columns to sort by in order, each with whether it falls.
+    """Return the columns to sort by, each with whether it falls.
 
-    Raises `SelectionError` if the order cannot be read or names an unknown column.
+    Raises `SelectionError` if the text cannot be read or names an unknown column.
     """
     keys: dict[str, bool] = {}
     for part in order.split(","):
@@ -120,14 +106,14 @@ def parse_order(order: str) -> dict[str, bool]:
 
 _NAMES = ("CODE", "WORD")
 _WILDCARDS = {"LIKE": ("%", "_"), "GLOB": ("*", "?")}
-"""The wildcards for any number of symbols, and for one."""
+"""The wildcards for any number of symbols and for one."""
 
 
 @dataclass(frozen=True)
 class Divided:
-    """A subset as conditions that SQL decides, and patterns that the packed words must fit.
+    """A subset as conditions for SQL and patterns that the packed words must fit.
 
-    `of_words` says whether the conditions can differ between words of a class.
+    `of_words` says whether the conditions can differ between the words of a class.
     """
 
     conditions: Selection
@@ -136,7 +122,7 @@ class Divided:
 
 
 def divide(selection: Selection) -> Divided:
-    """Divide a subset; raise `SelectionError` for a bad expression."""
+    """Divide a subset into conditions and patterns; raise `SelectionError` for a bad expression."""
     factors = () if selection.contains is None else (Factor(selection.contains),)
     plain = replace(selection, contains=None)
     if _is_of_classes(plain):
@@ -150,7 +136,7 @@ def divide(selection: Selection) -> Divided:
 
 
 def _is_of_classes(selection: Selection) -> bool:
-    """Tell whether the expression of a subset has the same value for all words of a class."""
+    """Tell whether the expression has the same value for all words of a class."""
     if selection.where is None:
         return True
     parameters = dict(selection.parameters)
@@ -159,17 +145,13 @@ def _is_of_classes(selection: Selection) -> bool:
 
 
 def _joined(selection: Selection, parts: list[Selection]) -> Selection:
-    """Return a subset with only some parts of its expression."""
     where = " AND ".join(f"(\n{part.where}\n)" for part in parts) or None
     used = {name: value for part in parts for name, value in part.parameters.items()}
     return replace(selection, where=where, parameters=used)
 
 
 def _parts_of(selection: Selection) -> list[Selection]:
-    """Return a subset for each condition that its expression joins by AND.
-
-    Each has the values that its part uses.
-    """
+    """Return one subset per condition joined by AND, each with the values that it uses."""
     found, given = [], selection.parameters
     for part in _joined_by_and(selection.where or "") or [selection.where or ""]:
         values = {name: given[name] for name in given.keys() & free.names_in(part)}
@@ -178,7 +160,7 @@ def _parts_of(selection: Selection) -> list[Selection]:
 
 
 def _joined_by_and(where: str) -> list[str]:
-    """Return the conditions that an expression joins by AND; none if that is not obvious."""
+    """Return the conditions that an expression plainly joins by AND; else none."""
     parts, depth = [""], 0
     for token in tokens(where):
         depth += (token.text == "(") - (token.text == ")")
@@ -192,7 +174,7 @@ def _joined_by_and(where: str) -> list[str]:
 
 
 def _pattern(part: Selection) -> Like | None:
-    """Return the pattern of a condition such as ``code NOT LIKE '13%'``, None for other conditions."""
+    """Return the pattern of a condition such as ``code NOT LIKE '13%'``; None for others."""
     found = meaningful(part.where or "")
     wanted = [token.keyword for token in found[1:2]] != ["NOT"]
     if not wanted:
@@ -207,6 +189,6 @@ def _pattern(part: Selection) -> Like | None:
 
 
 def _text(token: Token, part: Selection) -> str | None:
-    """Return a quoted text, or the text of a name."""
+    """Return the text of a string or of a named value; None for anything else."""
     value = part.parameters.get(token.text[1:]) if token.kind == "value" else None
     return token.text[1:-1] if token.kind == "string" else value if isinstance(value, str) else None

@@ -1,5 +1,9 @@
-"""Criteria: plain values that choose a subset, and the resulting selection."""
+"""Turn criteria, given as Python values or as texts, into a `Selection`.
 
+An unreadable value raises `SelectionError`, which says how to write it.
+"""
+
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from inspect import Parameter, Signature, signature
@@ -8,24 +12,26 @@ from typing import Any, TypedDict, TypeVar
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.parsing import (
-    parse_exists,
-    parse_periods,
-    parse_reversal,
-    parse_statuses,
-    parse_symmetry,
+from orbitdb.numerals import real, whole
+from orbitdb.orbits.status import STORED, Status
+from orbitdb.store.asking.selection import (
+    LEAST_PERIOD,
+    MEASURES,
+    REVERSALS,
+    Bounds,
+    Selection,
+    SelectionError,
+    fillable,
 )
-from orbitdb.store.asking.periods import fillable
-from orbitdb.store.asking.selection import MEASURES, Bounds, Selection, SelectionError
+from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 
 _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
-"""Hints for names of options that differ from those of criteria."""
+"""Hints for options with other names than their criteria."""
 
 
 class Criteria(TypedDict, total=False):
-    """The criteria of a subset, as keyword arguments of `chosen_by`."""
+    """Keyword arguments of `chosen_by`."""
 
     a: float | None
     p: int | str | Iterable[int] | None
@@ -50,7 +56,7 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def with_criteria(method: _Method) -> _Method:
-    """Decorator that shows each of the ``**criteria`` of a method in help and completion."""
+    """Decorate a method so that help and completion list each of its ``**criteria``."""
     *kept, _ = signature(method).parameters.values()
     named = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
@@ -73,7 +79,7 @@ def chosen_by(
     not_at: float | Iterable[float] = (),
     **ranges: Bounds | None,
 ) -> Selection:
-    """Return a selection from plain values, as in `Catalogue.select`; a is 1.6 by default.
+    """Return a selection from the criteria of `Catalogue.select`; a is 1.6 by default.
 
     Raises
     ------
@@ -111,13 +117,13 @@ def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
     Raises
     ------
     SelectionError
-        If there are none, or one of them cannot be filled.
+        If there are none, or one cannot be filled.
     """
     return fillable(parse_periods(_listed(periods)))
 
 
 def _no_criterion(names: Sequence[str]) -> SelectionError:
-    """Return the error for unknown criteria, with a suggestion for the first."""
+    """Return the error for unknown criteria; it suggests a name for the first."""
     known = tuple(Criteria.__annotations__)
     meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
     return SelectionError(
@@ -126,7 +132,7 @@ def _no_criterion(names: Sequence[str]) -> SelectionError:
 
 
 def _listed(value: object) -> str:
-    """Write values separated by commas; write a range of periods as `parse_periods` reads it."""
+    """Join values with commas; write a range as `parse_periods` reads it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
     if isinstance(value, str) or not isinstance(value, Iterable):
@@ -135,7 +141,7 @@ def _listed(value: object) -> str:
 
 
 def _pair(name: str, bounds: object) -> Bounds:
-    """Return bounds on a measure; raise unless they are a pair, each a number or None."""
+    """Check that bounds are a pair, each a number or None."""
     pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
@@ -144,3 +150,131 @@ def _pair(name: str, bounds: object) -> Bounds:
     if len(numbers) == len(pair) and low > high:
         raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high
+
+
+_PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+_MOST_RANGES = 100
+_RANGE = re.compile(r"([^:]*):([^:]*)")
+_INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
+_LARGEST_INTEGER = 2**63
+
+
+def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
+    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``."""
+    ranges = []
+    for part in text.split(","):
+        found = _PERIODS.fullmatch(part.strip())
+        if found is None:
+            raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
+        low, high = int(found[1]), int(found[2] or found[1])
+        if low > high:
+            remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
+            raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
+        ranges.append((low, high))
+    if len(ranges) > _MOST_RANGES:
+        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
+    return tuple(ranges)
+
+
+def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
+    """Read the periods to fill: a single number means all up to it; otherwise as `parse_periods`."""
+    if "-" in text[1:] or "," in text:
+        return parse_periods(text)
+    try:
+        return ((first, whole(text)),)
+    except ValueError:
+        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
+
+
+def parse_bound(text: str) -> tuple[str, Bounds]:
+    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``."""
+    name, _, span = text.partition("=")
+    if name.strip() not in MEASURES:
+        raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
+    found = _RANGE.fullmatch(span.strip())
+    try:
+        if found is None or not (found[1].strip() or found[2].strip()):
+            raise ValueError(text)
+        low, high = (real(part) if part.strip() else None for part in found.groups())
+        if low != low or high != high:
+            raise ValueError(text)
+    except ValueError:
+        raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
+    if low is not None and high is not None and low > high:
+        raise SelectionError(f"range {text!r} runs backwards: write {name.strip()}={high:g}:{low:g}")
+    return name.strip(), (low, high)
+
+
+def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
+    """Read bounds on measures; several on the same measure all apply."""
+    found: dict[str, Bounds] = {}
+    for text in texts:
+        name, bounds = parse_bound(text)
+        low, high = zip(found.get(name, (None, None)), bounds, strict=True)
+        found[name] = (
+            max((bound for bound in low if bound is not None), default=None),
+            min((bound for bound in high if bound is not None), default=None),
+        )
+    return found
+
+
+def parse_parameter(text: str) -> tuple[str, str | int | float]:
+    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``."""
+    name, sign, value = text.partition("=")
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    try:
+        number = real(value)
+        return name, int(value) if _INTEGER.fullmatch(value) and abs(number) < _LARGEST_INTEGER else number
+    except ValueError:
+        return name, value
+
+
+def parse_reversal(text: str) -> str:
+    """Read ``self`` or ``pair``."""
+    if text not in REVERSALS:
+        raise SelectionError(f"reversal {text!r}: use self or pair")
+    return text
+
+
+def parse_symmetry(text: str) -> str:
+    """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for none."""
+    named = ordered_symmetry(text)
+    if named == "1":
+        return named
+    group = label(smallest_group(map(NAMES.index, named.split(","))))
+    if group != named:
+        raise SelectionError(
+            f"symmetry {text!r} is not a group: the smallest group that contains it is {group}"
+        )
+    return group
+
+
+def ordered_symmetry(text: str) -> str:
+    """Return a symmetry label with its elements in order; they need not form a group."""
+    names = {part.strip() for part in text.split(",")}
+    if names != {"1"} and not names <= set(NAMES[1:]):
+        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
+    return "1" if names == {"1"} else ",".join(name for name in NAMES if name in names)
+
+
+def parse_statuses(text: str) -> tuple[Status, ...]:
+    """Read statuses separated by commas; ``all`` means every status."""
+    if text.strip() == "all":
+        return STORED
+    try:
+        found = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
+    except ValueError:
+        known = ", ".join(STORED)
+        raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
+    if Status.FAMILY in found:
+        raise SelectionError(
+            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
+        )
+    return found
+
+
+def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
+    """Read one or several values of a."""
+    each = values if isinstance(values, Iterable) else (values,)
+    return tuple(dict.fromkeys(Stadium(a).a for a in each))

@@ -1,6 +1,6 @@
-"""Selection: a chosen subset of a catalogue, which describes itself in words."""
+"""`Selection`: a chosen subset of a catalogue, which describes itself in words; ranges of periods."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -8,8 +8,9 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import STORED, Status
-from orbitdb.plaintext import printable, several, shortened
+from orbitdb.orbits.status import STORED, Status
+from orbitdb.plaintext import guess, printable, several, shortened
+from orbitdb.symbols.enumeration import MAX_PERIOD
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""
@@ -69,7 +70,7 @@ class Selection(ByValue):
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Return the selection as one line of English to follow a number, also for several a."""
+        """Describe the selection in one line that can follow a number, also for several a."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:
@@ -81,7 +82,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Return all except a, periods, statuses and reversal in English; may be empty."""
+        """Describe everything but a, periods, statuses and reversal; may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
@@ -100,7 +101,6 @@ class Selection(ByValue):
         return printable(" ".join(parts))
 
     def _subjects(self) -> tuple[str, str]:
-        """Return the noun for one row, and for several."""
         if not self.statuses or set(self.statuses) == set(STORED):
             return "word", "words"
         one, many = zip(*(_SUBJECTS[status] for status in self.statuses), strict=True)
@@ -128,3 +128,63 @@ def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
         return f"{name} <= {high:g}"
     return f"{name} >= {low:g}" if high is None else f"{low:g} <= {name} <= {high:g}"
+
+
+LEAST_PERIOD = 2
+"""The least number of bounces of an orbit."""
+
+
+def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+    """Return the periods in some ranges in rising order; raise `InputError` if one cannot be filled."""
+    found: set[int] = set()
+    for low, high in spans:
+        if (least := min(low, high)) < LEAST_PERIOD:
+            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
+        if (most := max(low, high)) > MAX_PERIOD:
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
+        found.update(range(low, high + 1))
+    return tuple(sorted(found))
+
+
+def written_periods(periods: Sequence[int]) -> str:
+    """Write periods as ranges, such as "periods 2-8, 11"."""
+    return written_spans(joined_spans([(p, p) for p in periods]))
+
+
+def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Sort ranges of periods, and join those that touch or overlap."""
+    joined: list[tuple[int, int]] = []
+    for low, high in sorted(spans):
+        if joined and low <= joined[-1][1] + 1:
+            joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def are_many(spans: Sequence[tuple[int, int]]) -> bool:
+    """Tell whether ranges contain more than one period."""
+    return len(spans) > 1 or spans[0][0] < spans[0][1]
+
+
+def written_spans(spans: Sequence[tuple[int, int]]) -> str:
+    """Write ranges of periods, such as "period 4" or "periods 2-8, 11"."""
+    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
+    return f"period{'s' * are_many(spans)} {', '.join(ranges)}"
+
+
+def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
+    """Read known names of columns, separated by commas."""
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in known:
+            raise unknown_column(name, known)
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
+    return names
+
+
+def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
+    """Return the error for an unknown column; it suggests a similar name."""
+    columns = ", ".join(dict.fromkeys(known))
+    return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")

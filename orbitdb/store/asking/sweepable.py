@@ -1,20 +1,18 @@
-"""Subsets that can be swept, because a solved class decides them, and their canonical text.
+"""Subsets that can be swept, because a solved class suffices to decide them, and their canonical text.
 
-The text is the key of a stored sweep. A subset has the same text however you ask for it; the text of all
-orbits is empty. The stadium and the periods are separate keys.
-
-A sweep chooses the same solved classes as `orbitdb.store.asking.conditions` chooses stored rows.
+The text is part of the key of a stored sweep, besides stadium and period. However you write a subset, it has
+the same text; that of all orbits is empty. A sweep chooses the classes whose stored rows
+`orbitdb.store.asking.conditions` would choose.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.orbit import Status
-from orbitdb.store.asking.parsing import ordered_symmetry, parse_bound, parse_reversal
+from orbitdb.orbits.status import Status
+from orbitdb.store.asking.criteria import ordered_symmetry, parse_bound, parse_reversal
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.symbols.enumeration import MAX_PERIOD, LeastWords
 from orbitdb.symbols.patterns import words_containing
@@ -22,17 +20,17 @@ from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import parse, unpack
 
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
-"""The measures by which a sweep can choose; births and deaths do not come with a solved orbit."""
+"""The measures by which a sweep can choose; a solved orbit comes without births and deaths."""
 
 _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
-"""Criteria that a sweep cannot use, as its error names them."""
+"""Criteria that a sweep cannot use, and their names in its error."""
 
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD
-"""Length of the longest factor of a word of any period."""
+"""Longest run of symbols that is tried: twice around the longest word."""
 
 _NEAR = 1e-9
-"""Relative distance of a measure from a bound within which its last digits matter."""
+"""Relative distance from a bound within which the last digits of a measure matter."""
 
 
 def why_not_swept(selection: Selection) -> str:
@@ -62,7 +60,7 @@ def swept_text(selection: Selection) -> str:
 
 
 def _parts(selection: Selection) -> Iterator[str]:
-    """Yield the criteria of a subset in a fixed order and notation."""
+    """Yield the criteria in a fixed order and notation."""
     if selection.time_reversal:
         yield f"reversal={parse_reversal(selection.time_reversal)}"
     if selection.symmetry:
@@ -77,12 +75,12 @@ def _parts(selection: Selection) -> Iterator[str]:
 
 
 def _written(bound: float | None, none: float) -> str:
-    """Write a bound in full; empty if all values are within it."""
+    """Write a bound in full; empty if every value meets it."""
     return "" if bound is None or bound == none else repr(float(bound) + 0.0)  # turns -0.0 into 0.0
 
 
 def selection_of(text: str, a: float) -> Selection:
-    """Return the subset at one a with a canonical text; raise `InputError` if there is none."""
+    """Return the subset at one a that has a canonical text; raise `InputError` if none has."""
     given = dict(part.partition("=")[::2] for part in text.split())
     ranges = dict(parse_bound(f"{name}={given[name]}") for name in SWEPT_MEASURES if name in given)
     found = Selection(
@@ -98,11 +96,8 @@ def selection_of(text: str, a: float) -> Selection:
     return found
 
 
-def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[np.int64]:
-    """Count the words of each class that meet the conditions on words: reversal, symmetry, contains.
-
-    The subset must be sweepable.
-    """
+def chosen_words(classes: LeastWords, p: int, selection: Selection) -> Integers:
+    """Count the words of each class that meet the conditions on reversal, symmetry and `contains`."""
     wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
     fits = np.array([
         bool(size) and all(not name or name == of(mask) for name, of in wanted)
@@ -115,13 +110,11 @@ def chosen_words(classes: LeastWords, p: int, selection: Selection) -> NDArray[n
     return np.where(fits[classes.stabiliser], sizes, 0)
 
 
-def within_ranges(
-    codes: NDArray[np.int64], p: int, length: Floats, lyapunov: Floats, selection: Selection
-) -> NDArray[np.bool_]:
-    """Tell which orbits, N packed words of period p with length and lambda, are in the ranges of a subset.
+def within_ranges(codes: Integers, p: int, length: Floats, lyapunov: Floats, selection: Selection) -> Marks:
+    """Tell which of N orbits, given as packed words of period p, are in the ranges of a subset; shape (N,).
 
-    If a bound is so close that the last digits decide, and for margins, the orbit is solved as in a fill, so
-    the compared number is the one that would be stored.
+    Where the last digits decide, and for margins, the orbit is solved as in a fill, so that the number
+    compared is the one that a fill would store.
     """
     chosen = np.ones(len(codes), dtype=np.bool_)
     if not selection.ranges:
@@ -145,6 +138,5 @@ def within_ranges(
 
 
 def _measures(length: Floats, lyapunov: Floats, margin: Floats, p: int) -> dict[str, Floats]:
-    """Return the measures of orbits of one period as arrays by name."""
     columns = length.copy(), lyapunov.copy(), lyapunov / p, lyapunov / length, margin.copy()
     return dict(zip(SWEPT_MEASURES, columns, strict=True))

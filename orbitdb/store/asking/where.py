@@ -1,10 +1,10 @@
-"""SQL expressions over the catalogue: what ``--where`` may do, and for how long.
+"""SQL expressions over the catalogue: what ``--where`` may read and call.
 
 An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries that
-each read the view once; ``code('1232131')`` is written out first (`spelled_out`). Everything else is refused
-before SQLite runs any of it. The rest is bounded. No listed function makes a text longer, no subquery
-contains another or a join, so neither the compiled program nor a result can outgrow the catalogue, and a
-query stops after `SECONDS`.
+each read the view once; ``code('1232131')`` is replaced first (`spelled_out`). Everything else is refused
+before SQLite runs any of it. What remains is bounded: no function makes a text longer, and no subquery
+contains another or a join, so neither the compiled program nor a result can outgrow the catalogue. A query
+stops after `orbitdb.store.asking.sql.SECONDS`.
 """
 
 import sqlite3
@@ -15,15 +15,11 @@ from typing import TypeAlias
 
 import sqlalchemy as sa
 
-from orbitdb.plaintext import line, shortened
+from orbitdb.plaintext import guess, line, shortened
 from orbitdb.store.asking.codes import spelled_out
-from orbitdb.store.asking.parsing import guess
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.tables import catalogue
 from orbitdb.store.file.tokens import Token, meaningful, tokens
-
-SECONDS = 60.0
-"""Time limit of a query with a free expression."""
 
 FUNCTIONS = {
     "avg", "count", "max", "min", "sum", "total",
@@ -35,12 +31,12 @@ FUNCTIONS = {
 }  # fmt: skip
 """The functions that an expression may call.
 
-They are named one by one, because each SQLite and its extensions bring others. Some make texts of any size
-(printf, group_concat, zeroblob), some decode binary data of extensions.
+A list of what is allowed, because each SQLite and its extensions bring others: some make texts of any size
+(printf, group_concat, zeroblob), some decode binary data.
 """
 
 LONGEST = 20_000
-"""Most characters of an expression and its values; `_LONGEST_WITH_SUBQUERY` with a subquery."""
+"""Most characters of an expression with its values; `_LONGEST_WITH_SUBQUERY` if it has a subquery."""
 
 _LONGEST_WITH_SUBQUERY = 4_000
 _WORDS = {
@@ -48,14 +44,14 @@ _WORDS = {
     "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
     "when", "where", *FUNCTIONS, *catalogue.c.keys(),
 }  # fmt: skip
-"""The actions of SQLite that an expression may use."""
+"""The words that an expression may use, to complete an unfinished one."""
 
 Parameters = dict[str, str | int | float]
 Authorizer: TypeAlias = Callable[[int, str | None, str | None, str | None, str | None], int]
 
 
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
-    """Return a free expression as SQL, with its named values."""
+    """Return an expression as SQL, with its named values."""
     parts, used = [], {}
     for token in tokens(spelled_out(where, parameters)):
         name = token.text[1:]
@@ -68,7 +64,7 @@ def expression(where: str, parameters: Parameters) -> sa.TextClause:
 
 
 def check(where: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` with the reason unless the text is one expression over the view."""
+    """Raise `SelectionError`, with the reason, unless the text is one expression over the view."""
     try:
         check_size(where, parameters)
         plain = spelled_out(where, parameters)
@@ -79,7 +75,7 @@ def check(where: str, parameters: Parameters) -> None:
             _compile(text, parameters, allowing({catalogue.name}))
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         message = "it is not text in UTF-8" if isinstance(error, UnicodeError) else str(error)
-        if message.endswith('\n"'):  # the end of line that `_compile` adds after the expression
+        if message.endswith('\n"'):  # the line end added by `_compile`
             message = f'{message[:-2]}"'
         raise refusal(where, message) from error
 
@@ -90,7 +86,7 @@ def names_in(where: str) -> set[str]:
 
 
 def unfinished(where: str, reason: str) -> bool:
-    """Tell whether an expression that `check` refused may just be incomplete, from the reason."""
+    """Tell, from the reason why `check` refused it, whether an expression may just be unfinished."""
     found = tokens(where)
     if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
         return True
@@ -105,23 +101,23 @@ def unfinished(where: str, reason: str) -> bool:
 
 
 def check_size(where: str, parameters: Parameters) -> None:
-    """Refuse a long expression, because the work of `instr` and the like grows with its square."""
+    """Raise `ValueError` for a long expression, because the work of `instr` grows with its square."""
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
         raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
 
 
 def check_names(where: str, parameters: Parameters) -> None:
-    """Refuse values without a name; SQLite reports names without a value."""
+    """Raise `ValueError` for values without a name; SQLite reports names without a value."""
     if idle := [name for name in parameters if name not in names_in(where)]:
-        raise ValueError(f"it has no :{', :'.join(idle)}: leave out what is given for it")
+        raise ValueError(f"it has no :{', :'.join(idle)}: leave out its value")
 
 
 def _check_shape(found: list[Token]) -> None:
-    """Refuse subqueries that could grow without end, and values without a name.
+    """Raise `ValueError` for subqueries that could grow without end, and for values without a name.
 
-    SQLite copies the meaning of a name to each use. With WITH, or subqueries in subqueries, a short text thus
-    becomes a program of any size, and joins become tables of any size.
+    SQLite copies the meaning of a name to each of its uses. With WITH or nested subqueries, a short text
+    becomes a program of any size; with joins, a result of any size.
     """
     levels = [_Level()]
     for token, behind in pairwise([*found, Token("sign", "")]):
@@ -151,7 +147,7 @@ def _check_shape(found: list[Token]) -> None:
 
 
 class _Level:
-    """The contents of one pair of brackets: whether it is a subquery, and the tables it reads."""
+    """One pair of brackets: whether it holds a subquery, and how many tables that reads."""
 
     def __init__(self, subquery: bool = False) -> None:
         self.subquery = subquery
@@ -159,10 +155,7 @@ class _Level:
 
 
 def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
-    """Tell whether a checked expression has the same value for all words of a symmetry class.
-
-    ``shared`` holds the columns of the view that all words of a class share.
-    """
+    """Tell whether a checked expression reads only columns that all words of a class share."""
     columns, selects = set(), 0
 
     def note(action: int, first: str | None, second: str | None, _base: str | None, _view: str | None) -> int:
@@ -178,7 +171,7 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
 
 
 def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
-    """Compile an expression in an empty database, with a table in place of the view."""
+    """Compile an expression in an empty database, where a table stands in for the view."""
     columns = ", ".join(catalogue.c.keys())
     with closing(sqlite3.connect(":memory:")) as stage:
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
@@ -193,11 +186,11 @@ def allowing(
     more: str | None = None,
     own: Set[str] = frozenset(),
 ) -> Authorizer:
-    """Return an authorizer for expressions with the listed functions plus one, and reads of some tables.
+    """Return an authorizer that allows expressions, the listed functions plus one, and reads of some tables.
 
-    The tables of views may be read as far as the views show them. If SQLite only checks that a row exists, it
-    reads no column and names no view. The file may have its own versions of the views in `own`; only those
-    made by the connection may be read.
+    The tables behind views may be read as far as the views show them; if SQLite only checks that a row
+    exists, it reads no column and names no view. Of the views in `own`, only those that the connection made
+    may be read, not those of the file.
     """
 
     def authorize(
@@ -232,8 +225,6 @@ def refusal(
     elif "no such column" in message:
         meant = guess(message.split()[-1], catalogue.c.keys())
         message = f"{message}; {meant}'orbitdb columns' lists all columns"
-    elif "interrupted" in message:
-        message = f"it took more than {SECONDS:g} s"
     elif "binding" in message:
         message = f"{message.rstrip('.')}: give each name a value with -P name=value"
     elif "user-defined function" in message:

@@ -1,4 +1,4 @@
-"""Open the database file safely for reading or writing, and explain what is wrong with it."""
+"""Open the database file safely for reading or writing."""
 
 import os
 import sqlite3
@@ -8,50 +8,48 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import own_views, refuse_tampered
-from orbitdb.store.file.journal import refuse_foreign
+from orbitdb.store.file.guard import own_views, plain_errors, refuse_foreign, refuse_tampered, remedy
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
 
 _TURNS = 12
-"""How often it waits to write; parallel fills hold the lock most of the time."""
+"""Number of these waits before a writer gives up; parallel fills hold the lock most of the time."""
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
-"""Page cache of a reader in kilobytes; rows are read in the order of storage."""
+"""Page cache of a reader in kilobytes; small, because rows are read in the order of storage."""
 
 
 def default_path() -> Path:
-    """Return the default path of the catalogue: ORBITDB_DB, or in the user's data folder."""
+    """Return the default path of the catalogue: ORBITDB_DB, or a file in the user's data folder."""
     named = os.environ.get("ORBITDB_DB")
     return Path(named) if named else data_folder() / "orbits.db"
 
 
 def data_folder() -> Path:
-    """Return the user's data folder, the only folder that is made with the first catalogue."""
+    """Return the user's data folder, the only folder that orbitdb creates."""
     from platformdirs import user_data_path
 
     return user_data_path("orbitdb", appauthor=False)
 
 
 def check_file(path: Path) -> int | None:
-    """Examine a file before it is opened as a catalogue.
-
-    Returns
-    -------
-    int or None
-        The version of its schema; None without a file, or for an empty one.
+    """Return the schema version of a file; None if it is missing or empty.
 
     Raises
     ------
     StoreError
-        If it is not a catalogue, comes from a newer orbitdb, or has a schema before 6.
+        If it is not a catalogue, comes from a newer orbitdb, or has a schema older than 6.
     """
     try:
         try:
@@ -61,14 +59,14 @@ def check_file(path: Path) -> int | None:
         if stat.S_ISDIR(found.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
         if not stat.S_ISREG(found.st_mode):
-            raise StoreError(f"{path} is no ordinary file: name another with --db")
+            raise StoreError(f"{path} is not an ordinary file: name another with --db")
         if found.st_size == 0:
             return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
     pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
-        return None  # a database without tables, left by a killed creation
+        return None  # a database without tables: its creation was killed
     if application != APPLICATION_ID:
         raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
     if version > SCHEMA_VERSION:
@@ -83,7 +81,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Refuse to read anything but a catalogue of the newest schema; the message gives the remedy."""
+    """Raise `StoreError`, with a remedy, unless the file is a catalogue of the newest schema."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -92,9 +90,7 @@ def need_newest(path: Path) -> None:
 
 
 def _marks(path: Path) -> tuple[int, ...]:
-    """Return the number of pages, the version of the schema and the mark of the program.
-
-    The contents of a journal are included; without a journal, the file is only read.
+    """Return page count, schema version and application id, with the changes in the journal if there is one.
 
     Only SQLite opens the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal in use.
@@ -118,38 +114,67 @@ def _pragmas(uri: str) -> tuple[int, ...]:
 
 
 def _uri(path: Path, mode: str = "ro") -> str:
-    """Return the whole path as a URI; a name need not be UTF-8."""
+    """Return the absolute path as a URI; the name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
 def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
-    """Return a function that connects to a catalogue for reading, in any folder and beside writers.
+    """Return a function that opens a catalogue for reading, in any folder and while others write.
 
-    The file must be a catalogue of the newest schema that holds nothing active (`orbitdb.store.file.guard`).
+    It refuses an older schema and active contents (`orbitdb.store.file.guard`).
     """
-    uri = _uri(path, "rw")  # the last to close the file removes the journal, which needs the right to write
-    frozen = not os.access(path.parent, os.W_OK) and not path.with_name(path.name + "-wal").exists()
+    uri = _uri(path, "rw")  # whoever closes the file last removes the journal and needs write access
 
     def connect() -> sqlite3.Connection:
-        connection = _connect(uri + ("&immutable=1" if frozen else ""), path, newest=True)
+        connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        # no function for free expressions may make a text longer; while a query runs, SQLite
-        # changes no function
+        # in expressions, no function may make a text longer; set here, because SQLite changes no function
+        # while a query runs
         connection.create_function("replace", 3, _shortened, deterministic=True)
         return connection
 
     return connect
 
 
-def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
-    """Return a function that connects to a file for writing, which may be new or have an older schema.
+def read_alone(path: Path) -> bool:
+    """Tell whether to read a file without locks, because SQLite could not write or remove its journal.
 
-    It must hold nothing active. With `references`, SQLite checks every written reference.
+    A journal left by another user would keep the owner from writing.
+    """
+    writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
+    return not writable and not path.with_name(path.name + "-wal").exists()
+
+
+@contextmanager
+def unchanged(path: Path) -> Iterator[None]:
+    """Raise `StoreError` if a file that is read without locks is written meanwhile."""
+    before = _stamp(path) if read_alone(path) else None
+    try:
+        yield
+    finally:
+        if before and before != _stamp(path):
+            raise StoreError(f"{path} was written while it was read: ask again")
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
+def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
+    """Return a function that opens a file for writing, which may be new or have an older schema.
+
+    It refuses active contents. With `references`, SQLite checks every foreign key that is written.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
+    if path.exists() and not os.access(path, os.W_OK):
+        raise StoreError(remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
@@ -162,8 +187,42 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     return connect
 
 
+def reading_engine(path: Path) -> "sa.Engine":
+    """Return an engine that cannot write (`to_read`)."""
+    return _engine(to_read(path), "BEGIN", kept=not read_alone(path))
+
+
+def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
+    """Return an engine whose transactions take the write lock at once (`to_write`).
+
+    A fill does without the check of references, because its random lookups would take a third of the time.
+    """
+    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+
+
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str, kept: bool = True) -> "sa.Engine":
+    import sqlalchemy as sa  # single words are asked for without it
+
+    # without locks, a connection would keep pages of a file that has changed since
+    pool = sa.pool.QueuePool if kept else sa.pool.NullPool
+    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
+
+    @sa.event.listens_for(engine, "begin")
+    def take_lock(connection: "sa.Connection") -> None:
+        waiting(lambda: driver(connection).execute(begin))
+
+    return engine
+
+
+def driver(connection: "sa.Connection") -> sqlite3.Connection:
+    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
+    own = connection.connection.driver_connection
+    assert isinstance(own, sqlite3.Connection)
+    return own
+
+
 def waiting(ask: Callable[[], object]) -> None:
-    """Try for a lock until it is granted; Ctrl-C works between the attempts."""
+    """Ask for a lock until it is granted or time is up; Ctrl-C works between attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
         try:
@@ -172,11 +231,11 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
-        time.sleep(0.01)  # if SQLite itself does not wait, as for the change of the journal mode
+        time.sleep(0.01)  # SQLite itself does not wait to change the journal mode
 
 
 def _open(uri: str) -> sqlite3.Connection:
-    """Connect to a database; long queries give way to Ctrl-C."""
+    """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
         uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
     )
@@ -186,10 +245,7 @@ def _open(uri: str) -> sqlite3.Connection:
 
 
 def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
-    """Connect so that nothing in the file is active, and refuse a file with active contents.
-
-    A file with the journal of another is refused, too.
-    """
+    """Connect so that SQLite runs nothing in the file; refuse active contents or another file's journal."""
     _refuse_foreign_journal(path)
     connection = _open(uri)
     try:
@@ -205,49 +261,15 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 @contextmanager
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a connection for a few questions in one read transaction, without importing SQLAlchemy."""
+    """Give a connection in a read transaction, without importing SQLAlchemy."""
     need_newest(path)
-    with plain_errors(path), closing(to_read(path)()) as connection:
+    with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
         yield connection
 
 
-@contextmanager
-def plain_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite or the file system into a `StoreError` with a remedy."""
-    try:
-        yield
-    except Exception as error:
-        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
-        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
-            raise
-        if str(cause) == "interrupted":  # by a signal while SQLite was at work
-            raise KeyboardInterrupt from error
-        told = (
-            "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)
-        )  # of a text that is not UTF-8
-        raise StoreError(_remedy(path, told)) from error
-
-
-def _remedy(path: Path, message: str) -> str:
-    remedies = {
-        "locked": f"{path} is in use by another process that writes: try again when it has finished",
-        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
-        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
-        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
-        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
-        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
-    }
-    for part, remedy in remedies.items():
-        if part in message:
-            return remedy
-    return f"{path}: {message}"
-
-
 def _shortened(text: object, part: object, by: object) -> str | None:
-    """Do the same as SQLite's replace, but fail if the text would grow."""
+    """Replace like SQLite, but fail if the text would grow."""
     if text is None or part is None or by is None:
         return None
     if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):

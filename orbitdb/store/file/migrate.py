@@ -10,17 +10,14 @@ from typing import NamedTuple
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import check_file, data_folder, plain_errors, to_write
+from orbitdb.store.file.database import check_file, data_folder, to_write, writing_engine
+from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES, VIEWS
-from orbitdb.store.file.tables import writing_engine
 from orbitdb.symbols.members import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):
-    """Result of a migration: the version of the schema before (0 for none) and after.
-
-    `backup` is the copy of an older catalogue.
-    """
+    """The schema versions before (0 for a new file) and after, and the copy of the older catalogue."""
 
     before: int
     after: int
@@ -28,7 +25,7 @@ class Migration(NamedTuple):
 
 
 def migrate(path: Path) -> Migration:
-    """Create a catalogue, or copy an older one and bring it to the newest schema, in one transaction."""
+    """Create a catalogue, or back up an older one and upgrade it, in one transaction."""
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
         return Migration(before, before, None)
@@ -44,7 +41,7 @@ def migrate(path: Path) -> Migration:
         raise StoreError(f"there is no folder {folder}: make it first, or name a file in another with --db")
     backup = None
     with plain_errors(path):
-        engine = writing_engine(path, references=False)  # every referenced row is made anew
+        engine = writing_engine(path, references=False)  # all referenced rows are rewritten
         with engine.begin() as connection:
             before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
             if before != SCHEMA_VERSION:  # another process may have done it meanwhile
@@ -57,14 +54,14 @@ def migrate(path: Path) -> Migration:
                 connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
                 connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
         engine.dispose()
-    if backup:  # free unused pages, unless the disk is full or somebody is writing
+    if backup:  # free unused pages, unless the disk is full or another process writes
         with suppress(StoreError), plain_errors(path), closing(to_write(path, references=False)()) as own:
             own.execute("VACUUM")
     return Migration(before, SCHEMA_VERSION, backup)
 
 
 def _check_room(path: Path) -> None:
-    """Refuse a migration if the disk has no room for the copy and a journal as large."""
+    """Raise `StoreError` if the disk has no room for the copy and a journal of the same size."""
     parts = (path, path.with_name(path.name + "-wal"))
     needed = 2 * sum(part.stat().st_size for part in parts if part.exists())
     free = shutil.disk_usage(path.resolve().parent).free
@@ -76,7 +73,7 @@ def _check_room(path: Path) -> None:
 
 
 def _back_up(path: Path, version: int) -> Path:
-    """Copy a database with its journal; the copy gets its name when it is complete."""
+    """Copy a database with its journal; the copy is renamed when complete."""
     backup = path.with_name(f"{path.name}.schema-{version}")
     draft = backup.with_name(backup.name + ".part")
     parts = (draft, draft.with_name(draft.name + "-journal"))
@@ -103,7 +100,7 @@ def _create(connection: sa.Connection) -> None:
 
 
 def upgrade_tables(connection: sa.Connection) -> None:
-    """Bring the tables of an open file to the newest schema by its missing migrations."""
+    """Run the missing migrations on an open file."""
     from alembic import command
     from alembic.config import Config
 

@@ -1,32 +1,32 @@
 """The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
 New files are made from it, every file is compared with it (`orbitdb.store.file.guard`), and
-`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. It does not need SQLAlchemy, whose import
-takes a quarter of a second.
+`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. This module does without SQLAlchemy, whose
+import takes a quarter of a second.
 
 `cycle` has one row per symmetry class, with everything independent of a; `orbit` has one row per class and a.
-Two views join them: `class` with one row per class and a, and `catalogue` with one row per word and a. All
-tables are STRICT.
+All tables are STRICT.
 """
 
 import re
 from pathlib import Path
 
-from orbitdb.columns import IN_CATALOGUE, sql_of
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.formulas import sql_of
 
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
 SCHEMA_VERSION = 7
-"""The number of the newest migration, stored as SQLite's user_version."""
+"""The newest migration, stored as SQLite's user_version."""
 
 OLDEST_VERSION = 6
-"""The oldest supported version; older files are refused."""
+"""Older files are refused."""
 
 PAGE_SIZE = 16384
 """Page size of a new file in bytes; SQLite's default is 4096.
 
-Rows arrive in the order of their keys, and filling one such page is a fifth less work than four small
+Rows arrive in the order of their keys, and filling one large page takes a fifth less time than four small
 ones."""
 
 DONE, FILLING = "done", "filling"
@@ -39,9 +39,9 @@ SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """The counts of a sweep (`orbitdb.orbits.sums.Tally`)."""
 
 LONG = 7 << 58
-"""The first id for classes of words without a key.
+"""The first id for classes of words too long for a key.
 
-It is above all keys, and four times as much still fits an integer of SQLite."""
+It is above all keys, and four times as much still fits into an SQLite integer."""
 
 _TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")
 
@@ -49,7 +49,7 @@ TABLES = {
     found[1]: found[0]
     for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
 }
-"""The statements that create the tables, by name, referenced tables first."""
+"""The CREATE statements of the tables by name, referenced tables first."""
 
 
 def comments() -> dict[str, str]:
@@ -63,13 +63,13 @@ CREATE TABLE alembic_version (
     version_num VARCHAR(32) NOT NULL,
     CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
 )"""
-"""The table in which Alembic records the migration."""
+"""Alembic's table."""
 
 SHARED = {each.name: sql_of(each) for each in IN_CATALOGUE if not each.single}
-"""The columns of both views that all words of a class share, with their SQL."""
+"""SQL of the columns of both views that all words of a class share."""
 
 OF_WORD = {each.name: sql_of(each) for each in IN_CATALOGUE if each.single}
-"""The columns of `catalogue` that differ between words, with their SQL."""
+"""SQL of the columns of `catalogue` that differ between the words of a class."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}
 """Further columns of the view `class`."""
@@ -78,7 +78,7 @@ _CLASSES = "stadium CROSS JOIN orbit ON orbit.stadium = stadium.id CROSS JOIN cy
 
 
 def _view(name: str, columns: dict[str, str], rows: str) -> str:
-    """Return the statement that creates a view; CROSS JOIN fixes the order of loops and rows."""
+    """Return the CREATE statement of a view; CROSS JOIN fixes the order of loops and thus of rows."""
     listed = ",\n       ".join(f"{value} AS {column}" for column, value in columns.items())
     return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
 
@@ -108,7 +108,7 @@ JOIN cycle ON cycle.id = change.cycle
 LEFT JOIN change AS death ON death.cycle = change.cycle AND death.number = change.number + 1
 WHERE change.kind = 'born'""",
 }
-"""The statements that create the views.
+"""The CREATE statements of the views.
 
 `class` has one row per class and a, `catalogue` one per word and a, both ordered by a, class and element;
 `life` has one row per life of a class, from ``born`` (NULL: from a = 0 on) to ``dies`` (NULL: no end)."""

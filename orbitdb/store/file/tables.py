@@ -1,15 +1,12 @@
-"""The tables and views of a database file for SQLAlchemy, and engines for reading and writing."""
+"""The tables and views of a database file for SQLAlchemy."""
 
-import sqlite3
-from collections.abc import Callable, Iterable
-from pathlib import Path
+from collections.abc import Iterable
 from typing import Any
 
 import sqlalchemy as sa
-from sqlalchemy import event
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
-from orbitdb.store.file.database import to_read, to_write, waiting
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
@@ -19,7 +16,7 @@ _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
 metadata = sa.MetaData()
 
 
-with sa.create_engine("sqlite://").begin() as _empty:  # reflect them from an empty database
+with sa.create_engine("sqlite://").begin() as _empty:  # reflects the tables from an empty database
     for _statement in TABLES.values():
         _empty.exec_driver_sql(_statement)
     metadata.reflect(_empty)
@@ -36,46 +33,31 @@ def view(name: str, columns: Iterable[str]) -> sa.TableClause:
 ) = map(metadata.tables.__getitem__, TABLES)  # fmt: skip
 
 classes = view("class", SHARED | OF_CLASS)
-"""The view of the classes: one row per class and a."""
+"""The view with one row per class and a."""
 
 catalogue = view("catalogue", [each.name for each in IN_CATALOGUE])
-"""The view of the words: one row per word and a."""
+"""The view with one row per word and a."""
 
 ENDS = ("born", "dies")
-"""The columns of a word's first birth and first death.
+"""The columns of a word's first birth and death.
 
-`born` is NULL for a word that is an orbit from a = 0 on, and without stored births."""
+`born` is NULL for an orbit from a = 0 on, and without stored births."""
 
 life = view("life", LIFE)
 """The view of the lives of classes."""
 
 
-def reading_engine(path: Path) -> sa.Engine:
-    """Return an engine that cannot write (`orbitdb.store.file.database.to_read`)."""
-    return _engine(to_read(path), "BEGIN")
-
-
-def writing_engine(path: Path, references: bool = True) -> sa.Engine:
-    """Return an engine whose transactions take the write lock at once (`to_write`).
-
-    A fill skips the check of references: they are keys of words, and random lookups would take a third of its
-    time.
-    """
-    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
-
-
-def driver(connection: sa.Connection) -> sqlite3.Connection:
-    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
-    own = connection.connection.driver_connection
-    assert isinstance(own, sqlite3.Connection)
-    return own
-
-
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str) -> sa.Engine:
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
-
-    @event.listens_for(engine, "begin")
-    def take_lock(connection: sa.Connection) -> None:
-        waiting(lambda: driver(connection).execute(begin))
-
-    return engine
+def pruned_rows(a: float) -> sa.Subquery:
+    """Return the geometrically pruned words at one a, with the columns of both views."""
+    own = {
+        "a": sa.cast(a, sa.REAL),
+        "p": pruned.c.p,
+        "code": pruned.c.word,
+        "word": pruned.c.word,
+        "words": pruned.c.word,
+        "status": sa.literal(Status.GEOMETRIC.value),
+        "rules": pruned.c.rules,
+    }
+    names = {**dict(catalogue.c), **dict(classes.c)}
+    listed = [own.get(name, sa.null()).label(name) for name in names]
+    return sa.select(pruned.c.id, *listed).subquery(catalogue.name)

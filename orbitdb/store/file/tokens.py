@@ -1,9 +1,9 @@
-"""Cut SQL into tokens as SQLite does, to examine it before SQLite runs it."""
+"""Cut SQL into tokens as SQLite does, to check it before SQLite runs it."""
 
 import re
 from typing import NamedTuple
 
-# Characters of a bare name, as complements, because Python takes 10 ms to build large sets.
+# Characters of a bare name, written as complements: Python takes 10 ms to build large sets.
 _BEGIN = r"[^\x00-@\[-^`{-\x7f]"  # letters, _, and everything beyond ASCII
 _ON = r"[^\x00-\#%-/:-@\[-^`{-\x7f]"  # also digits and $
 
@@ -38,9 +38,9 @@ class Token(NamedTuple):
 
 
 def tokens(text: str) -> list[Token]:
-    """Cut SQL into tokens, whose texts joined give the input.
+    """Cut SQL into tokens; their joined texts are the input.
 
-    Anything that is not a token for SQLite, such as an unpaired quote, is a sign.
+    What SQLite does not recognise, such as an unpaired quote, is a sign.
     """
     return [Token(found.lastgroup or "", found[0]) for found in _TOKEN.finditer(text)]
 

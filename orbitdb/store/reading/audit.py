@@ -1,4 +1,4 @@
-"""Read a catalogue for verification: class by class as stored, right or wrong."""
+"""Read a catalogue for verification, class by class, exactly as it is stored."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -8,15 +8,14 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.arrays import Integers, Marks
-from orbitdb.orbits.orbit import NUMBERS, Orbits
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question
-from orbitdb.store.reading.chosen import listed, orders_of
+from orbitdb.store.reading.rows import listed, orders_of
 from orbitdb.store.reading.soundness import StoredColumns, are_whole, sound_words
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
-StoredRow = dict[str, Any]
 Ids = dict[int, Integers]
 """Ids of classes in order, by period."""
 
@@ -32,20 +31,20 @@ def sampled_classes(
 
 
 def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
-    """Return a random sample of ids in their order, or all if there are no more."""
+    """Return a random sample of ids in order, or all if there are no more than that."""
     if sample is None or sample >= len(ids):
         return ids
     return np.sort(rng.choice(ids, sample, replace=False))
 
 
 def ids_in(connection: sa.Connection, column: sa.Column[int], *where: sa.ColumnElement[bool]) -> Integers:
-    """Return the different ids in a column, in order."""
+    """Return the distinct ids in a column, in order."""
     found = connection.execute(sa.select(column).where(*where)).yield_per(_BLOCK).scalars()
     return np.unique(np.fromiter(found, np.int64))
 
 
 def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle) -> Ids:
-    """Divide ids of classes or pruned words by the period of their words, taken from keys and the table.
+    """Group ids of classes or pruned words by period, read from the key or from the table.
 
     An id that is not a key counts as that of a word too long for one.
     """
@@ -59,17 +58,17 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
 
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
-    """Return the rows of `cycle` or `pruned` with some ids."""
+    """Return rows of `cycle` or `pruned` by id."""
     query = sa.select(table).where(table.c.id.in_(listed(ids)))
     return list(connection.execute(query).cursor.fetchall())
 
 
 @dataclass(frozen=True)
 class StoredBlock:
-    """Rows of `orbit` of one period and stadium, with their words.
+    """Rows of `orbit` of one period and stadium.
 
-    Besides the columns of `orbit`, it has `word`, the representative, and `radius`, that of any
-    certificate.
+    Besides the columns of `orbit` there are `word`, the representative, and `radius`, from the certificate if
+    there is one.
     """
 
     columns: StoredColumns
@@ -80,7 +79,7 @@ class StoredBlock:
         return self.columns["word"]
 
     def some(self, name: str, chosen: Iterable[int]) -> list[Any]:
-        """Return the values of some rows in one column."""
+        """Return one column of some rows."""
         values = self.columns[name]
         return [values[i] for i in chosen]
 
@@ -89,7 +88,7 @@ class StoredBlock:
         return are_whole(self.columns, p)
 
     def orbits(self, chosen: Sequence[int]) -> Orbits:
-        """Return some of the rows as arrays, NaN for NULL; their words and BLOBs must be sound."""
+        """Return some rows as arrays, with NaN for NULL; their words and BLOBs must be sound."""
         words = from_strings(self.some("word", chosen))
         blank = np.full(words.shape[1], np.nan, dtype="<f8").tobytes()
         places = b"".join(blob or blank for blob in self.some("coordinates", chosen))
@@ -118,7 +117,7 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> Store
 
 
 def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
-    """Return the places of whole rows (`StoredBlock.whole`) with sound words."""
+    """Return the places of the whole rows that have sound words."""
     sound = sound_words(stored.words, p)
     places: list[int] = sound[whole[sound]].tolist()
     return places
@@ -129,13 +128,13 @@ def stadium_id(connection: sa.Connection, a: float) -> int | None:
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
 
 
-def fills(connection: sa.Connection) -> list[StoredRow]:
+def fill_rows(connection: sa.Connection) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its a."""
     query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
     return [dict(row) for row in connection.execute(query).mappings()]
 
 
-def changes(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
-    """Return the changes of all classes of a period, by class and number, each with its class size."""
+def change_rows(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
+    """Return the births and deaths of a period by class and number, each with its class size and word."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))

@@ -1,21 +1,31 @@
-"""Progress of fills, and the counts of finished periods."""
+"""Fills and sweeps: their progress, and the counts and sums of finished periods."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from orbitdb.orbits.orbit import Status
-from orbitdb.store.file.schema import DONE
-from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium
+from orbitdb.errors import InputError
+from orbitdb.extras import Record
+from orbitdb.orbits.status import Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sweepable import selection_of
+from orbitdb.store.file.schema import DONE, SWEPT
+from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
+if TYPE_CHECKING:
+    from orbitdb.averages.fixed_points import PeriodSums
+    from orbitdb.averages.tilt_moments import TiltMoments
+    from orbitdb.orbits.sums import Tally
+
 
 @dataclass(frozen=True)
-class Fill:
+class Fill(Record):
     """Progress of a period at one a, and the counts of the paper's Table 1.
 
     Attributes
@@ -70,7 +80,6 @@ def fills(connection: sa.Connection, a: float) -> list[Fill]:
 
 
 def _as_fill(row: sa.Row[Any]) -> Fill:
-    """Return a row of the table ``fill``; raise `StoreError` if its period is impossible."""
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:
         raise unsound("a filled period of", values["p"])
@@ -80,9 +89,9 @@ def _as_fill(row: sa.Row[Any]) -> Fill:
 
 
 def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
-    """Return the number of words in the classes of a period with representatives up to `last`.
+    """Count the words of a period in stored classes with representatives up to `last`.
 
-    Counts classes with a row at the stadium; without a stadium, classes with births.
+    A class is stored if it has a row at the stadium; without a stadium, if it has births.
     """
     size = sa.select(sa.func.sum(cycle.c.class_size))
     if stadium is None:
@@ -95,7 +104,7 @@ def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: st
 def status_counts(
     connection: sa.Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
-    """Return the numbers of words and classes at one stadium by period and status."""
+    """Return the numbers of words and classes at one stadium, by period and status."""
     here = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
     query = (
         sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
@@ -122,3 +131,109 @@ def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[st
         "boundary": statuses.get(Status.BOUNDARY, (0, 0))[0],
         "unresolved": statuses.get(Status.UNRESOLVED, (0, 0))[0],
     }
+
+
+@dataclass(frozen=True)
+class Sweep(Record):
+    """Progress and results of the sweep of a period at one a.
+
+    Attributes
+    ----------
+    p : int
+        Period.
+    state : str
+        ``filling`` or ``done``.
+    tally : Tally
+        The counts so far. For a subset, `words` counts all words, and `boundary` and `unresolved` ignore
+        ranges, which apply to orbits.
+    blocks : int
+        Blocks done so far.
+    seconds, processor : float
+        Elapsed time and processor time.
+    sums : PeriodSums or None
+        The sums over all or the chosen orbits; None before it is done.
+    moments : mapping of int to TiltMoments
+        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty for a subset, and before it is
+        done.
+    selection : str
+        The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
+    """
+
+    p: int
+    state: str
+    tally: "Tally"
+    blocks: int
+    seconds: float
+    processor: float
+    sums: "PeriodSums | None" = field(repr=False)
+    moments: "Mapping[int, TiltMoments]" = field(repr=False)
+    selection: str = ""
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
+        return self.state == DONE
+
+    def row(self) -> dict[str, Any]:
+        """Return the counts by the names that they have in JSON."""
+        counts = self.tally
+        return {
+            "p": self.p,
+            "N_t": counts.words,
+            "N_c": counts.n_c,
+            "classes": counts.classes,
+            "boundary": counts.boundary,
+            "unresolved": counts.unresolved,
+            "seconds": self.seconds,
+            "processor_seconds": self.processor,
+            "selection": self.selection,
+        }
+
+
+def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
+    """Return the sweeps at one a by period, of all orbits or of a subset given by its canonical text."""
+    query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
+    return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
+
+
+def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
+    """Return the subsets, other than all orbits, that are swept at one a, whole or in part."""
+    texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
+    found = []
+    for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):
+        try:
+            found.append(selection_of(text, a))
+        except InputError as error:
+            raise unsound("not a swept subset:", text) from error
+    return found
+
+
+def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
+    """Return the moments of the swept periods above the exact ones, up to the first period without any."""
+    from orbitdb.averages.sum_rules import EXACT
+
+    known = {each.p: each.moments for each in found}
+    moments: list[Mapping[int, TiltMoments]] = []
+    while each := known.get(EXACT + 1 + len(moments)):
+        moments.append(each)
+    return moments
+
+
+def _as_sweep(row: sa.Row[Any]) -> Sweep:
+    from orbitdb.averages.fixed_points import PeriodSums
+    from orbitdb.averages.tilt_moments import from_bytes
+    from orbitdb.orbits.sums import Tally
+
+    values = row._mapping
+    p, counts = values["p"], [values[name] for name in SWEPT]
+    if not 2 <= p <= MAX_PERIOD or min(counts) < 0:
+        raise unsound("a swept period of", p)
+    sums, moments = None, {}
+    if values["state"] == DONE:
+        try:
+            sums = PeriodSums.from_numbers(p, values["sums"] or b"")
+            moments = from_bytes(values["moments"])
+        except ValueError as error:
+            raise unsound("sums of a sweep:", error) from error
+    spent = values["blocks"], values["seconds"], values["processor"]
+    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments, values["selection"])

@@ -1,8 +1,7 @@
-"""Lives: the ranges of a in which the stored classes are orbits, and the resulting statuses at any a.
+"""Lives: the ranges of a in which stored classes are orbits, and their statuses at any a.
 
-A class is an orbit at a if a is inside one of its lives. If a is within the error bound of the end of a life,
-the representative is solved there, in ball arithmetic if necessary, so orbits through a joint are recognised
-as in a fill.
+If a is within the error bound of a birth or death, the representative is solved there, in ball arithmetic if
+necessary, so that orbits through a joint are recognised as in a fill.
 """
 
 import sqlite3
@@ -16,10 +15,11 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
+from orbitdb.arrays import Floats, Integers, Marks, Places
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.orbit import Status
+from orbitdb.extras import Record
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class BirthFill:
+class BirthFill(Record):
     """Progress of the births and deaths of a period, and their counts.
 
     Attributes
@@ -47,11 +47,9 @@ class BirthFill:
     classes : int or None
         Symmetry classes of the period.
     births : int or None
-        Number of births at a above 0.
-    deaths : int or None
-        Number of classes that die at least once.
-    always : int or None
-        Number of classes that are orbits from a = 0 on.
+        Births at a above 0.
+    deaths, always : int or None
+        Classes that die at least once, and classes that are orbits from a = 0 on.
     least, largest : float or None
         The least and the largest a of a birth.
     """
@@ -74,7 +72,7 @@ class BirthFill:
 
 
 @dataclass(frozen=True)
-class Life:
+class Life(Record):
     """One life of a symmetry class.
 
     Attributes
@@ -83,9 +81,9 @@ class Life:
         The representative.
     p, class_size : int
     born, born_error : float
-        The a at which it begins to be an orbit, 0 if it always was, and the bound on its error.
+        The a of its birth, 0 for an orbit from a = 0 on, and the bound on its error.
     dies, dies_error : float or None
-        The same for its end; None without an end.
+        The same for its death; None if it does not die.
     """
 
     word: str
@@ -109,7 +107,7 @@ def birth_fills(connection: sa.Connection) -> list[BirthFill]:
 
 
 def lives(connection: sa.Connection, p: int) -> list[Life]:
-    """Return the lives of all classes of one period, ordered by birth."""
+    """Return the lives of all classes of one period, by birth."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))
     from_zero = {"born": sa.func.coalesce(life.c.born, 0.0)}
@@ -119,7 +117,7 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
 
 
 class Standing(IntEnum):
-    """Status of a word at one a, as far as births decide it.
+    """Status of a word at one a, as far as births and deaths decide it.
 
     A word that is no longer an orbit can become one again at a larger a.
     """
@@ -134,7 +132,7 @@ class Standing(IntEnum):
 
     @property
     def words(self) -> str:
-        """The standing in words for a table."""
+        """The standing in words."""
         return self.name.lower().replace("_", " ")
 
 
@@ -154,27 +152,27 @@ class Standings(ByValue):
     Attributes
     ----------
     cycles : ndarray of int64, shape (C,)
-        The ids of the classes with stored births, rising.
+        Ids of the classes with stored births, rising.
     starts : ndarray of intp, shape (C,)
         Index of the first change of each class.
     a, error : ndarray, shape (K,)
-        The changes, by class and rising a, and the bounds on their errors.
+        Births and deaths, by class and rising a, and the bounds on their errors.
     born : ndarray of bool, shape (K,)
-        Whether the change is a birth or a death.
+        Whether it is a birth.
     places : ndarray of intp, shape (N,)
-        For each class of a subset its place among the C; C without stored births, C + 1 for a geometrically
-        pruned word, which is never an orbit.
+        The place of each class of the subset among the C; C without stored births, C + 1 for a
+        geometrically pruned word, which is never an orbit.
     """
 
-    cycles: NDArray[np.int64]
-    starts: NDArray[np.intp]
-    a: NDArray[np.float64]
-    error: NDArray[np.float64]
-    born: NDArray[np.bool_]
-    places: NDArray[np.intp]
+    cycles: Integers
+    starts: Places
+    a: Floats
+    error: Floats
+    born: Marks
+    places: Places
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Marks:
         """Whether the births of each class are stored, shape (N,)."""
         return self.places < len(self.cycles)
 
@@ -203,7 +201,7 @@ class Standings(ByValue):
 
 
 def _solved(words: Sequence[str], a: float) -> list[Status]:
-    """Return the statuses of words of one period at a change of their own, within its error."""
+    """Solve words of one period within the error of their own birth or death."""
     from orbitdb.orbits.newton import solve  # seldom needed
 
     if wrong := [word for word in words if not is_written(word, len(word))]:
@@ -212,12 +210,12 @@ def _solved(words: Sequence[str], a: float) -> list[Status]:
 
 
 def sums(standing: NDArray[np.uint8], counts: NDArray[np.integer]) -> list[int]:
-    """Return the number of words with each `Standing`; the words of a class share one."""
+    """Return the number of words with each `Standing`, from the standings and sizes of classes."""
     return np.bincount(standing, counts, len(Standing)).astype(np.int64).tolist()
 
 
 def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnElement[bool]) -> Standings:
-    """Read the births and deaths of classes by ids, restricted to changes that meet conditions."""
+    """Read the births and deaths, if they meet the conditions, of the classes with some ids."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).where(*where).order_by(change.c.cycle, change.c.number)
     rows = cast(sqlite3.Cursor, connection.execute(query).cursor)
@@ -233,7 +231,7 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
-    """Return the counts at one a of a period with complete births."""
+    """Count the orbits of a period at one a, from its complete births."""
     from orbitdb.orbits.sums import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))

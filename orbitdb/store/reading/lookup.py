@@ -1,6 +1,6 @@
-"""Look up one word of any period in a catalogue, and find the a to look at.
+"""Look up one word in a catalogue, and the default a.
 
-A row or two are read directly from SQLite, because importing SQLAlchemy would take longer than the rest.
+These few rows are read directly from SQLite, because importing SQLAlchemy would take longer than the rest.
 """
 
 import sqlite3
@@ -13,7 +13,9 @@ import numpy as np
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import NUMBERS, Orbit, Status, pruned_word
+from orbitdb.orbits.batch import NUMBERS
+from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.status import Status
 from orbitdb.store.file.database import asking
 from orbitdb.store.file.schema import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound
@@ -74,14 +76,14 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
 
 
 def _ids_of(representative: str) -> tuple[int, int, int, str]:
-    """Return the range of ids for the class of a representative, its period and the word."""
+    """Return the least and greatest possible id of a class, its period, and the representative."""
     p = len(representative)
     ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
     return *ids, p, representative
 
 
 def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:
-    """Return the ranges of a in which one class is an orbit; None if its births are not stored."""
+    """Return the ranges of a in which a class is an orbit; None without stored births."""
     if len(representative) > MAX_KEYED:
         return None
     query = "SELECT coalesce(born, 0.0), dies FROM life WHERE cycle = ? ORDER BY born"
@@ -89,16 +91,16 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
 
 
 def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
-    """Return the radius and the bits of the proof of a class's orbit, or None if there is none."""
+    """Return the radius and the bits of the certificate of a class, or None."""
     query = _FIND.format(columns="found.radius, found.bits", table="certificate")
     found: tuple[float, int] | None = connection.execute(query, (*_ids_of(representative), a)).fetchone()
     return found
 
 
 def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
-    """Return the births of a class, each with the representatives of the classes on the same path there.
+    """Return the births of a class, each with the representatives of the classes born on the same path.
 
-    A partner in another period, as for a word that goes twice through a shorter one, is not named.
+    Partners of another period, as when a word goes twice round a shorter one, are left out.
     """
     values = (key(representative), *keys_of_period(len(representative)))
     found: dict[float, list[str]] = {}
@@ -108,13 +110,13 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
 
 
 def a_meant(path: Path) -> float:
-    """Return the a of questions to a catalogue that name none (`meant`)."""
+    """Return the default a of a catalogue (`meant`)."""
     with asking(path) as connection:
         return meant(a_stored(connection))
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return a primitive word from any catalogue, or solve it if it is not stored."""
+    """Return a primitive word from the catalogue, or solve it if it is not stored there."""
     stored = None
     if path is not None:
         with asking(path) as connection:
@@ -127,9 +129,9 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 
 
 def with_existence(orbit: Orbit) -> Orbit:
-    """Return a word with the ranges of a in which it is an orbit; find them now if necessary.
+    """Return a word with the ranges of a in which it is an orbit, found now if necessary.
 
-    They stay unknown for words that are too long (`orbitdb.orbits.single_word.LONGEST`).
+    They stay unknown for words longer than `orbitdb.orbits.single_word.LONGEST`.
     """
     if orbit.exists is not None:
         return orbit
@@ -139,7 +141,7 @@ def with_existence(orbit: Orbit) -> Orbit:
 
 
 def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
-    """Return the stored births of a word, each with the representatives on the same path there."""
+    """Return the stored births of a word, each with the representatives born on the same path."""
     if path is None or orbit.p > MAX_KEYED or not orbit.exists:
         return []
     with asking(path) as connection:
@@ -149,7 +151,7 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
 def a_stored(
     connection: sqlite3.Connection, tables: Sequence[str] = ("fill", "sweep", "orbit")
 ) -> list[float]:
-    """Return the values of a with rows in some tables: orbits, even of single words, or sums over them."""
+    """Return the values of a with rows in some tables; by default with orbits or sums over them."""
     known = " OR ".join(
         f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
     )
@@ -159,7 +161,7 @@ def a_stored(
 def meant(values: Sequence[float]) -> float:
     """Return the default a: the only one stored, else 1.6.
 
-    Raises `InputError`, which names them, if there are several without 1.6.
+    Raises `InputError` if there are several, but not 1.6.
     """
     if len(values) == 1:
         return values[0]

@@ -1,4 +1,4 @@
-"""A catalogue file open for reading, and one moment of it, which answers all questions."""
+"""A catalogue open for reading, and `Moment`, one read transaction, which answers all questions."""
 
 import weakref
 from collections.abc import Callable, Iterator, Sequence
@@ -14,18 +14,16 @@ from orbitdb.column_files import ColumnBlock
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.confinement import CancelledError, never
-from orbitdb.store.asking.parsing import unknown_column
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, unknown_column
+from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, need_newest, plain_errors
-from orbitdb.store.file.tables import driver, reading_engine
-from orbitdb.store.reading import fills, lives, lookup, question, records, row_blocks, sweeps
-from orbitdb.store.reading.chosen import Chosen
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.file.database import default_path, driver, need_newest, reading_engine, unchanged
+from orbitdb.store.file.guard import plain_errors
+from orbitdb.store.reading import fills, lives, lookup, question, records, rows
+from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.sweeps import Sweep
+from orbitdb.store.reading.rows import Chosen
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
@@ -36,9 +34,9 @@ _ALL = 2**63 - 1
 
 @dataclass(frozen=True)
 class Moment:
-    """A read transaction on one catalogue, so that all its answers are consistent.
+    """A read transaction on one catalogue, so that all answers are consistent.
 
-    `orbitdb.Catalogue` passes its questions on to methods of the same name.
+    `orbitdb.Catalogue` has methods of the same names.
 
     Attributes
     ----------
@@ -52,13 +50,13 @@ class Moment:
     path: Path
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in the catalogue, or only those with orbits or sums of them, in order."""
+        """Return the values of a in order, all or only those with orbits or sums over them."""
         if orbits:
             return lookup.a_stored(driver(self.connection))
         return list(self.connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
 
     def a_meant(self) -> float:
-        """Return the a of questions that name none (`orbitdb.store.reading.lookup.meant`)."""
+        """Return the default a (`orbitdb.store.reading.lookup.meant`)."""
         return lookup.meant(self.a_values(orbits=True))
 
     def fills(self, a: float) -> list[Fill]:
@@ -83,16 +81,16 @@ class Moment:
         return records.closest(self.connection, proof)
 
     def reference(self, a: float) -> "Reference | None":
-        """Return the stored averages over trajectories at one a with the smallest error."""
+        """Return the stored averages over trajectories at one a that have the smallest error."""
         return records.best_reference(self.connection, a)
 
     def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
         """Return the counts and sums of sweeps at one a, of all orbits or of a subset, by period."""
-        return sweeps.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
+        return fills.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
 
     def swept_subsets(self, a: float) -> list[Selection]:
         """Return the subsets, other than all orbits, that are swept at one a."""
-        return sweeps.swept_subsets(self.connection, a)
+        return fills.swept_subsets(self.connection, a)
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return the stored orbit of a primitive word, in the rotation given, or None."""
@@ -113,8 +111,8 @@ class Moment:
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
     ) -> Iterator[ColumnBlock]:
-        """Yield rows of a subset by columns (`orbitdb.store.reading.row_blocks.blocks_of`)."""
-        return row_blocks.blocks_of(self.connection, chosen, names, first, last)
+        """Yield rows of a subset by columns (`orbitdb.store.reading.rows.blocks_of`)."""
+        return rows.blocks_of(self.connection, chosen, names, first, last)
 
     def rows(
         self,
@@ -127,7 +125,7 @@ class Moment:
     ) -> Iterator[tuple[Any, ...]]:
         """Yield rows of a chosen subset, one per word."""
         for name in columns:
-            if name not in row_blocks.COLUMNS:
+            if name not in rows.COLUMNS:
                 raise unknown_column(name, COLUMNS)
         most = None if limit is None else min(limit + offset, _ALL)
         chosen = self.choose(selection, order, most=most, cancelled=cancelled)
@@ -160,9 +158,9 @@ class Reader:
         need_newest(self.path)
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
-            pass  # refuse a damaged or altered file now, not in mid-use
+            pass  # refuse a damaged or altered file now, not in the middle of a question
         self.close()
-        weakref.finalize(self, self._engine.dispose)  # for a reader dropped without `close`
+        weakref.finalize(self, self._engine.dispose)  # if nobody calls `close`
 
     def close(self) -> None:
         """Close the file. The next question opens it again."""
@@ -171,7 +169,7 @@ class Reader:
     @contextmanager
     def moment(self) -> Iterator[Moment]:
         """Open a read transaction; later changes appear in the next one."""
-        with plain_errors(self.path), self._engine.begin() as connection:
+        with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
             yield Moment(connection, self.path)
 
 

@@ -1,59 +1,33 @@
-"""The order of rows: classes in SQL, single words by text or symmetry element."""
+"""Sort single words by text, symmetry element, or columns of their classes."""
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Integers
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.reading.chosen import ALL, Chosen, orders_of
-from orbitdb.store.reading.fitting import long_words, stabilisers_of_classes
+from orbitdb.store.reading.matching import long_words, stabilisers_of_classes
+from orbitdb.store.reading.rows import ALL, Chosen, orders_of
 from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
 from orbitdb.symbols.symmetry import ELEMENTS
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")
-_RANGES, _SAMPLED = 64, 64
-"""Number of ranges that rows are sorted in, and the sampling step for the quantiles between them."""
 
 STEP = 1 << 17
 """Classes or rows at a time."""
 
-Texts = NDArray[np.int64]
-
-
-def order_of_classes(
-    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
-) -> list[sa.ColumnElement[Any]]:
-    """Return the SQL order of classes; empty for the natural order, which the views have already.
-
-    The rows have the keys (columns of classes), ``p``, ``least`` (the representative), and ``coded``, four
-    times the id plus less than 4. Each key maps to whether it falls. `mixed` says that there may be pruned
-    words or words without a key, whose ids do not rise with the period.
-    """
-    natural: list[sa.ColumnElement[Any]] = [rows.coded]
-    if mixed:
-        number = sa.func.abs(rows.coded)
-        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
-        keys = keys or {"p": False}
-    elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # because ids rise with the period
-    # empty fields last; NULL is SQLite's least value, so falling orders need nothing more
-    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
-    return [*sorting, *natural] if keys else []
-
 
 def in_order_of_words(
-    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool], most: int | None = None
+    connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
 ) -> NDArray[np.uint32]:
-    """Return the order of the words of a subset by columns, at least one of them of single words.
+    """Return the order of the words of a subset by columns, each with whether it falls; shape (N,).
 
-    The subset is in the natural order, with the values of all keys of classes. Each key maps to whether it
-    falls. Words too long for a key are read from the connection. If only `most` rows are wanted, later ones
-    can be in any order.
+    The subset is in the natural order, and has the values of those columns that belong to classes. Only words
+    too long for a key are read from the connection.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
@@ -65,11 +39,11 @@ def in_order_of_words(
             arrays.append(_elements(connection, chosen, falls))
         else:
             arrays.append(np.repeat(_ranks(chosen.values[name], falls), chosen.counts))
-    return np.lexsort(arrays[::-1]).astype(np.uint32) if len(arrays) > 1 else _order(arrays[0], most)
+    return np.lexsort(arrays[::-1]).astype(np.uint32)
 
 
-def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
-    """Return the ranks of values among all different ones; missing values come last."""
+def _ranks(values: NDArray[np.generic], falling: bool) -> Integers:
+    """Return the ranks of values among the distinct ones; missing values come last."""
     missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
     ranks = np.full(len(values), len(values), dtype=np.int64)
     _, found = np.unique(values[~missing], return_inverse=True)
@@ -77,41 +51,10 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> NDArray[np.int64]:
     return ranks
 
 
-def _order(values: NDArray[Any], most: int | None) -> NDArray[np.uint32]:
-    """Return the stable order of numbers, sorted range by range.
+def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
+    """Return numbers that sort like the texts of words; with long words, also ranks for equal numbers.
 
-    Besides the numbers, only the order is in memory as a whole.
-    """
-    sample = np.sort(values[::_SAMPLED])
-    bounds = sample[:: len(sample) // _RANGES + 1]
-    starts = range(0, len(values), STEP)
-    counts = np.zeros((len(bounds) + 1, len(starts)), dtype=np.int64)
-    for step, start in enumerate(starts):
-        counts[:, step] = np.bincount(_ranges(values, bounds, start), minlength=len(counts))
-    ends = np.cumsum(counts).reshape(counts.shape)  # in the order
-    order = np.empty(len(values), dtype=np.uint32)
-    for step, start in enumerate(starts):
-        rows = (start + _ranges(values, bounds, start).argsort(kind="stable")).astype(np.uint32)
-        for number, some in enumerate(np.split(rows, counts[:-1, step].cumsum())):
-            order[ends[number, step] - len(some) : ends[number, step]] = some
-    for first, end in pairwise([0, *ends[:, -1:].ravel().tolist()]):
-        if most is not None and first >= most:
-            break
-        rows = order[first:end]
-        order[first:end] = rows[np.argsort(values[rows], kind="stable")]
-    return order
-
-
-def _ranges(values: NDArray[Any], bounds: NDArray[Any], start: int) -> NDArray[np.uint8]:
-    """Return the range between bounds of each number of a step."""
-    return np.searchsorted(bounds, values[start : start + STEP], side="right").astype(np.uint8)
-
-
-def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
-    """Return numbers that sort like the texts of words; for long words also ranks, for equal numbers.
-
-    A number holds the first `MAX_KEYED` symbols, each increased by one, so that a word comes before its
-    extensions.
+    A number holds the first `MAX_KEYED` symbols, each raised by one, so that a word precedes its extensions.
     """
     texts, done = np.zeros(len(chosen), dtype=np.int64), 0
     short = len(chosen.ids) - int((np.abs(chosen.ids) >= LONG).sum())  # long words come last
@@ -133,7 +76,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Texts]:
     return [texts, later]
 
 
-def _raised(codes: NDArray[np.int64], p: int) -> Texts:
+def _raised(codes: Integers, p: int) -> Integers:
     return (codes + int("1" * p, 8)) << BITS * (MAX_KEYED - p)
 
 
@@ -141,7 +84,7 @@ def _text(word: str) -> int:
     return int(_raised(pack(from_strings([word[:MAX_KEYED]])), min(len(word), MAX_KEYED))[0])
 
 
-def _long_words(connection: sa.Connection, ids: NDArray[np.int64], masks: NDArray[np.uint8]) -> list[str]:
+def _long_words(connection: sa.Connection, ids: Integers, masks: NDArray[np.uint8]) -> list[str]:
     found = []
     for number, mask in zip(ids.tolist(), masks.tolist(), strict=True):
         words, _ = long_words(connection, number)

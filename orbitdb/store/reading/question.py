@@ -1,14 +1,14 @@
 """Find a chosen subset: the only way from a selection to classes and their words.
 
-* Conditions shared by all words of a class use the view `class`, and choose all its words.
-* Patterns in the text of words are decided on the packed words, which are the ids of the classes.
-* Other conditions on single words use the view `catalogue`, grouped by class.
+* Conditions that all words of a class share are put to the view `class`, and choose all its words.
+* Patterns in the text of words are tried on the packed words, which the ids of the classes hold.
+* Other conditions on single words are put to the view `catalogue`, grouped by class.
 
-Geometrically pruned words have no class. They count only if the selection names their status.
+Geometrically pruned words have no class; they are found only if the selection names their status.
 """
 
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 from typing import Any, cast
@@ -17,16 +17,16 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.columns import kind_of
-from orbitdb.orbits.orbit import Status
+from orbitdb.arrays import Integers, Masks
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
-from orbitdb.store.asking.confinement import never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.sql import never
 from orbitdb.store.file.schema import LONG
-from orbitdb.store.file.tables import catalogue, classes, cycle, pruned
-from orbitdb.store.reading.chosen import Chosen, Masks
-from orbitdb.store.reading.fitting import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order import in_order_of_words, order_of_classes
+from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
+from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
+from orbitdb.store.reading.order import in_order_of_words
+from orbitdb.store.reading.rows import Chosen, as_array
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
@@ -36,9 +36,9 @@ _OF_WORDS = ("code", "word", "element")
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
-"""The id and the size of a class in one integer, because a second column would take half as long again.
+"""Id and size of a class in one integer, because a second column takes half as long again.
 
-A shift stays an integer even for an altered, very large id; a product would not."""
+A shift of an altered, very large id is still an integer; a product would not be."""
 
 BLOCK = 1 << 14
 
@@ -63,14 +63,14 @@ def choose(
     ----------
     connection, selection
     order : str, optional
-        Columns separated by commas, falling with ``desc`` after or ``-`` before a name. Among equal rows, the
-        lower period, representative and element come first.
+        Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among equal
+        rows, the lower period, representative and element come first.
     columns : sequence of str, optional
         Further columns of the view ``class`` to read.
     most : int, optional
-        Number of first rows needed; later ones may come in any order.
+        Only this many first rows are needed; later ones may come in any order.
     counted : bool, optional
-        Whether to find all rows nonetheless, because their number is needed.
+        Whether the number of all rows is needed, too.
     cancelled : callable, optional
         Called now and then; True raises `CancelledError`.
     """
@@ -97,30 +97,49 @@ def choose(
     kept = slice(None) if masks.all() else masks > 0
     values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
     found = Chosen(selection, ids[kept], masks[kept], None, values)
-    return replace(found, rows=in_order_of_words(connection, found, keys, most)) if by_words else found
+    return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
 
 
-def _places(
-    connection: sa.Connection, ids: NDArray[np.int64], sizes: NDArray[np.uint8], elements: Masks
-) -> Masks:
-    """Turn marks by symmetry element into marks by place in the class."""
+def _places(connection: sa.Connection, ids: Integers, sizes: NDArray[np.uint8], elements: Masks) -> Masks:
+    """Turn masks by symmetry element into masks by place in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(
     connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
 ) -> sa.Select[Any]:
-    """Return the query for classes in their order: coded id, mask by elements if needed, and columns."""
+    """Return the query for classes in order: coded id, mask by elements if needed, and columns."""
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
     outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
     mixed = Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection)
-    return sa.select(*outputs).order_by(*order_of_classes(rows, keys, mixed))
+    return sa.select(*outputs).order_by(*_order_of_classes(rows, keys, mixed))
+
+
+def _order_of_classes(
+    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
+) -> list[sa.ColumnElement[Any]]:
+    """Return the SQL order of classes; empty for the natural order, which the views already have.
+
+    The rows have the keys, ``p``, ``least`` (the representative) and ``coded`` (`_CODED`). Each key maps to
+    whether it falls. `mixed` says that there may be words, pruned or too long for a key, whose ids do not
+    rise with the period.
+    """
+    natural: list[sa.ColumnElement[Any]] = [rows.coded]
+    if mixed:
+        number = sa.func.abs(rows.coded)
+        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
+        keys = keys or {"p": False}
+    elif [*keys.items()][-1:] == [("p", False)]:
+        keys = dict([*keys.items()][:-1])  # because ids rise with the period
+    # NULL is SQLite's least value, so it comes last in falling orders anyway
+    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
+    return [*sorting, *natural] if keys else []
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the queries for the chosen classes, and for pruned words if the selection names them."""
+    """Yield the query for classes, and one for pruned words if the selection names their status."""
     chosen = divided.conditions
     if chosen.statuses != (Status.GEOMETRIC,):
         known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c
@@ -140,24 +159,8 @@ def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any
 
 
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
-    """Return a column of a view, or NULL for one that only pruned words have."""
+    """Return a column of a view, or NULL if only pruned words have it."""
     return known[name] if name in known else sa.null()
-
-
-def pruned_rows(a: float) -> sa.Subquery:
-    """Return the geometrically pruned words with the columns of both views, at one a."""
-    own = {
-        "a": sa.cast(a, sa.REAL),
-        "p": pruned.c.p,
-        "code": pruned.c.word,
-        "word": pruned.c.word,
-        "words": pruned.c.word,
-        "status": sa.literal(Status.GEOMETRIC.value),
-        "rules": pruned.c.rules,
-    }
-    names = {**dict(catalogue.c), **dict(classes.c)}
-    listed = [own.get(name, sa.null()).label(name) for name in names]
-    return sa.select(pruned.c.id, *listed).subquery(catalogue.name)
 
 
 def _has_long(connection: sa.Connection) -> bool:
@@ -165,7 +168,6 @@ def _has_long(connection: sa.Connection) -> bool:
 
 
 def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str]) -> list[NDArray[Any]]:
-    """Return the columns of a query as arrays."""
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
@@ -176,8 +178,3 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
     if not parts:
         return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
-
-
-def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return values of a column: numbers with NaN for NULL, all others as objects."""
-    return np.array(values, np.float64 if kind_of(name) == "number" else object)

@@ -1,4 +1,4 @@
-"""Stored results other than orbits: entropy bounds and references; and the size of rows."""
+"""Read what is stored besides orbits: entropy bounds and references; the size of rows."""
 
 from dataclasses import fields
 from itertools import groupby
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
 _HIGHEST = 1.22
-"""Above the entropy of the geometric rules, 1.218756; no bound is larger."""
+"""Above every bound: the entropy of the geometric rules is 1.218756."""
 
 
 def bounds_stored(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return stored bounds unchecked, all or of one proof or a, by a and length of windows."""
+    """Return stored bounds unchecked, by a and length of windows; all, or those of one proof or one a."""
     table = entropy_bound.c
     names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
     query = sa.select(*names).order_by(table.a, table.edges, table.proof)
@@ -36,7 +36,7 @@ def bounds_stored(
 def closest(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return the closest bounds at each a; of two equally close ones, those in balls."""
+    """Return the closest bounds at each a; of equally close ones, those proved in balls."""
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
     found = bounds_stored(connection, proof, a)
@@ -48,7 +48,7 @@ def closest(
 
 
 def is_sound(found: EntropyBounds) -> bool:
-    """Tell whether windows can give such a row."""
+    """Tell whether a search could have found such bounds."""
     return (
         MIN_A <= found.a <= MAX_A
         and 0 <= found.lower <= found.upper <= _HIGHEST
@@ -79,7 +79,7 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
 
 
 def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
-    """Return the numbers of classes, orbits and pruned words, with bytes per row, indexes and free pages.
+    """Return the numbers of classes, orbits and pruned words, with the bytes per row.
 
     The bytes are None without rows, or if SQLite was built without `dbstat`.
     """
@@ -95,7 +95,6 @@ def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
 
 
 def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
-    """Return the sizes of tables and indexes; empty if SQLite lacks `dbstat`."""
     try:
         rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
     except sa.exc.OperationalError:

@@ -1,17 +1,18 @@
-"""Check rows that are read, because somebody may have altered the file by hand."""
+"""Check rows when they are read, because somebody may have altered the file by hand."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from orbitdb.arrays import Marks
+from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.errors import AlteredError
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Status
+from orbitdb.orbits.batch import NUMBERS
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plaintext import printable, shortened
-from orbitdb.symbols.pruning import rules_broken
+from orbitdb.symbols.members import STABILISER_OF
+from orbitdb.symbols.pruning import RULES, rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings
 
 StoredRow = Mapping[str, Any]
@@ -20,6 +21,7 @@ StoredColumns = Mapping[str, Sequence[Any]]
 _BOUNDS = ("error", "length_error", "lyapunov_error")
 _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
+_RULES = {str(rule.number) for rule in RULES}
 _FAR = 1e7
 """Larger than every coordinate in any stadium."""
 
@@ -36,7 +38,7 @@ def is_whole(row: StoredRow, p: int) -> bool:
 
 
 def are_whole(columns: StoredColumns, p: int) -> Marks:
-    """Tell which rows of `orbit` of one period, given by columns, have the values of their status."""
+    """Do the same for rows of one period, given as columns."""
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}
     without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
@@ -54,15 +56,15 @@ def _marks(answers: Iterable[bool]) -> Marks:
     return np.fromiter(answers, np.bool_)
 
 
-def _numbers(values: Sequence[Any]) -> NDArray[np.float64]:
-    """Return numbers, with NaN for None and infinity for anything else."""
+def _numbers(values: Sequence[Any]) -> Floats:
+    """Return numbers, with NaN for None and infinity for what is not a number."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         values = [value if isinstance(value, float | int | None) else np.inf for value in values]
     return np.array(values, dtype=np.float64)
 
 
-def _have_numbers(numbers: Mapping[str, NDArray[np.float64]], relaxed: Marks) -> Marks:
-    """Tell which rows of orbits have all numbers, and sound ones; the relaxation has no error bounds."""
+def _have_numbers(numbers: Mapping[str, Floats], relaxed: Marks) -> Marks:
+    """Tell which rows of orbits have all numbers, and possible ones; the relaxation has no error bounds."""
     bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
     bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
     sound = [np.isfinite(values) for name, values in numbers.items() if name not in _BOUNDS]
@@ -84,7 +86,7 @@ def is_written(word: str, p: int) -> bool:
     return len(word) == p and _WORD.fullmatch(word) is not None
 
 
-def sound_words(words: Sequence[str], p: int) -> NDArray[np.intp]:
+def sound_words(words: Sequence[str], p: int) -> Places:
     """Return the places of the words that are admissible, primitive, and of period p."""
     all_written = set(map(len, words)) == {p} and _WORD.fullmatch("".join(words))
     written = [i for i, word in enumerate(words) if all_written or is_written(word, p)]
@@ -102,8 +104,8 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
     raise unsound("not a word:", wrong)
 
 
-def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
-    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` if one does not hold p."""
+def coordinates_of(blobs: Sequence[bytes], p: int) -> Floats:
+    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` unless each holds p possible ones."""
     for blob in blobs:
         if len(blob) != 8 * p:
             raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))
@@ -111,3 +113,18 @@ def coordinates_of(blobs: Sequence[bytes], p: int) -> NDArray[np.float64]:
     if not (np.abs(places) < _FAR).all():
         raise unsound("coordinates that no stadium has, of orbits of period", p)
     return places
+
+
+def read_rules(text: str | None) -> list[int]:
+    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise unsound("rules", text)
+    return [int(part) for part in parts]
+
+
+def stabiliser_of(symmetry: str) -> int:
+    """Return the stabiliser for a symmetry label."""
+    if symmetry not in STABILISER_OF:
+        raise unsound("not a symmetry:", symmetry)
+    return STABILISER_OF[symmetry]

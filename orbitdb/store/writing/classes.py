@@ -1,8 +1,8 @@
 """Store symmetry classes with all their words, orbits, births and deaths, many rows at a time.
 
-The id of a class is the key of its representative (`orbitdb.symbols.words.key`): any process can compute it
-from the word, and the table holds classes in the order of their words. Classes of longer words have ids from
-`LONG` up, in the order of arrival. Geometrically pruned words have the same ids below 0.
+The id of a class is the key of its representative (`orbitdb.symbols.words.key`), so any process can compute
+it, and the table is in the order of words. Classes of words too long for a key are numbered from `LONG` up as
+they arrive. Geometrically pruned words have such ids with a minus sign.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,18 +13,21 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Floats, Marks
+from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
-from orbitdb.orbits.orbit import EXISTING, NUMBERS, Orbits
+from orbitdb.orbits.status import EXISTING
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
-from orbitdb.store.file.tables import birth_fill, change, cycle, driver, fill, orbit, pruned
+from orbitdb.store.file.tables import birth_fill, change, cycle, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
 
 NULL = float("nan")
-"""A value that SQLite stores as NULL. Python's driver looks for an adapter for each None and bytes (not
-bytearray), which takes longer than everything else."""
+"""SQLite stores it as NULL. For each None and bytes (not bytearray), Python's driver looks for an adapter,
+which takes longer than everything else."""
 
 
 def add_classes(
@@ -34,10 +37,9 @@ def add_classes(
     stabilisers: NDArray[np.uint8],
     words: Sequence[str],
 ) -> None:
-    """Store symmetry classes with all their words.
+    """Store N classes by ids, representatives, shape (N, p), stabilisers and all their words.
 
-    The N classes are given by ids, representatives, shape (N, p), stabilisers and all their words
-    (`orbitdb.symbols.members.joined_words`).
+    The words of each are joined as by `orbitdb.symbols.members.joined_words`.
     """
     p, masks = least.shape[1], stabilisers.tolist()
     sizes, reversals, labels = (
@@ -53,7 +55,7 @@ def add_classes(
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
-    """Store one symmetry class of any period unless it is stored; return its id."""
+    """Store one class of any period unless it is stored; return its id."""
     word = family.representative
     if len(word) <= MAX_KEYED:
         number = key(word)
@@ -67,7 +69,7 @@ def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
 
 
 def classes_stored(connection: sa.Connection, p: int) -> bool:
-    """Tell whether a fill at any a, or births, stored all classes of a period."""
+    """Tell whether all classes of a period are stored, by a fill at any a or by births."""
     done = sa.union_all(
         *(sa.select(table.c.p).where(table.c.p == p, table.c.state == DONE) for table in (fill, birth_fill))
     )
@@ -75,7 +77,7 @@ def classes_stored(connection: sa.Connection, p: int) -> bool:
 
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
-    """Store geometrically pruned words of period p as least rotations, with their broken rules."""
+    """Store geometrically pruned words of period p, given as least rotations, with the rules they break."""
     if p <= MAX_KEYED:
         numbers = [-key(word) for word in words]
     else:
@@ -94,9 +96,9 @@ def add_orbits(
     solver: str,
     computed: str | None = None,
 ) -> None:
-    """Store the orbits of some classes, with the arithmetic that computed them, by default this machine's.
+    """Store the orbits of the representatives of some classes.
 
-    ``orbits`` holds the representatives.
+    `computed` is the arithmetic that computed them, by default this machine's.
     """
     count = len(orbits)
     kept = np.logical_or.reduce(
@@ -117,9 +119,9 @@ def add_changes(
     changes: Changes,
     computed: str | None = None,
 ) -> None:
-    """Store the changes of classes by ids, with the arithmetic that computed them.
+    """Store the births and deaths of classes by ids, with the arithmetic that computed them.
 
-    Classes that are always orbits are born at 0.
+    Orbits from a = 0 on are born at 0.
     """
     always = np.flatnonzero(changes.always)
     run = writer.run_id(connection, computed)
@@ -139,7 +141,7 @@ def add_changes(
 
 
 def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
-    """Number the events of a period with complete changes; return the changes."""
+    """Number the events of a period whose births and deaths are complete; return these."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
@@ -155,24 +157,21 @@ def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
     return found
 
 
-def _or_null(values: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[float]:
+def _or_null(values: Floats, kept: Marks) -> list[float]:
     found: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
     return found
 
 
-def _blobs(coordinates: NDArray[np.float64], kept: NDArray[np.bool_]) -> list[bytearray | float]:
+def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
     data = bytearray(np.ascontiguousarray(coordinates, dtype="<f8").tobytes())
     width = 8 * coordinates.shape[1]
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
 def insert(connection: sa.Connection, table: sa.Table, columns: Mapping[str, Iterable[Any]]) -> None:
-    """Insert new rows, given by columns, directly through the driver.
+    """Insert rows, given as columns, directly through the driver, unless their keys are stored.
 
-    Raises
-    ------
-    sqlite3.IntegrityError
-        If a row breaks a constraint other than the uniqueness of its key.
+    Raises `sqlite3.IntegrityError` if a row breaks any other constraint.
     """
     marks = ", ".join("?" * len(columns))
     statement = f"INSERT INTO {table.name} ({', '.join(columns)}) VALUES ({marks}) ON CONFLICT DO NOTHING"

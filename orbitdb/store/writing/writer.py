@@ -1,4 +1,4 @@
-"""A catalogue open for writing, which stores proofs, bounds, references and levels."""
+"""`Writer`: a catalogue open for writing; it stores proofs, entropy bounds, references and levels."""
 
 import json
 import sqlite3
@@ -15,20 +15,9 @@ from sqlalchemy.dialects.sqlite import insert
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.errors import StoreError
-from orbitdb.store.file.database import plain_errors
-from orbitdb.store.file.guard import renew_views
-from orbitdb.store.file.journal import COUNT_COMMIT, Place, beside, place
-from orbitdb.store.file.tables import (
-    driver,
-    entropy_bound,
-    level,
-    level_fill,
-    reading_engine,
-    run,
-    stadium,
-    trajectory,
-    writing_engine,
-)
+from orbitdb.store.file.database import driver, reading_engine, writing_engine
+from orbitdb.store.file.guard import COUNT_COMMIT, Place, beside, place, plain_errors, renew_views
+from orbitdb.store.file.tables import entropy_bound, level, level_fill, run, stadium, trajectory
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
@@ -39,8 +28,8 @@ if TYPE_CHECKING:
 class Writer:
     """A catalogue of the newest schema, open for writing by one run of the program.
 
-    The parameters of the run are stored as its provenance, with the `arithmetic` that computed it. For
-    `references` see `writing_engine`.
+    The parameters of the run and its `arithmetic` are stored as provenance. For `references` see
+    `writing_engine`.
     """
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
@@ -54,7 +43,7 @@ class Writer:
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """Give a connection with the write lock; either everything is written, or nothing.
+        """Give a connection with the write lock, in one transaction.
 
         Raises
         ------
@@ -90,13 +79,13 @@ class Writer:
             connection.execute(sa.delete(run).where(sa.false()))
 
     def close(self) -> None:
-        """Move everything from the journal into the file, and close it, even if others still read it.
+        """Move the journal into the file and close it, even while others read it.
 
         Raises
         ------
         StoreError
-            If the file is no longer in its place. Its journal is then removed, because it would be taken for
-            that of the file with this name.
+            If the file is no longer in its place. Its journal is then removed, because SQLite would take it
+            for that of the file with this name.
         """
         here = place(self.path) == self._place
         if self._written and here:
@@ -124,10 +113,9 @@ class Writer:
             )
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
-        """Return the id of this run, recording it on its first write.
+        """Return the id of this run; its first use stores the run.
 
-        A run whose workers differ has several ids, one for each `arithmetic`; by default that of this
-        machine.
+        A run has one id per `arithmetic` of its workers, by default that of this machine.
         """
         computed = computed or arithmetic()
         if computed not in self._run_ids:
@@ -139,7 +127,7 @@ class Writer:
         return self._run_ids[computed]
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
-        """Return the id of a stadium, adding it if it is new."""
+        """Return the id of a stadium, which is stored if new."""
         connection.execute(insert(stadium).values(a=a).on_conflict_do_nothing())
         return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())
 
@@ -152,9 +140,9 @@ def replace_certificates(
     proved: Sequence[tuple[int, float, int]],
     version: str,
 ) -> None:
-    """Store the certificates of the proved classes, and delete older ones of all that were tried.
+    """Store the certificates of the proved classes; first delete those of all that were tried.
 
-    A proof has the id of a class, the radius, and the bits of the arithmetic.
+    A proof is the id of a class, the radius, and the bits of the arithmetic.
     """
     keys = [(stadium_id, cycle) for cycle in tried]
     connection.exec_driver_sql("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
@@ -165,7 +153,7 @@ def replace_certificates(
 
 
 def add_reference(writer: Writer, a: float, found: "Reference") -> None:
-    """Store the averages over an ensemble of random trajectories."""
+    """Store averages over random trajectories."""
     values = asdict(found) | {"seed": str(found.seed)}
     with writer.writing() as connection:
         key = {"stadium": writer.stadium_id(connection, a), "run": writer.run_id(connection)}
@@ -173,10 +161,9 @@ def add_reference(writer: Writer, a: float, found: "Reference") -> None:
 
 
 def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
-    """Store the bounds from windows of one length unless they are stored; return whether they were new.
+    """Store the bounds from windows of one length; return whether they were new.
 
-    `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`, and `computed` the arithmetic of another process
-    that found them (`Writer.run_id`).
+    `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
     table = entropy_bound.c
     values = {name: getattr(found, name) for name in ("lower", "upper", "windows", "undecided")}

@@ -14,7 +14,7 @@ from orbitdb.cli.tui.kept import Kept, State, among_marked, criteria_of, selecti
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 

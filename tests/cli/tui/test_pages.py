@@ -18,11 +18,11 @@ from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.cli.tui.table.position import place_of
 from orbitdb.errors import StoreError
-from orbitdb.orbits.orbit import Status
 from orbitdb.orbits.single_word import solve_word
-from orbitdb.store.asking.confinement import CancelledError
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.sql import CancelledError
 from orbitdb.store.reading.moment import Reader
 
 NATURAL = Ordering()

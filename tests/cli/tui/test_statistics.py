@@ -15,7 +15,7 @@ from orbitdb.cli.tui.statistics import statistics_screen as statistics
 from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, bars
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.numerals import with_error
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, add_reference

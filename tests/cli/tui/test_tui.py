@@ -25,7 +25,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
-from orbitdb.orbits.orbit import Status
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.words import parse, primitive_root

@@ -1,6 +1,6 @@
-"""What is missing, in words: periods that are not filled, or only in part, and births.
+"""Say what is missing: periods that are not filled, or only in part, and births.
 
-What is not filled is never shown as zero: every list, count or average comes with a note on it.
+What is not filled never counts as zero: every list, count or average comes with a note.
 """
 
 import math
@@ -11,19 +11,18 @@ from orbitdb.answers.counts import Counted
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
 from orbitdb.store.asking.conditions import asks_of_lives
-from orbitdb.store.asking.periods import are_many, joined_spans, written_periods, written_spans
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.tables import driver
+from orbitdb.store.asking.selection import Selection, are_many, joined_spans, written_periods, written_spans
+from orbitdb.store.file.database import driver
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import a_stored
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 _USUAL = 11
-"""The highest period of a first fill, in all messages to users."""
+"""The highest period of a first fill, in messages."""
 
 _SHOWN = 6
-"""Largest number of values of a in a message."""
+"""Most values of a in a message."""
 
 _SINGLE = "'orbitdb fill --code WORD' stores single words"
 
@@ -36,11 +35,11 @@ def gaps(
     names: Sequence[str] = (),
     order: str = "p",
 ) -> list[str]:
-    """Name the chosen periods that are partial, not filled, or lack births that matter, a line each.
+    """Return a line each on the chosen periods that are partial, not filled, or lack births that matter.
 
-    Periods counted from births or a sweep are complete; a line says where the counts come from. `left_out`
-    says that the result leaves partial periods out. Births matter if the subset, the shown columns
-    `names` or the order of rows depends on them.
+    Another line names those that are counted from births or a sweep, which are complete. `left_out` says that
+    the result leaves out partial periods. Births matter if the subset, the columns `names` or the order of
+    rows depends on them.
     """
     said: list[str | None] = []
     rest: Selection | None = chosen
@@ -57,18 +56,12 @@ def gaps(
 
 
 def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
-    """Return the chosen periods that are stored only in part, because a fill is running or was stopped.
-
-    Rows, classes and counts of a subset include these periods.
-    """
+    """Return the chosen periods that are stored in part; rows, classes and counts include them."""
     return [fill for fill in moment.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
 
 def unfilled(moment: Moment, chosen: Selection) -> str | None:
-    """Say in one line which chosen periods are not filled, which are, and which command fills them.
-
-    None if all of them are stored, at least in part (`partial_fills`).
-    """
+    """Return a line on the chosen periods that are not filled (`describe_unfilled`)."""
     elsewhere = a_stored(driver(moment.connection), ["fill"])
     return describe_unfilled(moment.fills(chosen.a), chosen.periods, chosen.a, elsewhere)
 
@@ -76,17 +69,14 @@ def unfilled(moment: Moment, chosen: Selection) -> str | None:
 def lacking_births(
     moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> str | None:
-    """Name in one line the chosen periods without stored births, if births matter; else None.
-
-    They matter if the subset, its shown columns or its order depends on them.
-    """
+    """Return a line on the chosen periods without stored births, if births matter."""
     return describe_lacking(without_births(moment, chosen, names, order))
 
 
 def without_births(
     moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
-    """Return the chosen periods that are filled but have no stored births, if births matter."""
+    """Return the chosen periods that are filled, but without stored births, if births matter."""
     if not asks_of_lives(chosen, names, order):
         return []
     filled = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p)]
@@ -95,7 +85,7 @@ def without_births(
 
 
 def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
-    """Return a subset without the known ones of its periods; None if no other is left."""
+    """Return a subset without some of its periods; None if none is left."""
     within, beyond = _missing(chosen.periods, known)
     spans = (*((p, p) for p in within), *beyond)
     return replace(chosen, periods=spans) if spans else None
@@ -104,7 +94,7 @@ def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
 def _missing(
     asked: Sequence[tuple[int, int]], known: Collection[int]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the unknown periods in some ranges, and the ranges beyond the highest possible fill."""
+    """Return the unknown periods in some ranges, and the parts of ranges that no fill can reach."""
     within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
     beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
     return [p for p in within if p not in known], beyond
@@ -122,7 +112,7 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
 def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     """Return the length up to which no chosen orbit is missing, by proof, in units of the radius.
 
-    None if not even period 2 is filled without unresolved words.
+    None unless at least period 2 is filled without unresolved words.
     """
     whole = [fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)]
     highest = 1
@@ -140,7 +130,7 @@ def describe_complete(complete: float | None) -> str:
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:
-    """Name the periods without stored births, and the command that finds them; None if there are none."""
+    """Name periods without stored births, and the command that finds them; None without periods."""
     if not periods:
         return None
     return (
@@ -158,7 +148,7 @@ def describe_fills(fills: Sequence[Fill], a: float) -> str:
 
 
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
-    """Say that some periods at one a are stored in part, and which command completes them."""
+    """Name periods that are stored in part, and the command that completes them."""
     many = len(fills) > 1
     periods = ", ".join(str(fill.p) for fill in fills)
     return (
@@ -172,11 +162,10 @@ def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) ->
 def describe_unfilled(
     known: Sequence[Fill], periods: Sequence[tuple[int, int]], a: float, filled_at: Sequence[float]
 ) -> str | None:
-    """Say in one line which chosen periods are not filled, which are, and which command fills the others.
+    """Name the chosen periods that are not filled, those that are, and the command that fills the others.
 
-    None if nothing is missing. Periods below 2 have no words and are never missing; `describe_partial`
-    covers partial ones. No ranges of periods stand for all that are filled. `filled_at` holds the values of
-    a at which something is filled.
+    None if nothing is missing. Partial periods do not count as missing, nor do those below 2, which have no
+    words. Without ranges, whatever is filled is chosen. `filled_at` are the values of a with fills.
     """
     if not periods and known:
         return None
@@ -194,7 +183,7 @@ def describe_unfilled(
 
 
 def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
-    """Say in parentheses what is filled at this a, and at which other values; empty if nothing is."""
+    """Say in parentheses what is filled at this a, and which other a have fills; empty if nothing is."""
     here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
     parts = [written_spans(here)] if here else []

@@ -1,0 +1,168 @@
+"""The paper's Table 1 and the topological entropy by period: `Catalogue.table` and `.entropy`."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from orbitdb.answers.counts import count
+from orbitdb.answers.results import PROVED, TABLE, Result
+from orbitdb.answers.unfilled import gaps
+from orbitdb.answers.whole_periods import (
+    WholePeriods,
+    all_orbits,
+    read_noted,
+    rows_of,
+    told_missing,
+    why_missing,
+)
+from orbitdb.arrays import Integers
+from orbitdb.averages import by_period
+from orbitdb.averages.by_period import standing
+from orbitdb.averages.fixed_points import divisors, every_period, of_divisors
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
+from orbitdb.numerals import exact
+from orbitdb.orbits.status import Status
+from orbitdb.orbits.sums import Tally
+from orbitdb.store.asking.selection import Selection, written_periods
+from orbitdb.store.asking.sweepable import why_not_swept
+from orbitdb.store.reading.moment import Moment
+
+_EDGES = 10
+"""Length of the windows if no bounds are stored; takes up to half a second, at small a."""
+
+
+def table(moment: Moment, chosen: Selection) -> Result:
+    """Return the paper's Table 1 (`Catalogue.table`)."""
+    counted = count(moment, chosen)
+    notes = gaps(moment, chosen, left_out=True, counted=counted)
+    for p in counted.chosen:
+        if missing := sorted(of_divisors(p) - counted.known.keys()):
+            notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
+    if not counted.chosen and not notes:
+        notes = [f"no {chosen.describe()}"]
+    known = stored_enclosure(moment, chosen.a) if counted.chosen else None
+    columns = _table(counted.chosen, counted.known)
+    return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
+
+
+def table_of_rows(
+    chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
+) -> Result:
+    """Return counts by period of rows already read (`Subset.table`)."""
+    known = {}
+    for order in filled:
+        here, least = status[p == order], representative[p == order]
+        orbits = here == Status.ORBIT.value
+        apart = (int((here == each.value).sum()) for each in (Status.BOUNDARY, Status.UNRESOLVED))
+        known[order] = Tally(len(here), int(orbits.sum()), len(set(least[orbits].tolist())), *apart)
+    return Result(chosen, _table(filled, known), (chosen.describe(),))
+
+
+def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
+    """Return the columns of Table 1, from the counts of the periods and of their divisors."""
+    rows = []
+    for p in periods:
+        here, whole = known[p], known.keys() >= of_divisors(p)
+        points = sum(d * known[d].n_c for d in divisors(p) if d > 1) if whole else None
+        entropy = math.log(points) / p if points else None
+        rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
+    return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
+
+
+def entropy(moment: Moment, chosen: Selection) -> Result:
+    """Return the topological entropy by period, from rows or counts (`Catalogue.entropy`)."""
+    if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
+        notes = gaps(moment, chosen, left_out=True, counted=counted)
+        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), chosen)
+        chosen = replace(chosen, statuses=(Status.ORBIT,))
+        columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
+    else:
+        notes = _uncounted(moment, chosen)
+        subset = read_noted(moment, chosen, notes, swept=True)
+        if subset is None:
+            return Result(chosen, {}, (), tuple(notes))
+        chosen = subset.selection
+        columns, told = _entropy(subset.cycles(), subset.periods, subset.why_missing(), chosen)
+    proved, line = enclosure(moment, chosen.a)
+    notes += [outside(columns["p"], columns["h_zeta"], proved, chosen), *told]
+    bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
+    columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
+    return Result(chosen, columns, (chosen.describe(), line), tuple(filter(None, notes)))
+
+
+def entropy_of_rows(subset: WholePeriods) -> Result:
+    """Return the topological entropy by period of orbits already read (`Subset.entropy`)."""
+    columns, notes = _entropy(subset.cycles(), subset.periods, subset.why_missing(), subset.selection)
+    return Result(subset.selection, columns, (subset.selection.describe(),), notes)
+
+
+def _entropy(
+    cycles: Integers, periods: Sequence[int], lacking: str, chosen: Selection
+) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
+    """Return the entropy of whole periods, from the counts of their orbits, and notes."""
+    found = by_period.entropy_of_counts(cycles)
+    columns = {"p": found.p.tolist()}
+    columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
+    zeta = {"h_zeta": found.h_zeta, "h_zeta_change": found.h_zeta_change}
+    columns |= standing(found.p, zeta, every_period, periods)
+    return rows_of(columns, periods), told_missing(found, periods, lacking, chosen)
+
+
+def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
+    """Return a note if periods have births, which count all orbits, but nothing on the subset."""
+    if all_orbits(chosen):
+        return []
+    known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
+    born = count(moment, Selection(chosen.a, chosen.periods)).from_births
+    if not (born := tuple(p for p in born if p not in known)):
+        return []
+    return [
+        f"births only count all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not the chosen "
+        "ones: leave out all options but --p, or fill these periods"
+    ]
+
+
+def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
+    """Return the closest stored bounds on the entropy at one a, and a line on them.
+
+    The line also gives the closest bounds that are proved in balls.
+    """
+    closest = moment.entropy_bounds(a)
+    if closest is None:
+        return None
+    line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
+    surer = None if closest.proof == BALLS else moment.entropy_bounds(a, BALLS)
+    return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
+
+
+def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
+    """Return the closest stored bounds on the entropy at one a, else bounds found now, and a line on them."""
+    if (known := stored_enclosure(moment, a)) is not None:
+        return known
+    found = _found_now(a)
+    closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
+    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+
+
+@cache
+def _found_now(a: float) -> EntropyBounds:
+    """Find bounds on the entropy; they are kept for the next question."""
+    *_, last = search(Stadium(a), _EDGES)
+    return last
+
+
+def outside(
+    periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
+) -> str:
+    """Name the periods whose h_zeta, which may be None or NaN, lies outside the bounds on all orbits.
+
+    Empty if there are none, or if only some orbits are chosen.
+    """
+    known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
+    beyond = [p for p, h in known if h < found.lower or h > found.upper]
+    if not (beyond and all_orbits(chosen)):
+        return ""
+    return f"h_zeta lies outside the proved bounds at {written_periods(beyond)}"

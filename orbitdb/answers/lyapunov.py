@@ -1,0 +1,211 @@
+"""Lyapunov averages by period: `Catalogue.lyapunov`, and the registry of its methods.
+
+Tables and files, the figure and the screen follow `AVERAGES`: a further average is one entry.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
+from orbitdb.answers.whole_periods import (
+    WholePeriods,
+    read_noted,
+    rows_of,
+    sum_rules_of,
+    told_missing,
+    why_no_sum_rules_of,
+)
+from orbitdb.arrays import Floats
+from orbitdb.averages import pseudocycles
+from orbitdb.averages.by_period import Lyapunov, lyapunov_of_periods, standing
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.fixed_points import Weight, every_period, of_divisors, of_pairs
+from orbitdb.averages.sum_rules import SumRules
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact, with_error
+from orbitdb.orbits.least_values import least_exponent
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
+
+_LARGEST_CUT = 1000
+MOST_FACTORS = 100_000
+
+EXPONENTS = ("lambda_d", "lambda_c")
+
+
+@dataclass(frozen=True)
+class Given:
+    """The chosen orbits of whole periods, and what several averages share."""
+
+    subset: WholePeriods
+    weight: Weight
+
+    @cached_property
+    def sums(self) -> Lyapunov:
+        """The averages over fixed points and by the zeta function."""
+        return lyapunov_of_periods(self.subset.sums(), self.subset.highest, self.weight)
+
+    @cached_property
+    def rules(self) -> SumRules | None:
+        """The averages by sum rules, or None."""
+        return sum_rules_of(self.subset)
+
+
+@dataclass(frozen=True)
+class Average:
+    """An average of lambda per bounce and per length.
+
+    Attributes
+    ----------
+    name : str
+        Its columns are ``lambda_d_<name>`` and ``lambda_c_<name>``; without a name, ``lambda_d`` and
+        ``lambda_c``.
+    brief, label : str
+        Its name on the screen and in a figure.
+    needs : callable
+        Returns the periods, from 2 on, whose orbits the average of order p needs.
+    compute : callable
+        Returns its columns, each an array over p = 2, 3, .. to the highest period with NaN for no value;
+        no columns if it does not exist for these orbits.
+    error : bool
+        Whether there are also columns ``lambda_d_<name>_error`` and ``lambda_c_<name>_error``.
+    ink : str
+        Its colour, ``one`` to ``six``.
+    marker, line : str
+        Its points on the screen (empty for a line), and its format in matplotlib.
+    """
+
+    name: str
+    brief: str
+    label: str
+    needs: Callable[[int], set[int]]
+    compute: Callable[[Given], Mapping[str, Floats]]
+    error: bool = False
+    ink: str = "six"
+    marker: str = ""
+    line: str = "-"
+
+    def of(self, exponent: str) -> str:
+        """Return the name of its column of lambda_d or lambda_c."""
+        return f"{exponent}_{self.name}" if self.name else exponent
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns that it always has, even without values."""
+        values = [self.of(exponent) for exponent in EXPONENTS]
+        return values + [f"{name}_error" for name in values if self.error]
+
+
+def _of_sums(*names: str) -> Callable[[Given], Mapping[str, Floats]]:
+    return lambda given: {name: getattr(given.sums, name) for name in names}
+
+
+def _of_rules(given: Given) -> Mapping[str, Floats]:
+    names = [f"{exponent}_sum_rule{end}" for end in ("", "_error") for exponent in EXPONENTS]
+    return {} if given.rules is None else {name: getattr(given.rules, name) for name in names}
+
+
+AVERAGES = [
+    Average("", "orbits", "average over fixed points", of_divisors, _of_sums("lambda_d", "lambda_c"),
+            ink="one", line="x:"),
+    Average("pair", "pairs", "mean of $p - 1$ and $p$", of_pairs, _of_sums("lambda_d_pair", "lambda_c_pair"),
+            ink="three", line="^-"),
+    Average("zeta", "zeta", "zeta function to order $p$", every_period,
+            _of_sums("lambda_d_zeta", "lambda_c_zeta", "z0"), ink="two", marker="×", line="s--"),
+    Average("sum_rule", "sum rules", "sum rules (band: error)", every_period, _of_rules,
+            error=True, ink="four", marker="•", line="o-"),
+]  # fmt: skip
+"""The averages, in the order of their columns."""
+
+
+def lyapunov(
+    moment: Moment,
+    chosen: Selection,
+    weight: str = "exp",
+    cut: float | None = None,
+    tell: Callable[[float], None] = lambda done: None,
+) -> Result:
+    """Return the average Lyapunov exponents by period, or one up to a cut (`Catalogue.lyapunov`)."""
+    wanted, notes = _weight(weight), list[str]()
+    subset = read_noted(moment, chosen, notes, swept=cut is None)
+    if subset is None:
+        return Result(chosen, {}, (), tuple(notes))
+    if cut is not None:
+        return _up_to(subset, cut, wanted, notes, tell)
+    reference, facts = moment.reference(chosen.a), [subset.selection.describe()]
+    if reference is None:
+        a = exact(chosen.a)
+        notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' makes one")
+    else:
+        told = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
+                for name in ("lambda_d", "lambda_c"))  # fmt: skip
+        facts.append(f"trajectories: {', '.join(told)}")
+    columns = averages(subset, wanted, notes)
+    for name in TRAJECTORIES if reference is not None else ():
+        columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
+    facts.append(_without_orbits(chosen.a))
+    return Result(subset.selection, columns, tuple(facts), tuple(filter(None, notes)))
+
+
+def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
+    """Return the average Lyapunov exponents by period of orbits already read (`Subset.averages`)."""
+    notes: list[str] = []
+    columns = averages(subset, _weight(weight), notes)
+    return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
+
+
+def _weight(name: str) -> Weight:
+    if name not in set(Weight):
+        raise InputError(f"weight {name!r}: use {' or '.join(Weight)}")
+    return Weight(name)
+
+
+def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
+    """Return the averages of every method over whole periods; add notes on what is missing."""
+    given = Given(subset, weight)
+    p = given.sums.p
+    columns: dict[str, list[Any]] = {"p": p.tolist()}
+    for average in AVERAGES:
+        columns |= {name: [None] * len(p) for name in average.columns}
+        columns |= standing(p, average.compute(given), average.needs, subset.periods)
+    notes.append(why_no_sum_rules_of(subset))
+    notes += told_missing(given.sums, subset.periods, subset.why_missing(), subset.selection)
+    return rows_of(columns, subset.periods)
+
+
+def _without_orbits(a: float) -> str:
+    """Write the bounds on the exponents that follow from exact means alone."""
+    low, high = exact_means(a).bounds
+    scales = (("lambda_d", Stadium(a).legs_per_bounce), ("lambda_c", Stadium(a).legs_per_length))
+    ranges = (f"{low * scale:.6f} < {name} < {high * scale:.6f}" for name, scale in scales)
+    return f"by exact means, without any orbit: {', '.join(ranges)}"
+
+
+def _up_to(
+    subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Callable[[float], None]
+) -> Result:
+    if not 0 < cut <= _LARGEST_CUT:
+        raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
+    rows, a = subset.classes.rows(), subset.selection.a
+    if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
+        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
+    found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    if subset.missing:
+        notes.append(f"the zeta function lacks p = {subset.why_missing()}")
+    else:
+        notes.append(f"the zeta function gives no average {found.fault}" if found.fault else "")
+        complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
+        if cut > complete:
+            notes.append(
+                f"complete, by proof, up to lambda = {complete:.3f} at a = {exact(a)}: up to the cut "
+                f"{cut:g}, orbits of periods above {subset.highest} may be missing, and the average changes "
+                "with them"
+            )
+    values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
+    row = [cut, *(None if subset.missing or value != value else value for value in values)]
+    columns = {name: [value] for name, value in zip(UP_TO_CUT, row, strict=True)}
+    return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))

@@ -1,0 +1,126 @@
+"""The orbits of a batch of words, as a structure of arrays, and their numbers from solved directions."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.arrays import Floats, Integers, Marks, Places, Words
+from orbitdb.billiard.bounces import coordinates, margin_distances
+from orbitdb.billiard.legs import Legs, length
+from orbitdb.billiard.stability import exponent, forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import ByValue
+from orbitdb.orbits.error_bounds import coordinate_error, lambda_error, length_error
+from orbitdb.orbits.status import Status, Verdict, decide
+
+NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
+"""The attributes of `Orbits` with one number per word."""
+
+
+def finite(number: np.float64) -> float | None:
+    """Return a number as a float, None if it is not finite."""
+    return float(number) if np.isfinite(number) else None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Orbits(ByValue):
+    """N words of one period p and the stationary points of their length.
+
+    Attributes
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words.
+    status : ndarray of str, shape (N,)
+        Values of `Status`.
+    coordinates : ndarray, shape (N, p)
+        x on a straight wall, radians on a semicircle, in the order of the word.
+    length, lyapunov : ndarray, shape (N,)
+        Total length (units of the radius), and lambda of one traversal.
+    margin : ndarray, shape (N,)
+        Least distance of a bounce from the end of its wall or semicircle, negative outside.
+    residual : ndarray, shape (N,)
+        Largest violation of the law of reflection at a bounce, in cosines.
+    error, length_error, lyapunov_error : ndarray, shape (N,)
+        Bounds on the error of every coordinate, of the length and of lambda.
+    iterations : ndarray of int, shape (N,)
+        Steps the solver took.
+    """
+
+    words: Words
+    status: NDArray[np.str_]
+    coordinates: Floats
+    length: Floats
+    lyapunov: Floats
+    margin: Floats
+    residual: Floats
+    error: Floats
+    length_error: Floats
+    lyapunov_error: Floats
+    iterations: Integers
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    @classmethod
+    def empty(cls, words: Words) -> "Orbits":
+        """Return unsolved words: unresolved, with all numbers NaN."""
+        n, p = words.shape
+        return cls(
+            words=words,
+            status=np.full(n, Status.UNRESOLVED.value, dtype="U10"),
+            coordinates=np.full((n, p), np.nan),
+            iterations=np.zeros(n, np.int64),
+            **{name: np.full(n, np.nan) for name in NUMBERS},
+        )
+
+    def rows(self, chosen: Places | Marks) -> "Orbits":
+        """Return some of the words."""
+        return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+
+    def place(self, rows: Places, part: "Orbits") -> None:
+        """Write the results of a part of the batch into the given rows."""
+        for name in ("status", "coordinates", "iterations", *NUMBERS):
+            getattr(self, name)[rows] = getattr(part, name)
+
+
+def assess(
+    words: Words, legs: Legs, stadium: Stadium, found: tuple[Floats, Integers], every: bool = True
+) -> Orbits:
+    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+    legs : Legs
+        The same words, cut.
+    found : (ndarray, ndarray)
+        The directions, as in `decide`, and the steps that the solver took.
+    every : bool, optional
+        If false, words that are proved not to be orbits only get status, margin and steps.
+    """
+    alpha, iterations = found
+    verdict = decide(legs, stadium.a, alpha)
+    margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
+    orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
+    left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
+    if len(left):
+        here = legs.rows(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
+        orbits.place(left, _measured(orbits.rows(left), *here))
+    return orbits
+
+
+def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
+    """Return the results for words with a decided status."""
+    a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
+    place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
+    return replace(
+        orbits,
+        coordinates=place,
+        length=length(legs, a, alpha),
+        lyapunov=lyapunov,
+        residual=np.abs(forces(stadium, orbits.words, place)).max(axis=1),
+        error=coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
+        length_error=length_error(legs, a, alpha, slopes, alpha_error),
+        lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
+    )

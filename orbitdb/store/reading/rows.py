@@ -1,0 +1,271 @@
+"""The rows of a chosen subset, and how they are read.
+
+A subset is two arrays: its symmetry classes in the wanted order, and a bit mask of the chosen words of each.
+Its size is the number of bits, and a page is a slice of their cumulative count. Averages weight a class by
+its bits. Only an order of single words needs a third array.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.arrays import Floats, Integers, Masks, Places
+from orbitdb.column_files import ColumnBlock, Values
+from orbitdb.columns import kind_of
+from orbitdb.equality import ByValue
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.schema import LONG, OF_WORD, SHARED
+from orbitdb.store.file.tables import classes, pruned_rows
+from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
+from orbitdb.symbols.members import BITS_OF, ELEMENT_OF
+from orbitdb.symbols.symmetry import image_coordinates
+from orbitdb.symbols.words import BITS, MAX_KEYED
+
+COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
+"""Number of set bits in each byte."""
+
+_NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
+"""Positions of the set bits in each byte, from the lowest."""
+
+ALL = 0xFF
+"""The mask of a class with all eight words chosen."""
+
+_LEAST = 1 << 2 * BITS
+"""The key of 00, the least of all keys."""
+
+
+class ChosenWords(NamedTuple):
+    """Words, each by the id of its class and its place in the class.
+
+    Geometrically pruned words have negative ids and place 0.
+    """
+
+    ids: Integers
+    places: NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen(ByValue):
+    """A chosen subset of the words stored at one a.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen.
+    ids : ndarray of int64, shape (C,)
+        Ids of the classes with chosen words, in the order of the rows; minus the key for a pruned word.
+    masks : ndarray of uint8, shape (C,)
+        Bit n is set if word n of the class is chosen.
+    rows : ndarray of uint32, shape (N,), or None
+        The words in order, by number, unless they follow the order of the classes.
+    values : mapping of str to ndarray, shape (C,)
+        Requested columns of the classes.
+    """
+
+    selection: Selection
+    ids: Integers
+    masks: Masks
+    rows: NDArray[np.uint32] | None = None
+    values: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return int(self.ends[-1]) if len(self.ends) else 0
+
+    @property
+    def counts(self) -> NDArray[np.uint8]:
+        """Number of chosen words of each class, shape (C,)."""
+        return COUNTS[self.masks]
+
+    @cached_property
+    def ends(self) -> Integers:
+        """Number of words up to and including each class, shape (C,)."""
+        return np.cumsum(self.counts, dtype=np.int64)
+
+    def words(self, first: int = 0, last: int | None = None) -> ChosenWords:
+        """Return the words of rows first .. last - 1."""
+        numbers = self._numbers(first, last)
+        classes = np.searchsorted(self.ends, numbers, side="right")
+        masks = self.masks[classes]
+        before = numbers - (self.ends[classes] - COUNTS[masks])
+        return ChosenWords(self.ids[classes], _NTH[masks, before])
+
+    def classes(self, first: int = 0, last: int | None = None) -> Places:
+        """Return the place of the class of rows first .. last - 1, among all classes."""
+        return np.searchsorted(self.ends, self._numbers(first, last), side="right")
+
+    def _numbers(self, first: int, last: int | None) -> Integers:
+        last = len(self) if last is None else min(last, len(self))
+        if self.rows is None:
+            return np.arange(first, max(first, last))
+        return self.rows[first:last].astype(np.int64)
+
+    def position(self, number: int, place: int) -> int | None:
+        """Return the row of a word, given by class id and place in the class, or None."""
+        for found in np.flatnonzero(self.ids == number).tolist():
+            mask = int(self.masks[found])
+            if mask >> place & 1:
+                row = int(self.ends[found]) - (mask >> place).bit_count()
+                return row if self.rows is None else int(np.flatnonzero(self.rows == row)[0])
+        return None
+
+    def first(self, masks: Masks) -> int | None:
+        """Return the first row of the words in some masks, shape (C,), or None."""
+        wanted = self.masks & masks
+        if not wanted.any():
+            return None
+        if self.rows is None:
+            found = int(np.argmax(wanted > 0))
+            return self.position(int(self.ids[found]), int(_NTH[wanted[found], 0]))
+        inside, chosen = (BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
+        return int(np.argmax(inside[chosen][self.rows]))
+
+
+def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
+    """Return the values of a column: numbers with NaN for NULL, anything else as objects."""
+    return np.array(values, np.float64 if kind_of(name) == "number" else object)
+
+
+def listed(ids: Integers) -> sa.Select[tuple[int]]:
+    """Return ids as a subquery with a single parameter."""
+    return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
+
+
+def orders_of(ids: Integers, sound: bool = True) -> Integers:
+    """Return the periods of classes and pruned words by id; `MAX_KEYED` + 1 for words too long for a key.
+
+    Raises `StoreError` for an id below every key; if ids need not be sound, its period is 0.
+    """
+    keys = np.abs(ids)
+    low = keys < _LEAST
+    if sound and low.any():
+        raise unsound("a class with the number", ids[low][0])
+    ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
+    found = np.searchsorted(ends, keys, side="right")
+    found[keys >= LONG] = MAX_KEYED + 1
+    found[low] = 0
+    return found
+
+
+COORDINATES = "coordinates"
+COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
+"""The columns that can be read: those of the view ``catalogue``, and the coordinates."""
+
+ROWS, _LONG_ROWS = 1 << 13, 16
+"""Rows of a block; fewer if there are words too long for a key, of up to a million symbols."""
+
+
+def blocks_of(
+    connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+) -> Iterator[ColumnBlock]:
+    """Yield rows first .. last - 1 of a subset by columns, some of `COLUMNS`."""
+    last = len(chosen) if last is None else min(last, len(chosen))
+    for start in range(first, last, ROWS):
+        words = chosen.words(start, min(start + ROWS, last))
+        step = ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
+        for begin in range(0, len(words.ids), step):
+            here = slice(begin, begin + step)
+            ids, inverse = np.unique(words.ids[here], return_inverse=True)
+            shared = _classes(connection, chosen.selection.a, ids, names)
+            yield ColumnBlock(_Block(shared, inverse, words.places[here]).columns(names))
+
+
+def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
+    """Return the columns of classes or pruned words that the wanted columns need, in the order of ids."""
+    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
+    names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
+    rows: list[tuple[Any, ...]] = []
+    pruned = ids[ids < 0]
+    if len(pruned):
+        known = pruned_rows(a).c
+        query = sa.select(known.id, *(known[name] for name in names)).where(known.id.in_(listed(pruned)))
+        rows += sorted(connection.execute(query).cursor.fetchall())
+    if len(pruned) < len(ids):
+        of_view = [classes.c[name] if name in classes.c else sa.null() for name in names]
+        query = sa.select(classes.c.cycle, *of_view)
+        query = query.where(classes.c.a == a, classes.c.cycle.in_(listed(ids[len(pruned) :])))
+        rows += sorted(connection.execute(query).cursor.fetchall(), key=lambda row: row[0])
+    numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
+    if list(numbers) != ids.tolist():
+        raise unsound("classes without a row among", f"{ids[0]} to {ids[-1]}")
+    return list(zip(names, columns, strict=True))
+
+
+class _Block:
+    """Words of one block, and the columns of their classes."""
+
+    def __init__(self, shared: list[Any], inverse: Places, places: NDArray[np.uint8]) -> None:
+        self.shared = dict(shared)
+        self.rows, self.places = inverse.tolist(), places.tolist()
+        self.inverse = inverse
+        orders, texts = self.shared["p"], self.shared["words"]
+        need_words(texts, [p * (len(text) // p) if p else -1 for p, text in zip(orders, texts, strict=True)])
+        for least, text in zip(self.shared["representative"], texts, strict=True):
+            if least is not None and least != text[: len(least)]:
+                raise unsound("a representative that does not begin its class:", least)
+        self.words = [
+            texts[row][orders[row] * place : orders[row] * (place + 1)]
+            for row, place in zip(self.rows, self.places, strict=True)
+        ]
+        if not all(self.words):
+            raise unsound("a class without some of its words:", self.shared["representative"][0])
+
+    def columns(self, names: Sequence[str]) -> list[Values]:
+        """Return some columns."""
+        made: dict[str, Callable[[], Values]] = {
+            "code": lambda: self.words,
+            "word": lambda: self.words,
+            "element": self._elements,
+            "rules": self._rules,
+            COORDINATES: self._coordinates,
+        }
+        return [made[name]() if name in made else self._column(name) for name in names]
+
+    def _column(self, name: str) -> Values:
+        values = self.shared.get(name)
+        if values is None:
+            return [None] * len(self.rows)
+        if kind_of(name) != "number":
+            return [values[row] for row in self.rows]
+        try:
+            return as_array(name, values)[self.inverse]
+        except (TypeError, ValueError) as error:
+            raise unsound("a value of a class in the column", name) from error
+
+    def _rules(self) -> list[list[int]]:
+        known = [read_rules(text) for text in self.shared["rules"]]
+        return [known[row] for row in self.rows]
+
+    def _elements(self) -> list[int | None]:
+        known = [
+            None if label is None else ELEMENT_OF[stabiliser_of(label)].tolist()
+            for label in self.shared["symmetry"]
+        ]
+        pairs = zip(self.rows, self.places, strict=True)
+        return [None if (own := known[row]) is None else own[place] for row, place in pairs]
+
+    def _coordinates(self) -> list[Floats | None]:
+        """Return those of the representative, mirrored, reversed and rotated."""
+        blobs, least = self.shared[COORDINATES], self.shared["representative"]
+        found: list[Floats | None] = [None] * len(self.rows)
+        groups: dict[tuple[int, int], list[int]] = {}
+        for row, (own, element) in enumerate(zip(self.rows, self._elements(), strict=True)):
+            if blobs[own] is not None and element is not None:
+                groups.setdefault((len(self.words[row]), element), []).append(row)
+        for (p, element), members in groups.items():
+            owners = [self.rows[row] for row in members]
+            places = coordinates_of([blobs[own] for own in owners], p)
+            texts = [least[own] for own in owners]
+            need_words(texts, [p] * len(texts))
+            try:
+                images = image_coordinates([self.words[row] for row in members], texts, element, places)
+            except ValueError as error:
+                raise unsound("a word that is not an image of", texts[0]) from error
+            for row, image in zip(members, images, strict=True):
+                found[row] = image
+        return found

@@ -1,0 +1,64 @@
+"""What a catalogue returns can be held: public names, one-line reprs, data frames."""
+
+import pytest
+
+import orbitdb
+from orbitdb import Catalogue
+
+HELD = {
+    "Subset": lambda c: c.select(p="2-4", status="orbit"),
+    "Result": lambda c: c.table(),
+    "Spectrum": lambda c: c.spectrum((4, 9), points=20),
+    "Levels": lambda c: c.levels(parity="ee"),
+    "Fill": lambda c: c.fill("3")[-1],
+    "Sweep": lambda c: c.sweep("6")[-1],
+    "Life": lambda c: c.births(4)[0],
+    "EntropyBounds": lambda c: c.prove_bounds(edges=4),
+    "Reference": lambda c: c.simulate(bounces=20_000),
+    "Verification": lambda c: c.verify(p="2-3"),
+    "Trajectory": lambda c: c.identify(start=(0, 0.5, 1.2)),
+}
+"""Every result by its public name."""
+
+FIRST = {
+    "Subset": ("code", "13"),
+    "Result": ("N_c", 1),
+    "Spectrum": ("length", 4.0),
+    "Levels": ("parity", "ee"),
+    "Fill": ("N_c", 8),
+    "Sweep": ("N_t", 252),
+    "Life": ("word", "0103"),
+    "EntropyBounds": ("window", 4),
+    "Reference": ("seed", 0),
+    "Verification": ("failures", 0),
+    "Trajectory": ("sequence_first", -33),
+}
+"""A column of each, with its first value."""
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    catalogue = Catalogue.create(tmp_path_factory.mktemp("results") / "c.db")
+    catalogue.fill("2-5")
+    catalogue.fill_births("4")
+    catalogue.fill_levels(3, parities=["ee"])
+    return catalogue
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_a_result_has_a_public_name_a_one_line_repr_and_a_data_frame(catalogue, name):
+    found = HELD[name](catalogue)
+    assert isinstance(found, getattr(orbitdb, name))
+    assert "\n" not in repr(found)
+    assert len(repr(found)) < 300
+    frame = found.to_pandas()
+    column, first = FIRST[name]
+    assert frame[column].iloc[0] == first
+
+
+def test_print_shows_the_rows_of_a_result(catalogue):
+    table = catalogue.table(p="2-4")
+    assert repr(table) == (
+        "<3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>"
+    )
+    assert str(table).splitlines()[0].split() == list(table.columns)
