@@ -182,10 +182,10 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
         columns = app.screen.query_one(OptionList)
         columns.highlighted = 1
         await press(pilot, "end")
-        assert "[ ] element" in shown(app)
+        assert "[ ] solver" in shown(app)
         columns.action_select()
         await settle(pilot)
-        assert "[x] element" in shown(app)
+        assert "[x] solver" in shown(app)
         await press(pilot, "escape")
 
 

@@ -28,19 +28,19 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
     state = tmp_path / "new" / "browse.json"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
-        assert "[ ] element" in shown(app)
+        assert "[ ] solver" in shown(app)
         await press(pilot, "K", "J", "enter")  # moving a column shows it
         names = [column.name for column in app.screen.rows.columns]
-        assert names == ["code", "status", "length", *USUAL[4:], "element"]
+        assert names == ["code", "status", "length", *USUAL[4:], "solver"]
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
         await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
-        assert app.screen.rows.ordering == Ordering("cycle")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
+        assert app.screen.rows.ordering == Ordering("iterations")
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
         await press(pilot, "l")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "length"]
         await press(pilot, "C", "enter")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
-        last = next(Catalogue(app.file.path).rows(Selection(), ("code", "cycle"), "cycle desc", 1))
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
+        last = next(Catalogue(app.file.path).rows(Selection(), ("code", "iterations"), "iterations desc", 1))
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last
     async with browsing(filled_once, state=state) as (app, pilot):
