@@ -1,4 +1,4 @@
-"""The application: it holds the catalogue and the fill, and shows the screens."""
+"""The application: holds the catalogue and the running fill, and shows the screens."""
 
 import time
 from collections.abc import Iterable
@@ -32,7 +32,7 @@ _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
-class BrowseApp(Working, OrderlyApp):
+class BrowseApp(OrderlyApp, Working):
     """Browse a catalogue, which need not exist, starting with a subset and optionally a word.
 
     The state file keeps columns, filters and marked words; without one, they last for the session.
@@ -104,7 +104,7 @@ class BrowseApp(Working, OrderlyApp):
         self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
-        """Show the stored data, not more often than one can read."""
+        """Show the progress, and read the stored rows again from time to time."""
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
@@ -130,7 +130,7 @@ class BrowseApp(Working, OrderlyApp):
             self.workers.cancel_group(self, "fill")
 
     def on_export(self, message: Export) -> None:
-        """Write a file in a thread, unless that is being done already."""
+        """Write a file in a thread, unless it is being written already."""
         path = message.path
         if path in self.exports:
             self.failed(f"{path} is still being written: wait for it, or name another file")
@@ -167,18 +167,22 @@ class BrowseApp(Working, OrderlyApp):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
+        """Quit, after the keys pressed before have taken effect."""
+        self._main.call_later(self.call_later, self._quit)
+
+    def _quit(self) -> None:
         """Leave; ask first if a fill runs or an export is being written."""
         if not (self.fills or self.exports):
             self.exit()
             return
         question = "A fill is running. What is stored is kept, and you can resume it later."
         if not self.fills:
-            question = "An export is being written. If you quit now, there will be no file."
+            question = "An export is being written. If you quit now, no file is left."
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Give every action of the screen, and the other actions of Textual, each once."""
+        """Yield every action of the screen, then the other actions of Textual, each once."""
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding

@@ -29,12 +29,12 @@ RINGS: dict[str, tuple[Any, ...]] = {
     "statuses": ((), *((status,) for status in SHOWN)),
     "time_reversal": (None, "self", "pair"),
 }
-"""The values of criteria, in the order of a key."""
+"""The values of criteria, in the order in which a key steps through them."""
 
 _LONGEST_NAME = 40
 
 
-class Choices(Working, Static):
+class Choices(Static, Working):
     """The chosen subset, as a line with links to the actions that change it."""
 
     selection: reactive[Selection] = reactive(Selection, init=False, layout=False, repaint=False)
@@ -54,7 +54,7 @@ class Choices(Working, Static):
         self.update(f"[b]{fill}[/b] │ {told}" if fill else told)
 
     def action_turn(self, name: str, step: int = 1) -> None:
-        """Choose the next or previous value of a criterion; beyond the ends, all."""
+        """Choose the next or previous value of a criterion; after the last comes no restriction."""
         periods = ((), *(((p, p),) for p in self._file.periods(self.selection.a)))
         self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
 
@@ -64,7 +64,7 @@ class Choices(Working, Static):
         def take(statuses: Names) -> None:
             self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
-        hint = "space marks, enter takes; none marked: every status"
+        hint = "space marks, enter accepts; mark none for every status"
         texts = {status.value: status.sentence for status in SHOWN}
         self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
@@ -94,7 +94,7 @@ class Choices(Working, Static):
         return replace(self.selection, where=where, parameters=values)
 
     def _choose(self, wanted: Callable[[], Selection]) -> bool:
-        """Choose a subset, or say why it cannot be used."""
+        """Choose a subset, or report why it cannot be used."""
         try:
             selection = wanted()
             if selection.where is not None:
@@ -106,7 +106,7 @@ class Choices(Working, Static):
         return True
 
     def action_filters(self) -> None:
-        """Use a stored filter, or store the present one."""
+        """Use a kept filter, or keep the current one."""
 
         def take(name: str) -> None:
             if name == KEEP:
@@ -185,7 +185,7 @@ class Choices(Working, Static):
 
 
 def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) -> Selection:
-    """Choose the value some steps further in a ring; other values count as the first."""
+    """Choose the value some steps further in a ring; a value outside it counts as the first."""
     present = getattr(selection, name)
     place = ring.index(present) if present in ring else 0
     return replace(selection, **{name: ring[(place + step) % len(ring)]})

@@ -1,4 +1,4 @@
-"""End the screen within two seconds of a signal, whatever is running; with one line after a failure."""
+"""End the screen within two seconds of a signal, whatever is running; report a failure in one line."""
 
 import asyncio
 import gc
@@ -21,7 +21,7 @@ from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
 _MOST_AT_ONCE = 64
-"""Number of threads, more than held keys can leave behind."""
+"""Number of threads: more than keys held down can occupy."""
 
 _PATIENCE = 1.8
 """Seconds after which the process ends even if the screen is not closed."""
@@ -31,15 +31,15 @@ class LooseThreads(ThreadPoolExecutor):
     """Threads that the end of the screen does not wait for; most of them only read."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Begin nothing more, and wait for nothing."""
+        """Start no more work, and do not wait."""
         super().shutdown(wait=False, cancel_futures=True)
 
 
 def listen_to_signals(end: Callable[[int], None]) -> None:
-    """Call a function in the event loop that runs when a signal says to end.
+    """Call a function in the running event loop when a signal asks the program to end.
 
-    The loop may hear nothing: writing to a terminal that is gone, or stopped, it waits for ever. Then the
-    process ends without it.
+    If the terminal is gone or stopped, the loop can block for ever while it writes. The process then ends
+    without it.
     """
     loop = asyncio.get_running_loop()
 
@@ -56,9 +56,9 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
 
 
 class OrderlyApp(App[None]):
-    """An application that leaves in good order, whatever ends it.
+    """An application that shuts down cleanly, whatever ends it.
 
-    While it is leaving, what still works is to stop. A failure is what ended the screen before its time.
+    Running work stops once `leaving` is set. `failure` is what ended the screen early.
     """
 
     def __init__(self) -> None:
@@ -68,12 +68,12 @@ class OrderlyApp(App[None]):
         self.failure: BaseException | None = None
 
     def on_load(self) -> None:
-        """Begin no thread that the end of the process would wait for."""
+        """Run work in threads that do not hold up the end of the process."""
         asyncio.get_running_loop().set_default_executor(LooseThreads(_MOST_AT_ONCE))
 
     def on_mount(self) -> None:
-        """Restore the terminal, too, when a signal says to end."""
-        gc.freeze()  # to go through all that stands by now keeps every key waiting for long
+        """Restore the terminal on a signal, too."""
+        gc.freeze()  # collecting what is loaded so far would delay every key
         if threading.current_thread() is threading.main_thread():
             listen_to_signals(self._end)
 
@@ -83,18 +83,18 @@ class OrderlyApp(App[None]):
         self.leave()
 
     def leave(self) -> None:
-        """Leave, and let what still works stop."""
+        """Leave, and let running work stop."""
         self.leaving = True
         self.exit()
 
     def take_in_hand(self) -> None:
-        """Let the process not end before this thread, which has something to put away."""
+        """Keep the process alive until this thread has finished."""
         self._in_hand.append(threading.current_thread())
 
     def close(self) -> None:
-        """Wait for what is in hand once the screen has gone, for a moment only if a signal said to end.
+        """Wait for the threads in hand after the screen has closed, only briefly after a signal.
 
-        Raise whatever ended the screen before its time.
+        Raise whatever ended the screen early.
         """
         told = isinstance(self.failure, Terminated | KeyboardInterrupt)
         for thread in self._in_hand:
@@ -103,7 +103,7 @@ class OrderlyApp(App[None]):
             raise self.failure if told or isinstance(self.failure, StoreError) else written_down(self.failure)
 
     def _handle_exception(self, error: Exception) -> None:
-        """Leave in good order if something fails; the command says what."""
+        """Leave cleanly after a failure; the command reports it."""
         self.failure = self.failure or error
         if isinstance(error, StoreError):
             self._close_messages_no_wait()
@@ -120,13 +120,11 @@ class OrderlyApp(App[None]):
 
 
 def written_down(error: BaseException) -> WorkError:
-    """Write the traceback of an error that nobody has foreseen to a file, and say where that is."""
+    """Write the traceback of an unexpected error to a file, and return an error that names the file."""
     if isinstance(error, WorkerFailed):
         error = error.error
     number, path = tempfile.mkstemp("-traceback.txt", "orbitdb-browse-")
     with os.fdopen(number, "w", encoding="utf-8") as file:
         traceback.print_exception(error, file=file)
     what = f"{type(error).__name__}: {error}".partition("\n")[0]
-    return WorkError(
-        f"the screen failed ({what}), its traceback is in {path}; nothing that was stored is lost"
-    )
+    return WorkError(f"the screen failed ({what}); the traceback is in {path}; stored data are safe")

@@ -1,4 +1,4 @@
-"""Taking away what is shown: the rows as csv, tsv, json, jsonl or parquet, the rest as a figure."""
+"""Export what is shown: rows as csv, tsv, json, jsonl or parquet, the rest as a figure."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -38,14 +38,14 @@ Write = Callable[[Path, Callable[[], bool]], str]
 
 @dataclass
 class Export(Message):
-    """Asks the application to write a file by a function, which gets one that says when to stop."""
+    """Asks the application to write a file; `write` gets a function that tells whether to stop."""
 
     path: Path
     write: Callable[[Callable[[], bool]], str]
 
 
 def path_of(name: str) -> Path:
-    """Return the file of a name that is typed, in which ~ is the home folder."""
+    """Return the path for a typed name, in which ~ is the home folder."""
     return Path(os.path.expanduser(name))
 
 
@@ -60,7 +60,7 @@ class Shown(NamedTuple):
 
 
 def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
-    """Ask for a file of what is shown; propose one of rows, or else of the orbit."""
+    """Ask for a file; propose a name for the rows, or else for the orbit."""
     orbit = shown.orbit
     name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
     figure = "the bounces in phase space" if shown.in_phase_space else "the orbit in its stadium"
@@ -68,11 +68,11 @@ def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
 
 
 def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bool = False) -> None:
-    """Ask for a file and have it written; it takes what the figure is called, or rows if there are some."""
+    """Ask for a file and have it written: a figure, described in words, or rows if there are any."""
 
     def take(name: str) -> None:
         path = path_of(name).absolute()
-        screen.post_message(Export(path, partial(write, path)))
+        screen.app.post_message(Export(path, partial(write, path)))
 
     def check(name: str) -> str:
         return kind_told(name, figure, rows)
@@ -82,7 +82,7 @@ def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bo
 
 
 def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
-    """Say what a file of this name will hold, or which endings are known."""
+    """Say what a file of this name will hold; raise if its ending is unknown."""
     path, known = path_of(name), (*(ROWS if rows else ()), *PICTURES)
     if path.suffix not in known:
         raise InputError(f"{path.name}: end the name in {', '.join(known)}")
@@ -91,9 +91,9 @@ def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = 
 
 
 def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> str:
-    """Write the rows, or if the file is a picture what is drawn, and say what was written.
+    """Write the rows, or the drawing if the file is a picture, and say what was written.
 
-    ``cancelled`` is asked now and then whether to stop, so that nothing is left of the file.
+    Once ``cancelled`` returns True, writing stops and leaves no file.
     """
     kind_told(str(path))
     catalogue, selection, ordering, orbit, in_phase_space = shown
@@ -115,7 +115,7 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
 
 
 def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> str:
-    """Draw orbits in phase space, or else one in its stadium, which as SVG needs no matplotlib."""
+    """Draw orbits in phase space, or one in its stadium, which needs no matplotlib as SVG."""
     if in_phase_space:
         return save_figure(path, lambda figures: figures.draw_phase(in_phase_space))
     if orbit is None or orbit.points is None:
@@ -132,7 +132,7 @@ def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> s
 
 
 def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
-    """Draw a figure into a file by a function of `orbitdb.cli.figures.shown`, and say what it shows."""
+    """Save a figure that a function of `orbitdb.cli.figures.shown` draws, and say what it shows."""
     style = load("orbitdb.plots.style", "a figure", "plot")
     made = draw(load("orbitdb.cli.figures.shown", "a figure", "plot"))
     said = str(made.get_label())
@@ -143,7 +143,7 @@ def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
 
 @contextmanager
 def _or_write(other: str) -> Iterator[None]:
-    """Name another ending where what is needed for this one is not installed."""
+    """Suggest another ending if the library for this one is not installed."""
     try:
         yield
     except ModuleNotFoundError as error:

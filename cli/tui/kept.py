@@ -1,7 +1,7 @@
 """What is kept from one session to the next: columns, marked orbits, and filters by name.
 
-It is one JSON file in the user's state folder. What is changed is read again before it is written, so that
-two sessions side by side keep each other's marks.
+It is one JSON file in the user's state folder. Each change reads it again first, so two sessions side by side
+keep each other's marks.
 """
 
 import json
@@ -25,7 +25,7 @@ KeptCriteria = Mapping[str, Any]
 
 @dataclass
 class State:
-    """What is kept: columns in their order, subsets of any catalogue by name, words as they were marked."""
+    """What is kept: columns in order, subsets of any catalogue by name, words in the order of marking."""
 
     columns: list[str] = field(default_factory=lambda: list(USUAL))
     filters: dict[str, KeptCriteria] = field(default_factory=dict)
@@ -33,9 +33,9 @@ class State:
 
 
 class Kept:
-    """The state, and the file that it is kept in, which need not exist; without one it is lost at the end.
+    """The state and its file, which need not exist; without a path, the state lasts for the session.
 
-    It complains of a file that cannot be used, which is then left as it is.
+    A file that cannot be used is reported and left unchanged.
     """
 
     def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
@@ -43,7 +43,7 @@ class Kept:
         self.state = State()
 
     def load(self) -> bool:
-        """Read the file, if there is one, and tell whether it can be used."""
+        """Read the file, if there is one, and return whether it can be used."""
         try:
             if self.path is not None:
                 stored = json.loads(self.path.read_text(encoding="utf-8"))
@@ -65,7 +65,7 @@ class Kept:
 
     @contextmanager
     def changing(self) -> Iterator[State]:
-        """Change the state in a block: here in any case, and then in the file."""
+        """Change the state in a block, then write the file if it can be used."""
         usable = self.load()
         yield self.state
         if usable and self.path is not None:
@@ -74,7 +74,7 @@ class Kept:
                 with complete(self.path) as draft:
                     draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
             except (OSError, StoreError, InputError) as error:
-                self._complain(f"{error}: what is chosen holds for now only")
+                self._complain(f"{error}: your choice lasts for this session only")
 
 
 def state_path() -> Path:
@@ -112,4 +112,4 @@ def selection_of(criteria: KeptCriteria, a: float) -> Selection:
     except (TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{dict(criteria)!r:.60} is no filter of this program") from error
+        raise InputError(f"{dict(criteria)!r:.60} is not a filter of orbitdb") from error

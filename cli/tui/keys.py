@@ -44,7 +44,7 @@ def groups_of(parts: Iterable[Keys]) -> list[Group]:
 ORBITDB: Keys = {
     "orbitdb": [
         Binding("question_mark", "keys", "keys", tooltip="these keys"),
-        key("ctrl+p", "command_palette", tooltip="all actions, themes"),
+        key("ctrl+p", "command_palette", tooltip="all actions and themes"),
         Binding("q", "quit", "quit"),
         key("ctrl+q,ctrl+c", "quit"),
     ]
@@ -78,7 +78,7 @@ MAIN: Keys = {
     "moving": [
         key("0", _to("position", "type(0)"), tooltip="go to a period or code", key_display="0 .. 9"),
         *(key(digit, _to("position", f"type({digit})")) for digit in "123456789"),
-        key("backspace", _to("position", "take_back"), tooltip="take back a digit"),
+        key("backspace", _to("position", "take_back"), tooltip="delete the last digit"),
         Binding("c", _to("side", "code"), "code", tooltip="go to any code"),
         key("n", _to("table", "move(1)"), "orbit of the next row"),
         key("p", _to("table", "move(-1)"), "orbit of the previous row"),
@@ -90,13 +90,13 @@ MAIN: Keys = {
         key("escape", "back", "back to the row"),
     ],
     "looking": [
-        key("enter", "whole", "the whole orbit, or its row"),
+        key("enter", "whole", "the whole orbit, and back"),
         key("space", _to("drawing", "particle"), "run a particle, or stop it"),
         Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
         key("less_than_sign", _to("side", "follow(False)"), "follow the orbit to a smaller a"),
         key("greater_than_sign", _to("side", "follow(True)"), "follow the orbit to a greater a"),
-        key("m", _to("side", "compare"), "compare in phase space, or not"),
-        key("M", _to("side", "compare_none"), "compare none"),
+        key("m", _to("side", "compare"), "add to the comparison in phase space, or remove"),
+        key("M", _to("side", "compare_none"), "clear the comparison"),
         Binding("S", "statistics", "stats", tooltip="averages by period"),
         Binding("d", "counts", "counts", tooltip="counts and histograms"),
     ],
@@ -104,7 +104,7 @@ MAIN: Keys = {
         Binding("slash", "filter", "filter", tooltip="filter, as with --where"),
         key("o", _next("statuses"), "next status"),
         key("O", _to("chips", "statuses"), "statuses from a list"),
-        key("r", _next("time_reversal"), "self-retracing, or not"),
+        key("r", _next("time_reversal"), "self-retracing, with a reverse, or any"),
         key("right_square_bracket", _next("periods"), "next period"),
         key("left_square_bracket", _next("periods", -1), "previous period"),
         key("a", "choose_a", "another a"),
@@ -136,7 +136,7 @@ COUNTS: Keys = {
         key("d", "dismiss"),
         Binding("s", "column", "column", tooltip="histogram of another column"),
         Binding("right_square_bracket", "next_column(1)", "next column"),
-        key("left_square_bracket", "next_column(-1)", "column before"),
+        key("left_square_bracket", "next_column(-1)", "previous column"),
         Binding("e", "export", "export", tooltip="export the histogram as a figure"),
     ]
 }
@@ -144,7 +144,7 @@ COUNTS: Keys = {
 STATISTICS: Keys = {
     "statistics": [
         *_RETURN,
-        Binding("w", "weight", "weight", tooltip="the other weight"),
+        Binding("w", "weight", "weight", tooltip="switch to the other weight"),
         Binding("e", "export", "export", tooltip="export the curves as a figure"),
         Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories"),
     ]

@@ -6,36 +6,50 @@ from dataclasses import replace
 from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import BindingType
-from textual.containers import Horizontal
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer, Header
+from textual.widgets import Footer, Header, Static
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.choices import Choices
 from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.greeting import Greeting
 from orbitdb.cli.tui.kept import Kept
-from orbitdb.cli.tui.keys import MAIN, Keys, bindings, key
+from orbitdb.cli.tui.keys import MAIN, Keys, bindings
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
 from orbitdb.cli.tui.orbit.panel import OrbitPanel
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.table.filter_dialog import FilterDialog
-from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
+from orbitdb.cli.tui.table.pages import NONE, Ordering
 from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import least_rotation
+
+_GREETING = """\
+[b]Nothing is stored here yet.[/b]
+
+$path
+
+Press [b]f[/b] to fill it: the periods up to 11 take a few seconds
+and hold 89,789 words, the paper's Table 1.
+
+Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
+Press [b]?[/b] for the keys, [b]q[/b] to leave."""
+
+_LEAVE = Binding("q", "leave_whole", "back", tooltip="back to the rows")
 
 
 class MainScreen(OwnScreen[None]):
     """Look at orbits and choose them."""
 
     KEYS: ClassVar[Keys] = MAIN
-    BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), key("q", "leave_whole")]
+    BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), _LEAVE]
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 
@@ -46,24 +60,15 @@ class MainScreen(OwnScreen[None]):
         kept.load()
         self._file, self._code = file, code
         self.choices = Choices(file, kept, selection)
-        self.rows = RowsPanel(file, kept, self.take_rows)
+        self.rows = RowsPanel(file, kept, lambda rows: self.side.take_rows(rows))
         self.side = OrbitPanel(file, self.rows, selection.a)
-
-    @property
-    def selection(self) -> Selection:
-        """The chosen subset."""
-        return self.choices.selection
-
-    @property
-    def orbit(self) -> Orbit | None:
-        """The current orbit."""
-        return self.side.orbit
 
     def compose(self) -> ComposeResult:
         """Lay out the panels."""
         yield Header()
         yield self.choices
-        yield Greeting(self._file.path)
+        with Vertical(id="greeting"):
+            yield Static(Content.from_markup(_GREETING, path=printable(str(self._file.path))))
         with Horizontal(id="body"):
             yield self.rows
             yield self.side
@@ -83,20 +88,20 @@ class MainScreen(OwnScreen[None]):
         """Show the choices in the subtitle and as links, after the progress of a fill."""
         fill = getattr(self.app, "fill_state", None)
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
-        self.sub_title = self.selection.describe()
-        if self.whole and self.orbit is not None:
-            self.sub_title = f"{code_text(self.orbit.code)} at a = {self.orbit.a:.9g}"
+        self.sub_title = self.choices.selection.describe()
+        if self.whole and self.side.orbit is not None:
+            self.sub_title = f"{code_text(self.side.orbit.code)} at a = {self.side.orbit.a:.9g}"
 
     # the rows
 
     def action_look_again(self) -> None:
         """Read the file again, at the start and after changes."""
         filled = self._file.a_values()
-        self.set_class(not filled and self.orbit is None, "-empty")
+        self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
         if filled:
-            self.rows.read(self.selection)
+            self.rows.read(self.choices.selection)
 
     def _take_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; at another a, nothing stays on screen."""
@@ -108,14 +113,10 @@ class MainScreen(OwnScreen[None]):
         self.say_choices()
         self.rows.read(selection)
 
-    def take_rows(self, rows: Pages) -> None:
-        """Show the rows, and the orbit among them."""
-        self.side.take_rows(rows)
-
-    def on_paged_table_moved(self) -> None:
+    def on_rows_panel_moved(self) -> None:
         """Show the word under the cursor."""
         self.side.catch_up()
-        self.rows.say_orbit(self.orbit)
+        self.rows.say_orbit(self.side.orbit)
 
     def action_filter(self) -> None:
         """Edit the filter; the rows follow the typing, and return on escape."""
@@ -126,8 +127,8 @@ class MainScreen(OwnScreen[None]):
         """Choose another a, stored or not; stay with the word if it is shown whole."""
 
         def take(a: float) -> None:
-            shown = self.orbit
-            self.choices.selection = replace(self.selection, a=a)
+            shown = self.side.orbit
+            self.choices.selection = replace(self.choices.selection, a=a)
             if self.whole and shown is not None:
                 self.side.following.come_back()
                 self.side.ask_for(shown.code)
@@ -192,13 +193,13 @@ class MainScreen(OwnScreen[None]):
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
             return
-        filled = self._file.periods(self.selection.a)
-        self.app.push_screen(FillDialog(path, self.selection, filled))
+        filled = self._file.periods(self.choices.selection.a)
+        self.app.push_screen(FillDialog(path, self.choices.selection, filled))
 
     def go_along(self, a: float) -> None:
         """Switch to the a being filled, if there is nothing at the current one."""
-        if not self._file.periods(self.selection.a) and not len(self.rows.table.source):
-            self.choices.selection = replace(self.selection, a=a)
+        if not self._file.periods(self.choices.selection.a) and not len(self.rows.table.source):
+            self.choices.selection = replace(self.choices.selection, a=a)
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
@@ -218,7 +219,7 @@ class MainScreen(OwnScreen[None]):
         if self._file.reader is None:
             self.notify("nothing is stored yet: the key f fills the catalogue")
         else:
-            self.app.push_screen(screen(self._file.reader, self.selection, *more))
+            self.app.push_screen(screen(self._file.reader, self.choices.selection, *more))
 
     def action_export(self) -> None:
         """Ask for a file and export the shown data to it."""
@@ -227,5 +228,7 @@ class MainScreen(OwnScreen[None]):
         self.side.catch_up()
         drawing = self.query_one(OrbitDrawing)
         in_phase_space = drawing.in_phase_space() if drawing.phase and not self.whole else []
-        shown = Shown(self._file.reader, self.selection, self.rows.ordering, self.orbit, in_phase_space)
+        shown = Shown(
+            self._file.reader, self.choices.selection, self.rows.ordering, self.side.orbit, in_phase_space
+        )
         ask_for_shown(self, shown, of_rows=self.rows.table.has_focus)

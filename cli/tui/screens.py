@@ -25,7 +25,10 @@ Answer = TypeVar("Answer")
 
 
 class Working(DOMNode):
-    """A screen, widget or application that works in threads, and asks in dialogs."""
+    """A screen, widget or application that works in threads and asks in dialogs.
+
+    Name it last among base classes, because Textual takes styles from the first one.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -38,7 +41,7 @@ class Working(DOMNode):
         take: Callable[[Any], object],
         fail: Callable[[str], object] | None = None,
     ) -> None:
-        """Run `find` in a thread, and take its result unless a newer one is wanted.
+        """Run `find` in a thread, and take its result unless newer work has begun.
 
         Other work in this group is cancelled. ``find`` gets a function that tells whether it is cancelled,
         and returns a result or yields several. ``fail``, by default `failed`, gets the message of an error.
@@ -92,12 +95,12 @@ class Field(Input):
     """A line of text that gets its letters in order with all other keys (`BrowseApp.on_key`)."""
 
     def on_key(self, event: Key) -> None:
-        """Leave letters to the application, which handles all other keys."""
+        """Leave letters to the application, as it handles all other keys."""
         if event.is_printable:
             event.prevent_default()
 
 
-class OwnScreen(Working, Screen[Result]):
+class OwnScreen(Screen[Result], Working):
     """A screen that ignores early keys, closes once, and reports errors."""
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -145,6 +148,6 @@ class ActionsDialog(CommandPalette, OwnScreen[None]):
     """All actions by name: Textual's list of commands, which would otherwise close twice."""
 
     def _action_command_list(self, action: str) -> None:
-        """Move in the list, if it has been laid out: else Textual does not know its pages."""
+        """Move in the list once it is laid out; before that, Textual does not know its pages."""
         with suppress(KeyError):
             super()._action_command_list(action)

@@ -35,7 +35,7 @@ _USUAL, _LARGEST = (80, 24), (1000, 500)
 """Default and largest numbers of columns and rows of a terminal."""
 _LONGEST = 1 << 16
 """Most characters in one message of keys, such as pasted text."""
-_REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' has shown\n"
+_REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' printed\n"
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' {here}; "

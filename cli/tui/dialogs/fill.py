@@ -1,4 +1,4 @@
-"""The dialog that asks what to fill, gives an estimate, and shows the progress."""
+"""The dialog of a fill: what to fill, an estimate, and the progress."""
 
 import time
 from collections.abc import Generator, Sequence
@@ -86,7 +86,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
-    """Return the estimate and the number of words of a wish; refuse it without room on the disk."""
+    """Return the estimate and the number of words of a wish; raise if the disk has too little room."""
     from orbitdb.filling.estimate import about, check_room, gigabytes, need
 
     at = f"at a = {exact(wish.a)}"
@@ -189,7 +189,7 @@ class FillDialog(Dialog[None]):
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
-            self.post_message(self.Stop())
+            self.app.post_message(self.Stop())
 
     def _weigh_fields(self, begin: bool = False) -> None:
         """Compute the estimate for the fields; then start if requested."""
@@ -219,12 +219,12 @@ class FillDialog(Dialog[None]):
         if not begin or not words or self._fills:
             return
         if words < LARGE:
-            self.post_message(self.Begin(wish))
+            self.app.post_message(self.Begin(wish))
             return
         question = f"{told}. You can stop it at any time and resume it later."
         self.ask(
             QuestionDialog(question, "Fill", "Cancel"),
-            lambda sure: sure and self.post_message(self.Begin(wish)),
+            lambda sure: sure and self.app.post_message(self.Begin(wish)),
         )
 
     def _say(self, text: str, wrong: bool = False) -> None:

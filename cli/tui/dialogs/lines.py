@@ -22,7 +22,7 @@ from orbitdb.symbols.words import least_rotation, parse, primitive_root
 class LineDialog(Dialog[str | None]):
     """Ask for a line, check it as it is typed, and list other lines to choose from.
 
-    The check returns the meaning of a line, or raises an error that explains its fault.
+    The check returns what a line means, or raises an error that says what is wrong with it.
     """
 
     AUTO_FOCUS = "Input"
@@ -45,11 +45,11 @@ class LineDialog(Dialog[str | None]):
         self._place = len(self._lines) - 1
 
     def compose(self) -> ComposeResult:
-        """Show the lines to choose from, the typed line, and its fault."""
+        """Show the lines to choose from, the typed line, and what it means."""
         others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
-            box.border_subtitle = "enter takes it, escape leaves" + (", ↑ ↓ choose" if others else "")
+            box.border_subtitle = "enter accepts, escape cancels" + (", ↑ ↓ choose" if others else "")
             if others:
                 yield NameList(*map(Text, others), classes="others")
             yield Field(self._lines[-1], placeholder=self._placeholder)
@@ -60,11 +60,11 @@ class LineDialog(Dialog[str | None]):
         self.follow(event.value)
 
     def follow(self, text: str) -> None:
-        """Show the fault or the meaning of a line at once."""
+        """Show at once what a line means, or what is wrong with it."""
         self.tell(*self.checked(text))
 
     def checked(self, text: str) -> tuple[str, bool]:
-        """Return the meaning or fault of a line, and whether it is wrong."""
+        """Return what a line means, or what is wrong with it, and whether it is wrong."""
         try:
             return (self._check_line(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:

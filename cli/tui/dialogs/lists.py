@@ -16,7 +16,7 @@ from orbitdb.cli.tui.screens import Dialog, Result
 from orbitdb.plaintext import printable
 
 KEEP = ""
-"""The answer to keep the present filter; no filter has this name."""
+"""The answer that keeps the current filter; no filter has this name."""
 
 Names = tuple[str, ...]
 
@@ -74,7 +74,7 @@ class ChoiceDialog(ListDialog[str | None]):
     """Choose one of some names."""
 
     def on_option_list_option_selected(self) -> None:
-        """Take it."""
+        """Return it."""
         self.dismiss(self._names[self._place])
 
 
@@ -86,8 +86,8 @@ class FiltersDialog(ChoiceDialog):
     def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
         width = max(map(len, filters), default=0)
         texts = {name: f"{name:{width}}  {told}" for name, told in filters.items()}
-        texts = {KEEP: f"keep the present one … ({present})"} | texts
-        super().__init__("filters", "enter takes it, delete forgets it", texts, next(iter(filters), KEEP))
+        texts = {KEEP: f"keep the current one … ({present})"} | texts
+        super().__init__("filters", "enter accepts, delete forgets", texts, next(iter(filters), KEEP))
         self._forget = forget
 
     def action_forget(self) -> None:
@@ -142,7 +142,7 @@ class ColumnDialog(MarksDialog):
     def __init__(self, shown: Sequence[str]) -> None:
         width = max(map(len, EVERY))
         texts = {name: f"{name:{width}}  {column.brief}" for name, column in EVERY.items()}
-        super().__init__("columns", "space marks, J K move, R: the usual, enter takes", texts, ())
+        super().__init__("columns", "space marks, J K move, R resets, enter accepts", texts, ())
         self._arrange(shown)
 
     def _arrange(self, shown: Sequence[str]) -> None:

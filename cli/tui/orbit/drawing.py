@@ -10,10 +10,10 @@ from textual.timer import Timer
 from textual.widget import Widget
 
 from orbitdb.arrays import Floats
-from orbitdb.cli.tui.orbit.braille import Picture
 from orbitdb.cli.tui.orbit.pictures import (
     COLOURS,
     Curve,
+    Picture,
     draw_curves,
     draw_orbit,
     draw_phase,

@@ -25,7 +25,7 @@ from orbitdb.symbols.words import least_rotation, parse, primitive_root
 _MOST_COMPARED = 6
 
 
-class OrbitPanel(Working, Vertical):
+class OrbitPanel(Vertical, Working):
     """The current orbit: that of the row under the cursor, or another; and orbits to compare with it."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)

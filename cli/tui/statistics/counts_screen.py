@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from rich.bar import Bar
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
@@ -29,8 +29,6 @@ from orbitdb.store.reading.moment import Reader
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
 _LEAST_BINS = 8
-_LEAST_SHARE = 0.01
-"""Length of the least bar, compared to the longest."""
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
@@ -53,10 +51,19 @@ def counts_in(histogram: Histogram) -> Counts:
     return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
+class CountBar(Bar):
+    """A bar in eighths of cells; even a small count is visible."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        if self.end:
+            self.end = max(self.end, 1.01 * self.size / (8 * options.max_width))
+        return super().__rich_console__(console, options)
+
+
 def bars(counts: Counts, without: int = 0) -> RenderableType:
     """Return one line per count: its label, the number, and a bar as long as possible.
 
-    Even a small count has a bar. The last line gives the number of rows without a value.
+    The last line gives the number of rows without a value.
     """
     if not counts and not without:
         return "none"
@@ -66,14 +73,14 @@ def bars(counts: Counts, without: int = 0) -> RenderableType:
     table.add_column(justify="right", no_wrap=True)
     table.add_column(ratio=1)
     for label, count in counts:
-        table.add_row(label, f"{count:,}", Bar(most, 0, max(count, _LEAST_SHARE * most)) if count else "")
+        table.add_row(label, f"{count:,}", CountBar(most, 0, count))
     if without:
         table.add_row("without", f"{without:,}")
     return table
 
 
 class CountsScreen(OwnScreen[None]):
-    """The numbers of words of a subset of each kind, and a histogram of a column."""
+    """How many words of each kind a subset has, and a histogram of one column."""
 
     KEYS: ClassVar[Keys] = COUNTS
     BINDINGS = bindings(COUNTS)
@@ -172,5 +179,5 @@ class CountsScreen(OwnScreen[None]):
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
-        """Take the next column, or the one before."""
+        """Draw the next column, or the previous one."""
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]

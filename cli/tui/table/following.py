@@ -1,4 +1,4 @@
-"""Follow the current orbit in *a* by keys, and the rows with it as far as births are stored."""
+"""Follow the current orbit in *a* by keys; the rows follow it where births are stored."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -88,7 +88,7 @@ class Following:
         """Show the rows as stored."""
         self.away = None
         source = self._rows.table.source
-        self._rows.say_standing(None)
+        self._rows.note("#standing", None)
         if source.a is not None:
             self._rows.show(source.pages, self._rows.table.cursor)
 
@@ -141,10 +141,10 @@ class Following:
         panel, (standings, without) = self._rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():
-            panel.say_standing(f"the rows stay at a = {exact(self.home)}: {lacking}")
+            panel.note("#standing", f"the rows stay at a = {exact(self.home)}: {lacking}")
             self.away = None
             panel.leave()
         else:
             others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
-            panel.say_standing("; ".join(filter(None, (", ".join(others) or "no other", lacking))))
+            panel.note("#standing", "; ".join(filter(None, (", ".join(others) or "no other", lacking))))
             panel.show(rows, panel.table.cursor)

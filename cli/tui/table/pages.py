@@ -32,7 +32,7 @@ class Ordering:
     descending: bool = False
 
     def __str__(self) -> str:
-        """Write it as `Catalogue.rows` reads it."""
+        """Return it in the form that `Catalogue.rows` takes."""
         return f"{self.column} {'desc' if self.descending else 'asc'}"
 
 

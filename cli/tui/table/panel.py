@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
+from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
 
@@ -33,7 +34,7 @@ _SHOWN = 12
 """Most symbols to show of a word without a row."""
 
 
-class RowsPanel(Working, Vertical):
+class RowsPanel(Vertical, Working):
     """The rows of a subset in some order, shown or being read.
 
     The total is the number of rows without a filter, once they are counted. The cursor goes to the `wanted`
@@ -47,6 +48,9 @@ class RowsPanel(Working, Vertical):
     marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
+
+    class Moved(Message):
+        """The cursor moved, or the rows changed."""
 
     def __init__(self, file: CatalogueFile, kept: Kept, take: Callable[[Pages], object]) -> None:
         super().__init__(id="rows")
@@ -107,7 +111,7 @@ class RowsPanel(Working, Vertical):
     # reading
 
     def read(self, selection: Selection) -> None:
-        """Read rows in a worker, and pass them on unless others are wanted by then.
+        """Read rows in a worker, and take them unless others are wanted by then.
 
         If there were none before, the first rows are shown until all are there.
         """
@@ -157,7 +161,7 @@ class RowsPanel(Working, Vertical):
         return self.report in _AT_WORK
 
     def stop_reading(self) -> None:
-        """Stop reading, because the choice is about to change."""
+        """Stop reading, because another subset will be chosen."""
         if self.reads:
             self.give_up("rows")
             self.report, self.asked = "", None
@@ -177,10 +181,10 @@ class RowsPanel(Working, Vertical):
         return None if row is not None and row[0] == self._shown else self._shown
 
     def take(self, rows: Pages) -> bool:
-        """Show rows, and return whether a word was wanted there in vain.
+        """Show rows, and return whether the wanted word is missing from them.
 
-        The cursor stays on its word if it is among them, and at the top if it was there. A shown word
-        without a row moves to its row once it has one.
+        The cursor stays on its word if that is among them, and at the top if it was there. It goes to the
+        shown word once that has a row.
         """
         row, alone = self.table.row, self.alone
         word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)
@@ -219,13 +223,10 @@ class RowsPanel(Working, Vertical):
     def say_gaps(self, partial: str, gaps: str) -> None:
         """Show which chosen periods are partial, and what is missing of the others."""
         self.border_subtitle = partial
-        self._note("#unfilled", gaps)
+        self.note("#unfilled", gaps)
 
-    def say_standing(self, text: str | None) -> None:
-        """Describe the rows that are not orbits at the followed a."""
-        self._note("#standing", text)
-
-    def _note(self, name: str, text: str | None) -> None:
+    def note(self, name: str, text: str | None) -> None:
+        """Show a note below the table, or none."""
         note = self.query_one(name, Static)
         if note.display or text:  # otherwise every key would lay out the screen again
             note.display = bool(text)
@@ -239,10 +240,12 @@ class RowsPanel(Working, Vertical):
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
             told = f"{code} is not {'among these' if orbit.stored else 'stored'}"
         self.position.aside = told
-
-    def on_paged_table_moved(self) -> None:
-        """Show where the cursor is."""
         self.position.refresh()
+
+    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
+        """Pass it on: Textual lets no message rise above its sender, which may be this panel."""
+        message.stop()
+        self.post_message(self.Moved())
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:

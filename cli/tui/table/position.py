@@ -46,7 +46,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
-class Position(Working, Widget):
+class Position(Widget, Working):
     """The line below the rows: the place of the cursor, after where typed digits lead.
 
     `aside` names a shown word that has no row. `total` is the number of rows without a filter, once they are

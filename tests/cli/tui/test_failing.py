@@ -54,7 +54,7 @@ def test_choices_that_cannot_be_saved_last_for_the_session(tmp_path):
     kept = Kept(tmp_path / "link" / "browse.json", told.append)
     with kept.changing() as state:
         state.marked.append("13")
-    assert "what is chosen holds for now only" in told[0]
+    assert "your choice lasts for this session only" in told[0]
     assert kept.state.marked == ["13"]
 
 
@@ -103,12 +103,12 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
         await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
-        assert all(line in shown(app) for line in ("keep the present one", "odd", "wrong"))
+        assert all(line in shown(app) for line in ("keep the current one", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
         [wrong] = await told("F", "j", "enter")
         assert wrong.startswith("where 'q < 3': no such column: q; ")
-        assert main.selection == Selection()
+        assert main.choices.selection == Selection()
         assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
         await press(pilot, "o", "F", "k", "enter")
         told_of = {"x" * 41: "41 characters: take", "odd": "will be replaced", "a\tb": "take a name"}
@@ -182,10 +182,10 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
         columns = app.screen.query_one(OptionList)
         columns.highlighted = 1
         await press(pilot, "end")
-        assert "[ ] element" in shown(app)
+        assert "[ ] solver" in shown(app)
         columns.action_select()
         await settle(pilot)
-        assert "[x] element" in shown(app)
+        assert "[x] solver" in shown(app)
         await press(pilot, "escape")
 
 

@@ -128,8 +128,8 @@ async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path
         await press(pilot, "escape")
         main = app.screen
         assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 1101
-        assert (main.orbit.code, main.orbit.stored) == ("1232131", True)
+        assert (main.side.orbit.code, main.side.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"
         assert "not stored" not in "".join(note.message for note in app._notifications)
         await press(pilot, "j", "k")
-        assert main.orbit.code == "1123213"
+        assert main.side.orbit.code == "1123213"

@@ -36,7 +36,7 @@ async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
         await typed(pilot, "p < 3")
         assert told(app) == f"1 of {everything:,} words"
         await typed(pilot, "length < 1")
-        assert (len(table_of(app).source), main.orbit) == (0, None)
+        assert (len(table_of(app).source), main.side.orbit) == (0, None)
         assert told(app) == f"0 of {everything:,} words"
         await typed(pilot, "code = '31'")
         assert told(app).startswith(f"0 of {everything:,} words; no row has code = '31'")
@@ -54,13 +54,13 @@ async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
         assert len(table_of(app).source) == Catalogue(filled_once).count(chosen)
         await press(pilot, "enter")
         assert app.screen is main
-        assert main.selection == chosen
+        assert main.choices.selection == chosen
         await press(pilot, "slash")
         assert app.screen.query_one("Input").value == chosen.where
         await typed(pilot, "length < 1")
         await press(pilot, "enter")
         main.go_along(2.5)  # the list is empty because of the filter, not because of a
-        assert main.selection.a == 1.6
+        assert main.choices.selection.a == 1.6
 
 
 @pytest.mark.slow
@@ -76,16 +76,16 @@ async def test_escape_restores_filter_and_row_and_the_history_is_kept(filled_onc
         assert table_of(app).row == row
         await typed(pilot, "p = 2")
         await press(pilot, "escape")
-        assert app.screen.selection == Selection(where="p > 3")
+        assert app.screen.choices.selection == Selection(where="p > 3")
         assert table_of(app).row == row
-        assert app.screen.orbit.code == row[0]
+        assert app.screen.side.orbit.code == row[0]
         await press(pilot, "slash", "escape", "j")  # no filter was tried, so the cursor still moves the orbit
-        assert app.screen.orbit.code == row_of(app)[0] != row[0]
+        assert app.screen.side.orbit.code == row_of(app)[0] != row[0]
         await ask(pilot, "slash", "length < 11")
         await press(pilot, "slash", "ctrl+a", "ctrl+k", "enter")
-        assert app.screen.selection.where is None
+        assert app.screen.choices.selection.where is None
         await press(pilot, "slash", "up", "enter")
-        assert app.screen.selection == Selection(where="length < 11")
+        assert app.screen.choices.selection == Selection(where="length < 11")
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ async def test_a_wrong_filter_is_reported_and_not_applied(filled_once):
         assert isinstance(app.screen, LineDialog)
         await typed(pilot, "load_extension('x')")
         assert "may not be called" in told(app)
-        assert app.screen_stack[0].selection.where is None
+        assert app.screen_stack[0].choices.selection.where is None
         await typed(pilot, "leng")
         assert "not complete yet" in told(app)
         assert app.screen.query(".complaint.-note")
@@ -120,7 +120,7 @@ async def test_values_given_with_a_filter_do_not_bind_the_next_one(filled_once):
         await typed(pilot, "p = :cut")
         assert len(table_of(app).source) == 8
         await press(pilot, "escape")
-        assert app.screen.selection == chosen
+        assert app.screen.choices.selection == chosen
 
 
 @pytest.mark.slow
@@ -198,10 +198,12 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         assert "[x] runs exactly through a joint" in shown(app)
         await press(pilot, "enter")
         assert app.screen is main
-        assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
-        assert len(table_of(app).source) == Catalogue(app.file.path).count(main.selection) < everything
+        assert main.choices.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
+        assert (
+            len(table_of(app).source) == Catalogue(app.file.path).count(main.choices.selection) < everything
+        )
         await press(pilot, "O", "j", "space", "escape")
-        assert main.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
+        assert main.choices.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
         await press(pilot, "O", "space", "j", "j", "space", "enter")
-        assert main.selection.statuses == ()
+        assert main.choices.selection.statuses == ()
         assert len(table_of(app).source) == everything

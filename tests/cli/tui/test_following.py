@@ -76,16 +76,16 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
         screen, table, catalogue = app.screen, table_of(app), app.file.reader
         stored = [table.source.row(place) for place in range(len(table.source))]
         await press(pilot, "less_than_sign", "less_than_sign")
-        assert table.source.a == screen.orbit.a == screen.side.following.here < 1.54
+        assert table.source.a == screen.side.orbit.a == screen.side.following.here < 1.54
         await press(pilot, "G", "T")
-        assert screen.orbit.a == screen.side.following.here < 1.54
-        assert least_rotation(screen.orbit.code) == row_of(app)[0]
+        assert screen.side.orbit.a == screen.side.following.here < 1.54
+        assert least_rotation(screen.side.orbit.code) == row_of(app)[0]
         await press(pilot, "R")
         assert table.source.a is not None
         await press(pilot, "R", "g", "greater_than_sign", "greater_than_sign")
         assert table.source.a is None
-        assert screen.orbit.a == 1.6
-        assert screen.orbit.stored
+        assert screen.side.orbit.a == 1.6
+        assert screen.side.orbit.stored
         assert [table.source.row(place) for place in range(len(table.source))] == stored
         assert "orbits at a" not in shown(app)
         screen.side.orbit = app.file.find("13", 0.7)
@@ -101,7 +101,7 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
         assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
         await press(pilot, "escape")
         assert table.source.a is None
-        assert screen.orbit.a == screen.side.following.here == 1.6
+        assert screen.side.orbit.a == screen.side.following.here == 1.6
         screen.choices.selection = Selection(where="p = 3")
         await settle(pilot)
         for _ in range(2):
@@ -109,7 +109,7 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
             assert table.source.a is None
             assert "the rows stay at a = 1.6" in shown(app)
         await press(pilot, "j")
-        assert screen.orbit.a == 1.6
+        assert screen.side.orbit.a == 1.6
         assert "the rows stay" not in shown(app)
 
 
@@ -128,32 +128,32 @@ async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, m
 
     def of_one_a(app):
         main, table = app.screen, table_of(app)
-        rows = table.source.a if table.source.a is not None else main.selection.a
-        return main.orbit.a == rows == app.screen.query_one(OrbitDrawing).a
+        rows = table.source.a if table.source.a is not None else main.choices.selection.a
+        return main.side.orbit.a == rows == app.screen.query_one(OrbitDrawing).a
 
     async with browsing(born, LARGE) as (app, pilot):
         main, table = app.screen, table_of(app)
         await pilot.press("greater_than_sign")
         await asyncio.to_thread(sought.wait, 60)
         await pilot.press("greater_than_sign", "greater_than_sign")
-        assert main.orbit.a == 1.6
+        assert main.side.orbit.a == 1.6
         assert of_one_a(app)
         await until(lambda: "reading births …" in shown(app))
         go_on.set()
-        await until(lambda: main.orbit.a > 1.69)
+        await until(lambda: main.side.orbit.a > 1.69)
         await settle(pilot)
-        assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
+        assert main.side.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
         go_on.clear()
         await pilot.press("greater_than_sign")
         await until(lambda: "following …" in shown(app))  # the births are known by now
         await pilot.press("greater_than_sign", "j")
         assert table.cursor == 1
-        assert main.orbit.code == row_of(app)[0]
+        assert main.side.orbit.code == row_of(app)[0]
         go_on.set()
         await settle(pilot)
-        assert main.orbit.code == row_of(app)[0]
-        assert main.orbit.a == pytest.approx(1.6 * np.exp(0.06))
+        assert main.side.orbit.code == row_of(app)[0]
+        assert main.side.orbit.a == pytest.approx(1.6 * np.exp(0.06))
         assert of_one_a(app)
 
 
@@ -161,9 +161,11 @@ def stadiums_of(app):
     """Return every a shown on screen."""
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
-    orbits = [orbit.a for orbit in (screen.orbit, drawing.orbit, *screen.side.compared) if orbit is not None]
+    orbits = [
+        orbit.a for orbit in (screen.side.orbit, drawing.orbit, *screen.side.compared) if orbit is not None
+    ]
     rows = [source.chosen.selection.a] if len(source) else []
-    return {screen.selection.a, drawing.a, *orbits, *rows}
+    return {screen.choices.selection.a, drawing.a, *orbits, *rows}
 
 
 @pytest.mark.slow
@@ -174,7 +176,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         main = app.screen
         assert stadiums_of(app) == {2.0}
         assert len(table_of(app).source) == 0
-        assert app.screen.orbit is None
+        assert app.screen.side.orbit is None
         text = shown(app)
         assert there(answer(app.file.path, unfilled, Selection(a=2.0))) in text
         assert "so does the key f" in text
@@ -188,7 +190,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert "not filled" not in shown(app)
         main.choices.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
         await settle(pilot)
-        assert there(answer(app.file.path, lacking_births, main.selection)) in shown(app)
+        assert there(answer(app.file.path, lacking_births, main.choices.selection)) in shown(app)
 
 
 async def test_another_stadium_drops_the_comparison(varied):
@@ -213,10 +215,10 @@ async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
         await press(pilot, "a", "2", "full_stop", "5")
         assert "nothing is filled there: f fills it" in " ".join(shown(app).split())
         await press(pilot, "enter")
-        assert app.screen.selection.a == 2.5
+        assert app.screen.choices.selection.a == 2.5
         assert "and so does the key f" in " ".join(shown(app).replace("│", " ").split())
         await press(pilot, "a", "1", "enter")
-        assert app.screen.selection.a == 1.0
+        assert app.screen.choices.selection.a == 1.0
         await press(pilot, "a", "0", "enter")
         assert isinstance(app.screen, LineDialog)
         assert app.screen.query_one("Input").has_class("-wrong")

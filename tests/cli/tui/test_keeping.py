@@ -28,19 +28,19 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
     state = tmp_path / "new" / "browse.json"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "C", "space", "j", "j", "K", "K", "k", "end")
-        assert "[ ] element" in shown(app)
+        assert "[ ] solver" in shown(app)
         await press(pilot, "K", "J", "enter")  # moving a column shows it
         names = [column.name for column in app.screen.rows.columns]
-        assert names == ["code", "status", "length", *USUAL[4:], "element"]
+        assert names == ["code", "status", "length", *USUAL[4:], "solver"]
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
         await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
-        assert app.screen.rows.ordering == Ordering("cycle")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
+        assert app.screen.rows.ordering == Ordering("iterations")
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
         await press(pilot, "l")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "length"]
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "length"]
         await press(pilot, "C", "enter")
-        assert heading(app).split()[:3] == ["│code", "cycle▲", "status"]
-        last = next(Catalogue(app.file.path).rows(Selection(), ("code", "cycle"), "cycle desc", 1))
+        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
+        last = next(Catalogue(app.file.path).rows(Selection(), ("code", "iterations"), "iterations desc", 1))
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last
     async with browsing(filled_once, state=state) as (app, pilot):
@@ -65,18 +65,18 @@ async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp
     state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
-        assert app.screen.selection.where is None  # no orbit is marked yet
+        assert app.screen.choices.selection.where is None  # no orbit is marked yet
         await press(pilot, "asterisk", "j", "j", "asterisk")
         assert "13      *  2" in shown(app)
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = export(Shown(app.file.reader, app.screen.selection, Ordering(), None), file)
+        told = export(Shown(app.file.reader, app.screen.choices.selection, Ordering(), None), file)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]
         await press(pilot, "apostrophe")
-        assert app.screen.selection.where == "p < 4"
+        assert app.screen.choices.selection.where == "p < 4"
         await press(pilot, "o", "F")
         await ask(pilot, "enter", "short")
     assert file.read_text().count("\n") == 3
@@ -86,7 +86,7 @@ async def test_marked_orbits_and_filters_are_saved_and_exported(filled_once, tmp
         await press(pilot, "F")
         assert "orbits at a = 1.6 where p < 4" in shown(app)
         await press(pilot, "enter")
-        assert app.screen.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
+        assert app.screen.choices.selection == Selection(statuses=(Status.ORBIT,), where="p < 4")
         await press(pilot, "F", "delete", "escape")
     kept = json.loads(state.read_text())
     assert kept["marked"] == ["13"]
@@ -102,7 +102,7 @@ def test_a_saved_filter_is_restored_unchanged():
         with pytest.raises(InputError):
             selection_of(wrong, 1.6)
     for odd in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
-        with pytest.raises(InputError, match="is no filter of this program"):
+        with pytest.raises(InputError, match="is not a filter of orbitdb"):
             selection_of(odd, 1.6)
 
 

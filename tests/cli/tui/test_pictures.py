@@ -14,17 +14,23 @@ from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
-from orbitdb.cli.tui.orbit.braille import DOTS_X, DOTS_Y, Frame, Layer, Mark, draw, polyline
 from orbitdb.cli.tui.orbit.facts import whole
 from orbitdb.cli.tui.orbit.pictures import (
+    DOTS_X,
+    DOTS_Y,
     MOST_DRAWN,
     Curve,
+    Frame,
+    Layer,
+    Mark,
     along,
+    draw,
     draw_curves,
     draw_orbit,
     draw_phase,
     path_of,
     phase_points,
+    polyline,
 )
 from orbitdb.numerals import upwards
 from orbitdb.orbits.single_word import solve_word
@@ -242,7 +248,7 @@ async def test_enter_opens_the_whole_orbit(filled_once, size):
             await press(pilot, "o", "bracketleft", back)  # the hidden rows stay as they are
             main: Any = app.screen
             assert not main.whole
-            assert (main.selection, main.orbit.code) == (Selection(), "013")
+            assert (main.choices.selection, main.side.orbit.code) == (Selection(), "013")
             await press(pilot, "enter")
 
 
@@ -253,19 +259,19 @@ async def test_the_whole_orbit_follows_the_main_screen(filled_once):
         assert "031 at a = 1.6" in shown(app)
         await press(pilot, "p", "greater_than_sign")
         main = app.screen_stack[0]
-        assert main.orbit.a > 1.6
-        assert f"013 at a = {main.orbit.a:.9g}" in shown(app)
+        assert main.side.orbit.a > 1.6
+        assert f"013 at a = {main.side.orbit.a:.9g}" in shown(app)
         await press(pilot, "a", *"2.5", "enter")
         assert "013 at a = 2.5" in shown(app)
         await press(pilot, "X", "y")
-        assert app.clipboard == main.orbit.code != "013"
+        assert app.clipboard == main.side.orbit.code != "013"
         await press(pilot, "c", *"1232131", "enter")
         assert "1232131 at a = 2.5" in shown(app)
         await press(pilot, "asterisk", "e")
         assert app.screen.query_one(Input).value == "1232131.svg"
         await press(pilot, "escape", "escape")
         assert not main.whole
-        assert (main.orbit.code, main.selection.a) == ("1232131", 2.5)
+        assert (main.side.orbit.code, main.choices.selection.a) == ("1232131", 2.5)
 
 
 @pytest.mark.slow
@@ -273,8 +279,8 @@ async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
     cli("fill", "--p", "3")
     assert cli("verify", "--rigorous", "--p", "2").code == 0
     async with browsing(tmp_path / "orbits.db", LARGE) as (app, pilot):
-        assert app.screen.orbit.code == "13"
-        radius, bits = app.file.certificate(app.screen.orbit)
+        assert app.screen.side.orbit.code == "13"
+        radius, bits = app.file.certificate(app.screen.side.orbit)
         assert f"radius {upwards(radius)}, {bits} bits" in shown(app)
         assert app.file.certificate(solve_word("13", 1.0)) is None
         await press(pilot, "j")

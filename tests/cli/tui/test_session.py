@@ -119,7 +119,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         main, table = app.screen, table_of(app)
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
-        assert main.selection == chosen
+        assert main.choices.selection == chosen
         assert len(table.source) == Catalogue(app.file.path).count(chosen)
         main.choices.selection = Selection()
         await settle(pilot)
@@ -133,12 +133,12 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
         longest = next(Catalogue(app.file.path).rows(Selection(), ("code",), "length desc", 1))[0]
-        assert main.orbit.code == longest
+        assert main.side.orbit.code == longest
         assert "length▼" in headings(app)
         await click(pilot, 13, 0)  # after a code of twelve symbols
         assert main.rows.ordering == Ordering("p")
         await click(pilot, 3, 6)
-        assert main.orbit.code == table.source.row(5)[0]
+        assert main.side.orbit.code == table.source.row(5)[0]
 
 
 @pytest.mark.slow
@@ -147,29 +147,29 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         main, table = app.screen, table_of(app)
         words = [code for (code,) in Catalogue(app.file.path).rows(Selection(), ("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
-        assert (table.cursor, main.orbit.code) == (0, words[0])
+        assert (table.cursor, main.side.orbit.code) == (0, words[0])
         await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them
         assert len(row_of(app)[0]) != 5
         await press(pilot, "R", "g")
         await press(pilot, "pagedown")
         assert table.cursor == table.size.height - 2
-        assert main.orbit.code == words[table.cursor]
+        assert main.side.orbit.code == words[table.cursor]
         await hurry(pilot, "G", "k", "pageup", "0", "1", "3", "2")  # 0132, in any rotation
         assert (row_of(app)[0], main.rows.position.note) == ("0132", "code 0132")
         await hurry(pilot, "backspace")
         told = str(main.rows.position.render())
         assert told == f"code 013 │ row {words.index('013') + 1:,} of {len(words):,}"
         await hurry(pilot, "2")
-        seen = [main.orbit.code]
+        seen = [main.side.orbit.code]
         for key, element in (("T", REVERSE), ("X", MIRROR_X), ("Y", MIRROR_Y)):
             await hurry(pilot, key)
-            seen.append(main.orbit.code)
+            seen.append(main.side.orbit.code)
             assert seen[-1] == images_of(seen[-2])[element]
             assert row_of(app)[0] == least_rotation(seen[-1])
         assert main.query_one(FactsPanel).border_title == f"{seen[-2]}, mirrored up-down"
         await hurry(pilot, "y", "escape")
         assert app.clipboard == seen[-1]
-        assert main.orbit.code == row_of(app)[0] == words[len(words) - table.size.height]
+        assert main.side.orbit.code == row_of(app)[0] == words[len(words) - table.size.height]
         await press(pilot, "g")
         main.side.go_to(app.file.find("00123", 1.6))
         await hurry(pilot, "m")  # a pruned word has no bounces to compare
@@ -214,7 +214,9 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
         await press(pilot, "escape")
         assert len(app.screen_stack) == 1
         titles = [command.title for command in app.get_system_commands(app.screen)]
-        actions = {binding.description for binding in app.screen.BINDINGS if binding.description}
+        actions = {
+            each.description for group in MainScreen.KEYS.values() for each in group if each.description
+        }
         assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
         assert len(titles) == len(set(titles))
         assert all(titles)

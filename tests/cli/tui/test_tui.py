@@ -5,6 +5,7 @@ import csv
 import os
 import re
 import shutil
+import threading
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.fill import FillDialog, parse_wish
-from orbitdb.cli.tui.export import Shown, export
+from orbitdb.cli.tui.export import Export, Shown, export
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
 from orbitdb.cli.tui.orbit.facts import FactsPanel
@@ -51,12 +52,12 @@ def filled(tmp_path_factory):
 )
 async def test_it_opens_at_a_code_outside_the_subset(filled, code, chosen, rows, told):
     async with browsing(filled, code=code, selection=chosen, notifications=True) as (app, pilot):
-        assert app.screen.orbit.code == primitive_root(parse(code))
+        assert app.screen.side.orbit.code == primitive_root(parse(code))
         assert [note.message for note in app._notifications] == [told]
         assert (table_of(app).row is not None) == rows
         await press(pilot, "escape")
         if rows:
-            assert app.screen.orbit.code == "13"
+            assert app.screen.side.orbit.code == "13"
 
 
 @pytest.mark.slow
@@ -67,7 +68,7 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         await asyncio.wait_for(until(lambda: drawing.particle > 0), 10)
         before = drawing.particle
         drawing.step()
-        way = (drawing.particle - before) % 1 * app.screen.orbit.length
+        way = (drawing.particle - before) % 1 * app.screen.side.orbit.length
         assert way == pytest.approx(0.125)  # 2.5 length units a second, 20 pictures a second
         drawing.particle = 0.9999
         drawing.step()
@@ -197,6 +198,18 @@ async def test_an_export_in_progress_is_not_repeated_and_quitting_asks(filled, t
         assert done.endswith(f"rows written to {path}")
         assert path.exists()
         assert not app.exports
+
+
+async def test_quitting_right_after_an_export_begins_asks(filled, tmp_path):
+    """The answer of the dialog may still be on its way through the main screen."""
+    go_on = threading.Event()
+    async with browsing(filled) as (app, _):
+        export = Export(tmp_path / "rows.csv", lambda _: "written" if go_on.wait(60) else "")
+        app.screen.call_next(app.post_message, export)
+        await app.run_action("quit")
+        await until(lambda: isinstance(app.screen, QuestionDialog) or app._exit)
+        assert isinstance(app.screen, QuestionDialog)
+        go_on.set()
 
 
 @pytest.mark.slow
