@@ -38,7 +38,7 @@ class Peak(NamedTuple):
     length : float
         Position of the peak, in units of the radius.
     height : float
-        |F| at the peak, from the levels if there are any, otherwise from the orbits.
+        Modulus of F at the peak, from the levels if there are any, otherwise from the orbits.
     code : str
         Representative of the class; ``02`` is the bouncing-ball family.
     repetitions : float
@@ -46,7 +46,7 @@ class Peak(NamedTuple):
     total : float
         Length of the repeated orbit.
     strength : float
-        |F| of this term alone at the peak.
+        Modulus of F of this term alone at the peak.
     """
 
     length: float
@@ -61,7 +61,7 @@ class Peak(NamedTuple):
 class Spectrum(ByValue, Drawn):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
 
-    `plot` draws |F|, for the orbits downwards and for any levels upwards.
+    `plot` draws the modulus of F, for the orbits downwards and for any levels upwards.
 
     Attributes
     ----------
