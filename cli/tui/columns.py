@@ -22,8 +22,8 @@ USUAL = (
 """Names of the default columns."""
 
 _WIDTHS = {
-    "code": 8, "p": 3, "length": 11, "status": 9, "lambda_d": 9, "lambda_c": 9, "lyapunov": 11, "symmetry": 9,
-    "margin": 9, "error": 8, "born": 11, "dies": 11, "residual": 8, "solver": 10, "rules": 7, "cycle": 12,
+    "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11, "dies": 11,
+    "solver": 10, "rules": 7, "cycle": 12,
 }  # fmt: skip
 """Widths of columns whose values are wider than the name."""
 
@@ -34,7 +34,8 @@ def _every() -> dict[str, Column]:
     found = {}
     for name in dict.fromkeys((*USUAL, *known)):
         text = known[name].kind not in ("number", "integer")
-        found[name] = Column(name, _WIDTHS.get(name, len(name)), text, known[name].brief)
+        width = max(_WIDTHS.get(name, 0), len(name) + 1)  # a sorted column has an arrow after its name
+        found[name] = Column(name, width, text, known[name].brief)
     return found
 
 

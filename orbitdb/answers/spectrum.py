@@ -51,12 +51,14 @@ def levels_from_zero(
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"
         known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
+        command = f"'orbitdb levels --k 0:{asked:g} --a {exact(a)}'"
         if any(ends.values()) and not last:
             some = ", ".join(each for each, end in ends.items() if end)
-            known = f"only levels of parity {some} are stored, which --parity names,"
-        raise InputError(
-            f"{known} at a = {exact(a)}: 'orbitdb levels --k 0:{asked:g} --a {exact(a)}' finds them"
-        )
+            raise InputError(
+                f"only {some} levels are stored at a = {exact(a)}: choose one parity with --parity, or find the "
+                f"others with {command}"
+            )
+        raise InputError(f"{known} at a = {exact(a)}: {command} finds them")
     return Levels.joined(a, 0.0, high, found)
 
 

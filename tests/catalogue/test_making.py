@@ -99,7 +99,7 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     assert catalogue.levels(2.5, "ee").k.max() < 2.5
     with pytest.raises(InputError, match="stored up to k = 6"):
         catalogue.levels(7, "ee")
-    with pytest.raises(InputError, match="no levels"):
+    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 0\.7: choose one parity"):
         catalogue.levels()
 
 
