@@ -109,8 +109,8 @@ OF_COUNTS = [
 """What `table` tells of a period, as in the paper's Table 1."""
 
 OF_LIVES = [
-    Column("born", "number", "where the class begins to be an orbit as a grows; from a = 0 on: 0 in files, "
-           "NULL in SQL", "radius", "born_error"),
+    Column("born", "number", "where the class begins to be an orbit as a grows", "radius", "born_error",
+           "an orbit from a = 0 on"),
     Column("born_error", "number", "bound on the error of born", "radius", "itself"),
     Column("dies", "number", "where the class next ceases to be one", "radius", "dies_error", "no end"),
     Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "no end"),

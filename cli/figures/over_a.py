@@ -113,7 +113,7 @@ def _changes(moment: Moment, chosen: Selection) -> Changes:
     found = {}
     for p in (p for p in whole if p <= highest):
         lives = moment.births(p)
-        ends = [(life.born, life.class_size) for life in lives]
+        ends = [(life.born or 0.0, life.class_size) for life in lives]
         ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
         places, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T
         found[p] = places, words

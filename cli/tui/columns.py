@@ -22,8 +22,8 @@ USUAL = (
 """Names of the default columns."""
 
 _WIDTHS = {
-    "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11, "dies": 11,
-    "solver": 10, "rules": 7, "cycle": 12,
+    "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
+    "dies": 11, "solver": 10, "rules": 7, "cycle": 12,
 }  # fmt: skip
 """Widths of columns whose values are wider than the name."""
 

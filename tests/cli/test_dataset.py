@@ -79,7 +79,7 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     ]
     births = pandas.read_parquet(folder / "births.parquet")
     lives = ask(Path(known), "SELECT word, coalesce(born, 0) FROM life")
-    assert sorted(zip(births["representative"], births["born"], strict=True)) == sorted(lives)
+    assert sorted(zip(births["representative"], births["born"].fillna(0), strict=True)) == sorted(lives)
     counts = read_csv(folder / "counts.csv")
     assert [(row["a"], row["p"], row["N_c"]) for row in counts][-1] == ("1.6", "5", "80")
     averages = pandas.read_csv(folder / "averages.csv")

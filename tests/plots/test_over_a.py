@@ -27,7 +27,7 @@ from orbitdb.store.reading.lookup import with_existence
 def orbits_at(known: Catalogue, p: int, a: float) -> int:
     """Return the number of words of a period that are orbits at a."""
     lives = known.births(p)
-    return sum(life.class_size for life in lives if life.born <= a < (life.dies or math.inf))
+    return sum(life.class_size for life in lives if (life.born or 0.0) <= a < (life.dies or math.inf))
 
 
 def entropy_at(known: Catalogue, highest: int, a: float) -> float:

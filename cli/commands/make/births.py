@@ -67,19 +67,19 @@ def births(
 
 
 def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
-    """Return the lives that end, by period and death, with the beginning of the next life."""
+    """Return the lives that end, by period and word, with the beginning of the next life."""
     rows: list[tuple[object, ...]] = []
     for p in periods:
         lives = moment.births(p)
         again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
         for life in lives:
-            if life.word in again:
+            if life.word in again and life.born is not None:
                 again[life.word].append(life.born)
-        rows += sorted(
+        rows += [
             (p, life.word, life.class_size, life.born, life.dies, life.dies_error,
              min((born for born in again[life.word] if born > life.dies), default=None))
-            for life in lives if life.dies is not None
-        )  # fmt: skip
+            for life in sorted(lives, key=lambda each: (each.word, each.born or 0.0)) if life.dies is not None
+        ]  # fmt: skip
     return rows
 
 

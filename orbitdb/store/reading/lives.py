@@ -80,8 +80,10 @@ class Life(Record):
     word : str
         The representative.
     p, class_size : int
-    born, born_error : float
-        The a of its birth, 0 for an orbit from a = 0 on, and the bound on its error.
+    born : float or None
+        The a of its birth; None for an orbit from a = 0 on.
+    born_error : float
+        The bound on its error.
     dies, dies_error : float or None
         The same for its death; None if it does not die.
     """
@@ -89,7 +91,7 @@ class Life(Record):
     word: str
     p: int
     class_size: int
-    born: float
+    born: float | None
     born_error: float
     dies: float | None
     dies_error: float | None
@@ -110,9 +112,7 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
     """Return the lives of all classes of one period, by birth."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))
-    from_zero = {"born": sa.func.coalesce(life.c.born, 0.0)}
-    columns = [from_zero.get(name, life.c[name]) for name in names]
-    query = sa.select(*columns).where(here).order_by(life.c.born, life.c.word)
+    query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
 
 
