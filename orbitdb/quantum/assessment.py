@@ -6,8 +6,8 @@ missing level. With the excess
 
     D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),   Phi the normal distribution,
 
-i + D_i is the number of the level k_i, and `orbitdb.quantum.numbering` rounds it to a true number. The radius
-can be fitted too: the cheapest scale of k is taken.
+i + D_i is the number of the level k_i, and `orbitdb.quantum.missing_levels` rounds it to a true number. The
+radius can be fitted too: the cheapest scale of k is taken.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from orbitdb.equality import ByValue
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.lengths import BLOCK
-from orbitdb.quantum.numbering import numbered
+from orbitdb.quantum.missing_levels import numbered
 from orbitdb.quantum.staircase import Staircase
 
 if TYPE_CHECKING:

@@ -270,6 +270,6 @@ def packed(keys: Integers, p: int) -> Integers:
 def keys_of_period(p: int) -> tuple[int, int]:
     """Return the least and largest key of p symbols, a range that includes all words of period p.
 
-    Ids of classes without a key (`orbitdb.store.file.schema.LONG`) are above it.
+    Ids of classes without a key (`orbitdb.store.file.ids.LONG`) are above it.
     """
     return key("0" * p), key(SYMBOLS[-1] * p)

@@ -17,7 +17,8 @@ import sqlalchemy as sa
 from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import DONE, FILLING, LONG
+from orbitdb.store.file.ids import LONG
+from orbitdb.store.file.schema import DONE, FILLING
 from orbitdb.store.file.tables import birth_fill, cycle, element, fill, metadata, orbit, pruned
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to

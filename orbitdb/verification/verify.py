@@ -35,9 +35,9 @@ from orbitdb.verification.births import change_parts, check_births, prove_lives,
 from orbitdb.verification.check import Block, Check, Checked, Part, blocks, checked_apart, judged, measured
 from orbitdb.verification.completeness import class_parts, file_parts
 from orbitdb.verification.invariants import check_consistency, with_bounds
+from orbitdb.verification.levels_and_bounds import record_parts
 from orbitdb.verification.provenance import check_provenance, runs_of_here
 from orbitdb.verification.recomputation import certify, check_against, check_bits, restart
-from orbitdb.verification.records import record_parts
 from orbitdb.verification.sweeps import check_sweeps
 
 if TYPE_CHECKING:

@@ -92,8 +92,8 @@ def test_every_life_that_ends_is_listed(cli, born):
     ended = cli("births", "--deaths", "--json")
     assert ended.err == "3 lives end, among 75 classes\n"
     assert [list(row.values()) for row in json.loads(ended.out)] == [
-        [3, "013", 4, 0.0, 2.0, 2e-15, None],
-        [4, "0132", 4, 0.0, 3.0, 3e-15, 5.0],
+        [3, "013", 4, None, 2.0, 2e-15, None],
+        [4, "0132", 4, None, 3.0, 3e-15, 5.0],
         [4, "0132", 4, 5.0, 9.0, 9e-15, None],
     ]
     assert ",".join(json.loads(ended.out)[0]) == "p,word,class_size,born,dies,dies_error,reborn"

@@ -15,7 +15,7 @@ from quick import slow_but
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tokens import tokens
 from orbitdb.store.reading.moment import reading
 

@@ -9,8 +9,8 @@ from contents import ask
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import LONG
 from orbitdb.store.file.tables import orbit, pruned
 from orbitdb.store.writing.classes import NULL, insert
 from orbitdb.store.writing.writer import Writer

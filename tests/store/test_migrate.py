@@ -16,8 +16,9 @@ from there import there
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.database import check_file, need_newest
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import LONG, SCHEMA_VERSION
+from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.words import key, keys, parse, word_of
 

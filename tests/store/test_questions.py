@@ -29,7 +29,7 @@ from orbitdb.store.reading.moment import reading
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"order.STEP": 100, "rows.ROWS": 50, "question.BLOCK": 30, "matching.BATCH": 20}
+AT_A_TIME = {"order_of_words.STEP": 100, "rows.ROWS": 50, "question.BLOCK": 30, "matching.BATCH": 20}
 """Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 

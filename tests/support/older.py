@@ -5,7 +5,8 @@ from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 
-from orbitdb.store.file.schema import APPLICATION_ID, LONG, REVISIONS
+from orbitdb.store.file.ids import LONG
+from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key
 

@@ -298,7 +298,8 @@ def test_bounds_by_balls_may_be_weaker_but_not_stronger(sound, tmp_path, monkeyp
         path = Path(shutil.copy(sound, tmp_path / "altered.db"))
         altered(path, f"UPDATE entropy_bound SET {change} WHERE edges = 5 AND proof = '{proof}'")
         assert ("entropy" not in found_wrong(path)) == right
-    monkeypatch.setattr("orbitdb.verification.records.RECOUNTED", 10)  # longer windows would take hours
+    # longer windows would take hours
+    monkeypatch.setattr("orbitdb.verification.levels_and_bounds.RECOUNTED", 10)
     assert "entropy" not in found_wrong(tmp_path / "altered.db")
 
 

@@ -89,7 +89,7 @@ def verify(
     from orbitdb.store.file.guard import TamperedError
     from orbitdb.store.reading.moment import Reader
     from orbitdb.verification.check import Check
-    from orbitdb.verification.records import is_known
+    from orbitdb.verification.levels_and_bounds import is_known
     from orbitdb.verification.verify import report, told, verification_steps
 
     if folder is not None:

@@ -7,7 +7,7 @@ look up.
 from collections.abc import Mapping, Sequence
 from itertools import pairwise, takewhile
 
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tokens import Token, meaningful, tokens
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import class_of

@@ -38,10 +38,6 @@ BORN, DIED = "born", "died"
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """The counts of a sweep (`orbitdb.orbits.sums.Tally`)."""
 
-LONG = 7 << 58
-"""The first id for classes of words too long for a key.
-
-It is above all keys, and four times as much still fits into an SQLite integer."""
 
 _TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")
 

@@ -17,7 +17,7 @@ from orbitdb.orbits.batch import NUMBERS
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.file.database import asking
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period

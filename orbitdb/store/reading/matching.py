@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from orbitdb.arrays import Integers, Marks, Masks
 from orbitdb.store.asking.sql import CancelledError, never
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.rows import ALL, Chosen, listed, orders_of
 from orbitdb.store.reading.soundness import need_words, stabiliser_of

@@ -22,10 +22,10 @@ from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sql import never
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
 from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order import in_order_of_words
+from orbitdb.store.reading.order_of_words import in_order_of_words
 from orbitdb.store.reading.rows import Chosen, as_array
 from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS

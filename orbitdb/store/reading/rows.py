@@ -20,7 +20,8 @@ from orbitdb.column_files import ColumnBlock, Values
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import LONG, OF_WORD, SHARED
+from orbitdb.store.file.ids import LONG
+from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
 from orbitdb.symbols.members import BITS_OF, ELEMENT_OF

@@ -1,8 +1,6 @@
 """Store symmetry classes with all their words, orbits, births and deaths, many rows at a time.
 
-The id of a class is the key of its representative (`orbitdb.symbols.words.key`), so any process can compute
-it, and the table is in the order of words. Classes of words too long for a key are numbered from `LONG` up as
-they arrive. Geometrically pruned words have such ids with a minus sign.
+Their ids are those of `orbitdb.store.file.ids`.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,12 +16,13 @@ from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.births.changes import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.file.database import driver
-from orbitdb.store.file.schema import BORN, DIED, DONE, LONG
+from orbitdb.store.file.ids import id_of_class, ids_of_pruned
+from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.members import joined_members
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
+from orbitdb.symbols.words import from_strings, keys_of_period
 
 NULL = float("nan")
 """SQLite stores it as NULL. For each None and bytes (not bytearray), Python's driver looks for an adapter,
@@ -57,12 +56,7 @@ def add_classes(
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
     """Store one class of any period unless it is stored; return its id."""
     word = family.representative
-    if len(word) <= MAX_KEYED:
-        number = key(word)
-    else:
-        stored = sa.select(cycle.c.id).where(cycle.c.id >= LONG, cycle.c.p == len(word), cycle.c.word == word)
-        last = connection.scalar(sa.select(sa.func.max(cycle.c.id))) or 0
-        number = connection.scalar(stored) or max(LONG, last + 1)
+    number = id_of_class(driver(connection), word)
     stabilisers = np.array([family.stabiliser], dtype=np.uint8)
     add_classes(connection, [number], from_strings([word]), stabilisers, [joined_members(word)])
     return number
@@ -78,12 +72,7 @@ def classes_stored(connection: sa.Connection, p: int) -> bool:
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
     """Store geometrically pruned words of period p, given as least rotations, with the rules they break."""
-    if p <= MAX_KEYED:
-        numbers = [-key(word) for word in words]
-    else:
-        last = connection.scalar(sa.select(sa.func.min(pruned.c.id))) or 0
-        first = min(-LONG, last - 1)
-        numbers = list(range(first, first - len(words), -1))
+    numbers = ids_of_pruned(driver(connection), p, words)
     insert(connection, pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
 
 

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Integers
-from orbitdb.store.file.schema import LONG
+from orbitdb.store.file.ids import LONG
 from orbitdb.store.reading.matching import long_words, stabilisers_of_classes
 from orbitdb.store.reading.rows import ALL, Chosen, orders_of
 from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
