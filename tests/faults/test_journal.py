@@ -12,6 +12,8 @@ from processes import run, start
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
+from orbitdb.store.file.database import driver
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")
@@ -62,6 +64,12 @@ def test_a_command_leaves_no_journal(cli, filled, command):
     assert [each.name for each in filled.parent.iterdir() if each.name.startswith(filled.name)] == [
         filled.name
     ]
+
+
+def test_a_question_that_was_not_read_to_its_end_leaves_no_journal(filled):
+    with reading(filled) as moment:  # an interrupted command still refers to its query
+        query = driver(moment.connection).execute("SELECT * FROM class")
+    assert not filled.with_name(f"{filled.name}-wal").exists(), query
 
 
 @pytest.mark.parametrize("last", ["reader", "writer"])

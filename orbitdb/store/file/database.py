@@ -5,10 +5,11 @@ import sqlite3
 import stat
 import sys
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
@@ -234,10 +235,37 @@ def waiting(ask: Callable[[], object]) -> None:
         time.sleep(0.01)  # SQLite itself does not wait to change the journal mode
 
 
+class _Connection(sqlite3.Connection):
+    """A connection whose `close` ends its queries first; an interrupted one would keep the journal in use."""
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._cursors: weakref.WeakSet[sqlite3.Cursor] = weakref.WeakSet()
+
+    def cursor(self, factory: Any = sqlite3.Cursor) -> Any:
+        cursor = super().cursor(factory)
+        self._cursors.add(cursor)
+        return cursor
+
+    def execute(self, *arguments: Any) -> sqlite3.Cursor:
+        cursor: sqlite3.Cursor = self.cursor().execute(*arguments)
+        return cursor
+
+    def close(self) -> None:
+        for cursor in list(self._cursors):
+            cursor.close()
+        super().close()
+
+
 def _open(uri: str) -> sqlite3.Connection:
     """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
-        uri, uri=True, timeout=BUSY_TIMEOUT, isolation_level=None, check_same_thread=False
+        uri,
+        uri=True,
+        timeout=BUSY_TIMEOUT,
+        isolation_level=None,
+        check_same_thread=False,
+        factory=_Connection,
     )
     connection.execute("PRAGMA trusted_schema = OFF")
     connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # lets Python handle signals
