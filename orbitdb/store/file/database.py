@@ -260,12 +260,7 @@ class _Connection(sqlite3.Connection):
 def _open(uri: str) -> sqlite3.Connection:
     """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
-        uri,
-        uri=True,
-        timeout=BUSY_TIMEOUT,
-        isolation_level=None,
-        check_same_thread=False,
-        factory=_Connection,
+        uri, BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=_Connection
     )
     connection.execute("PRAGMA trusted_schema = OFF")
     connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # lets Python handle signals
