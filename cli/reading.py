@@ -163,12 +163,8 @@ def in_order(
     from orbitdb.store.asking.conditions import parse_order
 
     end = None if limit is None else limit + offset
-
-    def rows(chosen: "Chosen", names: tuple[str, ...], first: int) -> Iterator[Row]:
-        return (row for block in moment.blocks(chosen, names, first, end) for row in block.rows())
-
     if len(subsets) == 1:
-        return rows(subsets[0], names, offset)
+        return moment.rows(subsets[0], names, offset, end)
     falling = parse_order(order)
     for name in _NATURAL:
         falling.setdefault(name, False)
@@ -180,7 +176,7 @@ def in_order(
             for value, falls in keys
         )
 
-    streams = (rows(chosen, (*names, *falling), 0) for chosen in subsets)
+    streams = (moment.rows(chosen, (*names, *falling), 0, end) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 

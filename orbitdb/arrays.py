@@ -1,5 +1,8 @@
 """The types of arrays that all wings share."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,3 +18,6 @@ Words = NDArray[np.uint8]
 
 Masks = NDArray[np.uint8]
 """Sets of up to eight members, a bit for each."""
+
+Values = Floats | Sequence[Any]
+"""A column: numbers with NaN, or plain values or arrays with None, for a missing value."""

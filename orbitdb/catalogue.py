@@ -238,7 +238,8 @@ class Catalogue:
             If a column is unknown or ``where`` is refused.
         """
         with self._question(selection, criteria) as (moment, chosen):
-            yield from moment.rows(chosen, columns, order, limit, offset)
+            most = None if limit is None else limit + offset
+            yield from moment.rows(moment.choose(chosen, order, most=most), columns, offset, most)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:

@@ -1,15 +1,15 @@
-"""Rows as blocks of columns, and the files that hold columns: parquet and npz."""
+"""The files that hold columns: parquet and npz."""
 
 import json
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.arrays import Values
 from orbitdb.column import Row
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError
@@ -22,37 +22,6 @@ _ROWS = 20_000
 _LARGEST_TEXT = 2**31
 _LEVEL = 3
 """Compression level; zlib's default takes three times as long for files a tenth smaller."""
-
-
-Values = NDArray[np.float64] | Sequence[Any]
-"""Numbers with NaN, or plain values or arrays with None, for a missing value."""
-
-
-@dataclass(frozen=True, eq=False)
-class ColumnBlock:
-    """Some rows, column by column.
-
-    Attributes
-    ----------
-    columns : sequence of Values
-        Equally long.
-    """
-
-    columns: Sequence[Values]
-
-    def __len__(self) -> int:
-        return len(self.columns[0])
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows as plain values, with None for missing ones."""
-        return zip(*map(plain, self.columns), strict=True)
-
-
-def plain(column: Values) -> Sequence[Any]:
-    """Return a column as plain values, with None for missing ones."""
-    if isinstance(column, np.ndarray):
-        return [None if value != value else value for value in column.tolist()]
-    return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
 def _in_columns(rows: Iterable[Row]) -> Iterator[list[Sequence[Any]]]:

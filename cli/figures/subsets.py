@@ -30,7 +30,7 @@ def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") 
     """Draw one orbit of each class of a subset, the first ones in order if they exceed the limit."""
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
-    for (word,) in moment.rows(chosen, ("representative",), order):
+    for (word,) in moment.rows(moment.choose(chosen, order), ("representative",)):
         first[word] = None
         if len(first) > limit:
             break

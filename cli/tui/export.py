@@ -102,14 +102,15 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
-        rows = moment.rows(selection, WRITTEN, str(ordering), cancelled=cancelled)
+        chosen = moment.choose(selection, str(ordering), cancelled=cancelled)
+        rows = moment.rows(chosen, WRITTEN, cancelled=cancelled)
         if path.suffix == ".parquet":
             with _or_write("a .csv"):
                 write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 write_data(file, WRITTEN, rows, Format(path.suffix[1:]))
-        said = f"{moment.count(selection):,} rows written to {path}"
+        said = f"{len(chosen):,} rows written to {path}"
         partial = partial_fills(moment, selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 

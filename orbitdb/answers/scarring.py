@@ -98,7 +98,8 @@ def _above(own: float, others: Floats) -> float | None:
 def _shortest(moment: Moment, a: float) -> list[Orbit]:
     """Return the shortest stored orbits, one from each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
-    words = [word for (word,) in moment.rows(chosen, ("code",), "length", SHORTEST)]
+    rows = moment.rows(moment.choose(chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)
+    words = [word for (word,) in rows]
     found = [orbit for word in words if (orbit := moment.find(word, a)) is not None]
     if not found:
         raise InputError(f"no orbits at a = {exact(a)}: 'orbitdb fill --p 11 --a {exact(a)}' finds some")

@@ -23,7 +23,7 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
     filled = tuple(each.p for each in moment.fills(selection.a) if each.whole and selection.includes(each.p))
     columns: dict[str, list[Any]] = {}
     for place, name in enumerate(names):
-        columns[name] = [block.columns[place] for block in blocks]
+        columns[name] = [block[place] for block in blocks]
     places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
     arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
     return Subset(

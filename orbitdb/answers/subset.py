@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers import subset_tables
-from orbitdb.arrays import Floats, Integers, Places
+from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Values
 from orbitdb.columns import WRITTEN
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn

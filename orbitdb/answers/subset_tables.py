@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import Values, arrow_batch, arrow_schema
+from orbitdb.column_files import arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit

@@ -81,9 +81,7 @@ class Pages:
             return [self._there(self.stored.row(place), place) for place in range(len(self))[first:end]]
         assert self.catalogue is not None
         with self.catalogue.moment() as moment:
-            return [
-                row for block in moment.blocks(self.chosen, self.fields, first, end) for row in block.rows()
-            ]
+            return list(moment.rows(self.chosen, self.fields, first, end))
 
     def position(self, word: str) -> int | None:
         """Return the row of a word, given as its least rotation."""

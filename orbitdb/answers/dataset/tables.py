@@ -67,8 +67,7 @@ def orbits(moment: Moment, subset: Chosen, words: int) -> Table:
     """Return the chosen words of one a and period, in the order of class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     title = subset.selection.describe(count=len(subset))
-    blocks = moment.blocks(subset, [column.name for column in _ORBITS])
-    rows = (row for block in blocks for row in block.rows())
+    rows = moment.rows(subset, [column.name for column in _ORBITS])
     return Table(f"orbits/a={exact(a)}_p={p:02d}.parquet", title, _ORBITS, rows, words)
 
 

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from orbitdb.arrays import Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import ColumnBlock
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.selection import Selection, unknown_column
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
@@ -27,9 +26,6 @@ from orbitdb.store.reading.rows import Chosen
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
-
-_ALL = 2**63 - 1
-"""SQLite's largest integer."""
 
 
 @dataclass(frozen=True)
@@ -110,29 +106,23 @@ class Moment:
 
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
-    ) -> Iterator[ColumnBlock]:
-        """Yield rows of a subset by columns (`orbitdb.store.reading.rows.blocks_of`)."""
+    ) -> Iterator[list[Values]]:
+        """Yield columns of a subset, in blocks of rows (`orbitdb.store.reading.rows.blocks_of`)."""
         return rows.blocks_of(self.connection, chosen, names, first, last)
 
     def rows(
         self,
-        selection: Selection,
-        columns: Sequence[str] = COLUMNS,
-        order: str = "p",
-        limit: int | None = None,
-        offset: int = 0,
+        chosen: Chosen,
+        names: Sequence[str],
+        first: int = 0,
+        last: int | None = None,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one per word."""
-        for name in columns:
-            if name not in rows.COLUMNS:
-                raise unknown_column(name, COLUMNS)
-        most = None if limit is None else min(limit + offset, _ALL)
-        chosen = self.choose(selection, order, most=most, cancelled=cancelled)
-        for block in self.blocks(chosen, columns, offset, most):
+        """Yield rows first .. last - 1 of a subset as plain values, with None for missing ones."""
+        for columns in self.blocks(chosen, names, first, last):
             if cancelled():
                 raise CancelledError
-            yield from block.rows()
+            yield from zip(*map(rows.plain, columns), strict=True)
 
     def count(self, selection: Selection) -> int:
         """Return the number of rows in a chosen subset."""

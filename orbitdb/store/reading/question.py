@@ -45,7 +45,8 @@ BLOCK = 1 << 14
 _FEW = 1 << 16
 """Above this many rows, SQLite sorts everything faster than it keeps the first N."""
 
-Values = dict[str, NDArray[Any]]
+_LARGEST = 2**63 - 1
+"""SQLite's largest integer."""
 
 
 def choose(
@@ -83,7 +84,7 @@ def choose(
     query = _query(connection, divided, by_class, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
     if most is not None and not (counted or by_words or divided.patterns or sorted_far):
-        query = query.limit(most)  # every class has at least one row
+        query = query.limit(min(most, _LARGEST))  # every class has at least one row
     with answering(connection, divided.conditions, cancelled):
         coded, *more = _arrays(connection, query, columns)
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)

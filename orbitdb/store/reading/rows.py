@@ -15,11 +15,10 @@ import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers, Masks, Places
-from orbitdb.column_files import ColumnBlock, Values
+from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, unknown_column
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes, pruned_rows
@@ -163,8 +162,17 @@ ROWS, _LONG_ROWS = 1 << 13, 16
 
 def blocks_of(
     connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
-) -> Iterator[ColumnBlock]:
-    """Yield rows first .. last - 1 of a subset by columns, some of `COLUMNS`."""
+) -> Iterator[list[Values]]:
+    """Yield some columns of rows first .. last - 1 of a subset, in blocks of rows.
+
+    Raises
+    ------
+    SelectionError
+        If a column is not one of `COLUMNS`.
+    """
+    for name in names:
+        if name not in COLUMNS:
+            raise unknown_column(name, COLUMNS)
     last = len(chosen) if last is None else min(last, len(chosen))
     for start in range(first, last, ROWS):
         words = chosen.words(start, min(start + ROWS, last))
@@ -173,7 +181,14 @@ def blocks_of(
             here = slice(begin, begin + step)
             ids, inverse = np.unique(words.ids[here], return_inverse=True)
             shared = _classes(connection, chosen.selection.a, ids, names)
-            yield ColumnBlock(_Block(shared, inverse, words.places[here]).columns(names))
+            yield _Block(shared, inverse, words.places[here]).columns(names)
+
+
+def plain(column: Values) -> Sequence[Any]:
+    """Return a column as plain values, with None for missing ones."""
+    if isinstance(column, np.ndarray):
+        return [None if value != value else value for value in column.tolist()]
+    return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
 def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
