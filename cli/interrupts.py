@@ -1,7 +1,7 @@
 """End a command early: Ctrl-C, or a signal to terminate.
 
 For every command, both become exceptions at the current place, so that processes and files are cleaned up as
-after any other failure. `orbitdb.cli.main` writes the one-line message.
+after any other failure. `last_words` is the message.
 """
 
 import os
@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType
 from typing import NoReturn
 
@@ -19,8 +19,10 @@ _PATIENCE = 1.0
 TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that ask a process to end."""
 
-SIGNALLED = 128
-"""The exit code after a signal, less the number of the signal."""
+INTERRUPTED, SIGNALLED = 130, 128
+"""The exit codes after Ctrl-C, and after a signal, less the number of the signal."""
+
+_KEPT = "nothing that was stored is lost"
 
 
 class Terminated(BaseException):
@@ -115,3 +117,24 @@ def go_on() -> None:
     """Raise the exception that ends the command (`ending`), if there is one."""
     if (end := ending()) is not None:
         raise end
+
+
+def last_words(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> tuple[str, int]:
+    """Return the message that the command was ended from outside, and its exit code."""
+    if isinstance(end, Terminated):
+        return f"terminated{_consolation(arguments)}", SIGNALLED + end.number
+    return f"interrupted{_consolation(arguments)}", INTERRUPTED
+
+
+def _consolation(arguments: Sequence[str]) -> str:
+    """Say what an early end means for stored data, if the command stores any."""
+    match arguments[0]:
+        case "births" if not any(argument.startswith("--p") for argument in arguments):
+            return ""
+        case "verify" if "--rigorous" not in arguments:
+            return ""
+        case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
+            return f"; {_KEPT}, and the same command goes on from there"
+        case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
+            return f"; {_KEPT}"
+    return ""

@@ -7,21 +7,27 @@ import errno
 import gc
 import os
 import sys
-from collections.abc import Sequence
 from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
 from typing import TYPE_CHECKING
 
 from orbitdb.cli.advice import completed, remember
-from orbitdb.cli.interrupts import SIGNALLED, Terminated, end_as_users_expect, end_undisturbed, ending, leave
+from orbitdb.cli.interrupts import (
+    INTERRUPTED,
+    Terminated,
+    end_as_users_expect,
+    end_undisturbed,
+    ending,
+    last_words,
+    leave,
+)
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
 
 if TYPE_CHECKING:
     from orbitdb.cli.app import ParsingError
 
-DONE, FAILED, USAGE, NO_DATABASE, INTERRUPTED, UNREAD = 0, 1, 2, 3, 130, 141
-_KEPT = "nothing that was stored is lost"
+DONE, FAILED, USAGE, NO_DATABASE, UNREAD = 0, 1, 2, 3, 141
 _STREAMS = 3
 _LOADED = 100_000
 """More objects than any command loads."""
@@ -64,36 +70,15 @@ def execute(arguments: list[str]) -> int:
 
         result = call(arguments)
     except Terminated as end:
-        return _ended(end, arguments)
+        return _say(*last_words(end, arguments))
     except KeyboardInterrupt:
         result = INTERRUPTED
     except Exception as error:
         lost = ending()  # a library may have replaced it
-        return _failed(error) if lost is None else _ended(lost, arguments)
+        return _failed(error) if lost is None else _say(*last_words(lost, arguments))
     if result == INTERRUPTED:  # SQLite, for example, does not say what interrupted it
-        return _ended(ending() or KeyboardInterrupt(), arguments)
+        return _say(*last_words(ending() or KeyboardInterrupt(), arguments))
     return result if isinstance(result, int) else DONE
-
-
-def _ended(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> int:
-    """Say that the command was ended from outside, and that stored data is safe."""
-    if isinstance(end, Terminated):
-        return _say(f"terminated{_consolation(arguments)}", SIGNALLED + end.number)
-    return _say(f"interrupted{_consolation(arguments)}", INTERRUPTED)
-
-
-def _consolation(arguments: Sequence[str]) -> str:
-    """Say what an early end means for stored data, if the command stores any."""
-    match arguments[0]:
-        case "births" if not any(argument.startswith("--p") for argument in arguments):
-            return ""
-        case "verify" if "--rigorous" not in arguments:
-            return ""
-        case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
-            return f"; {_KEPT}, and the same command goes on from there"
-        case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
-            return f"; {_KEPT}"
-    return ""
 
 
 def _failed(error: Exception) -> int:

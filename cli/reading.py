@@ -117,7 +117,7 @@ def _told(a: float, path: Path) -> float:
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
     """Write notes on chosen periods that are partly filled, not filled, or lack births that matter."""
-    from orbitdb.answers.unfilled import gaps
+    from orbitdb.answers.completeness import gaps
 
     for chosen in stadiums:
         for told in gaps(moment, chosen, names=names, order=order):
@@ -126,7 +126,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
     """Write a note that a subset is empty, if any of its periods is filled."""
-    from orbitdb.answers.unfilled import nothing
+    from orbitdb.answers.completeness import nothing
 
     for chosen in stadiums:
         for told in nothing(moment, chosen):
@@ -135,7 +135,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     """Write a note for each a with the length up to which a list of orbits is complete."""
-    from orbitdb.answers.unfilled import complete_length, describe_complete
+    from orbitdb.answers.completeness import complete_length, describe_complete
 
     for chosen in stadiums:
         told = describe_complete(complete_length(moment.fills(chosen.a), chosen))
@@ -187,7 +187,7 @@ def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
 
 def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
     """Return the provenance of rows; with several a, the partial periods of each."""
-    from orbitdb.answers.unfilled import partial_fills
+    from orbitdb.answers.completeness import partial_fills
 
     values = [chosen.a for chosen in stadiums]
     partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
-from orbitdb.answers.unfilled import describe_fills
+from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
@@ -751,7 +751,7 @@ class Catalogue:
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
         method : str, optional
             ``elements``: those that `fill_levels` stored; ``orbits``: from N_X(k), with errors that hold for
-            nine of ten levels (`orbitdb.quantum.staircase`).
+            nine of ten levels (`orbitdb.quantum.levels_from_orbits`).
         a : float, optional
             The stadium, by default the catalogue's.
 

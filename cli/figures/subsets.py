@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.answers import whole_periods
+from orbitdb.answers.completeness import complete_length
 from orbitdb.answers.select import read_subset
-from orbitdb.answers.unfilled import complete_length
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.reading import note_gaps, note_nothing

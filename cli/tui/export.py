@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from textual.message import Message
 
-from orbitdb.answers.unfilled import describe_partial, partial_fills
+from orbitdb.answers.completeness import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import Format, code_text, write_data
@@ -24,8 +24,8 @@ from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.svg import orbit_svg
+from orbitdb.store.asking.limits import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sql import never
 from orbitdb.store.reading.moment import Reader
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")

@@ -18,7 +18,7 @@ from textual.worker import Worker
 
 from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings, key
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.sql import CancelledError
+from orbitdb.store.asking.limits import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")

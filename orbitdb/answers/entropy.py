@@ -6,9 +6,9 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from orbitdb.answers.completeness import gaps
 from orbitdb.answers.counts import count
 from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.unfilled import gaps
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,

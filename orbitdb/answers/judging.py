@@ -14,8 +14,8 @@ from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Classes, Parity
 from orbitdb.quantum.assessment import CUTOFF, CUTOFF_OF_ALL, WIDEST, Assessment, assess, misfit
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
+from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.spectrum import check_levels
-from orbitdb.quantum.staircase import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 

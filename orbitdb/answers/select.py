@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.answers.subset import OF_ROWS, Subset
-from orbitdb.answers.unfilled import lacking_births, unfilled
 from orbitdb.arrays import Floats
 from orbitdb.columns import kind_of
 from orbitdb.store.asking.selection import Selection

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from orbitdb.answers.completeness import gaps, nothing, without_births
 from orbitdb.answers.counts import Counted
-from orbitdb.answers.unfilled import gaps, nothing, without_births
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import faults_of

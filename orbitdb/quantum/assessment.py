@@ -1,8 +1,8 @@
 """Find missing and spurious levels in a list by comparison with the staircase of the orbits.
 
-The staircase N_X(k) of the orbits (`orbitdb.quantum.staircase`) is the exact one, smoothed with a Gaussian of
-width 1/X, up to a small error. The staircase of the list, smoothed alike, differs from it by one after each
-missing level. With the excess
+The staircase N_X(k) of the orbits (`orbitdb.quantum.levels_from_orbits`) is the exact one, smoothed with a
+Gaussian of width 1/X, up to a small error. The staircase of the list, smoothed in the same way, differs from it
+by one after each missing level. With the excess
 
     D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),   Phi the normal distribution,
 
@@ -22,8 +22,8 @@ from orbitdb.equality import ByValue
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.lengths import BLOCK
+from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.missing_levels import numbered
-from orbitdb.quantum.staircase import Staircase
 
 if TYPE_CHECKING:
     import pandas

@@ -7,7 +7,7 @@ import pytest
 from contents import alter
 
 from orbitdb import Catalogue
-from orbitdb.answers.unfilled import complete_length, describe_complete
+from orbitdb.answers.completeness import complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.store.asking.selection import Selection

@@ -81,9 +81,9 @@ def test_a_select_can_join_and_read_other_views(varied, cli):
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
-    from orbitdb.store.asking import sql
+    from orbitdb.store.asking import limits
 
-    monkeypatch.setattr(sql, "SECONDS", 0.1)
+    monkeypatch.setattr(limits, "SECONDS", 0.1)
     endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2

@@ -15,7 +15,7 @@ import pytest
 import orbitdb
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.store.asking import sql
+from orbitdb.store.asking import limits
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -128,7 +128,7 @@ def test_pages_state_the_time_limit_of_queries():
     for name in ("columns", "faults"):
         page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
         assert "after a minute" in page
-    assert sql.SECONDS == 60
+    assert limits.SECONDS == 60
 
 
 def test_the_page_on_benchmarks_states_their_defaults():

@@ -134,9 +134,9 @@ def test_useful_expressions_are_allowed(own, text):
 
 @pytest.mark.parametrize("use", ["count", "rows", "sorted", "classes", "select"])
 def test_every_use_is_stopped_in_time(own, monkeypatch, use):
-    from orbitdb.store.asking import sql
+    from orbitdb.store.asking import limits
 
-    monkeypatch.setattr(sql, "SECONDS", 0.02)
+    monkeypatch.setattr(limits, "SECONDS", 0.02)
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(40))
     catalogue = Catalogue(own)
     chosen = Selection(where=f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0")
@@ -153,10 +153,10 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
 
 
 def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
-    from orbitdb.store.asking import sql
+    from orbitdb.store.asking import limits
     from orbitdb.store.asking.sql import run_statement
 
-    monkeypatch.setattr(sql, "SECONDS", 0.5)
+    monkeypatch.setattr(limits, "SECONDS", 0.5)
     with reading(filled_once) as moment:
         _, rows = run_statement(moment.connection, "SELECT code FROM catalogue", {})
         first = next(rows)

@@ -16,8 +16,8 @@ from orbitdb.quantum.amplitudes import Parity, orbit_terms, weyl
 from orbitdb.quantum.assessment import CUTOFF, WIDEST, assess
 from orbitdb.quantum.lengths import family
 from orbitdb.quantum.levels import levels
+from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
 from orbitdb.quantum.missing_levels import numbered
-from orbitdb.quantum.staircase import CUTOFFS, staircase
 from orbitdb.store.asking.selection import Selection
 
 

@@ -20,10 +20,10 @@ from quick import slow_but
 
 from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
-from orbitdb.store.asking import sql
+from orbitdb.store.asking import limits
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.sql import CancelledError
+from orbitdb.store.asking.limits import CancelledError
 from orbitdb.store.reading.moment import reading
 
 LISTS = ("rules", "coordinates")
@@ -227,7 +227,7 @@ CANCELLED = [
 
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
-    monkeypatch.setattr(sql, "STEPS_BETWEEN_LOOKS", 5_000)
+    monkeypatch.setattr(limits, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as catalogue:
         selection, looks = chosen_by(**criteria), itertools.count()
         size = catalogue.count(selection)  # makes SQLite read the schema

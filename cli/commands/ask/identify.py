@@ -141,8 +141,8 @@ def _show_length(
     output: MarkedOutput,
 ) -> int:
     """Write the stored orbits of a length; return their number."""
+    from orbitdb.answers.completeness import describe_fills
     from orbitdb.answers.identification import identify_length
-    from orbitdb.answers.unfilled import describe_fills
     from orbitdb.numerals import exact
     from orbitdb.orbits.status import Status
 

@@ -136,8 +136,8 @@ def _write_dataset(
     folder: Path | None, a: "Sequence[str] | None", choice: Choice, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen whole periods at the named values of a, or at every stored one."""
+    from orbitdb.answers.completeness import gaps
     from orbitdb.answers.dataset.writing import write_dataset
-    from orbitdb.answers.unfilled import gaps
 
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")

@@ -83,7 +83,7 @@ def verify(
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
     ones; in a partly filled period, those that are stored.
     """
-    from orbitdb.answers.unfilled import unfilled
+    from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.file.guard import TamperedError
@@ -175,7 +175,7 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
 
     Nothing is missing at an a that was not named and has no fills.
     """
-    from orbitdb.answers.unfilled import describe_partial, partial_fills, unfilled, without
+    from orbitdb.answers.completeness import describe_partial, partial_fills, unfilled, without
 
     for each in chosen:
         if partial := partial_fills(moment, each):

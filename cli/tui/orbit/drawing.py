@@ -10,7 +10,7 @@ from textual.timer import Timer
 from textual.widget import Widget
 
 from orbitdb.arrays import Floats
-from orbitdb.cli.tui.orbit.pictures import (
+from orbitdb.cli.tui.orbit.braille import (
     COLOURS,
     Curve,
     Picture,

@@ -15,8 +15,8 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
 
+from orbitdb.answers.completeness import partial_fills
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
-from orbitdb.answers.unfilled import partial_fills
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.columns import EVERY
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog

@@ -21,8 +21,8 @@ from orbitdb.averages.fixed_points import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.keys import STATISTICS, Keys, bindings
+from orbitdb.cli.tui.orbit.braille import Curve
 from orbitdb.cli.tui.orbit.drawing import Plot
-from orbitdb.cli.tui.orbit.pictures import Curve
 from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from orbitdb.answers.unfilled import describe_lacking
+from orbitdb.answers.completeness import describe_lacking
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.table.pages import Pages

@@ -9,7 +9,7 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.answers.unfilled import lacking_births, partial_fills, unfilled
+from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
 from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.columns import COLUMNS, EVERY, Column, chosen, fields_of
 from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, ColumnDialog, Names

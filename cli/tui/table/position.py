@@ -12,7 +12,7 @@ from textual.widget import Widget
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Pages
-from orbitdb.store.asking.sql import never
+from orbitdb.store.asking.limits import never
 from orbitdb.store.reading.matching import first_beginning, first_of_period, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 

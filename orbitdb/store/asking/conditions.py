@@ -14,8 +14,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.store.asking import where as free
+from orbitdb.store.asking.limits import LONGEST_PATTERN, Patience, confined, heeding, never
 from orbitdb.store.asking.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.asking.sql import LONGEST_PATTERN, Patience, confined, heeding, never
 from orbitdb.store.file.schema import BORN, DIED, SHARED
 from orbitdb.store.file.tables import ENDS, catalogue, change
 from orbitdb.store.file.tokens import Token, meaningful, tokens

@@ -1,12 +1,11 @@
-"""Run SQL written by users, within limits of time and size; whole SELECT statements (`orbitdb sql`).
+"""Run one SELECT statement written by a user (`orbitdb sql`).
 
-What an expression may read and call is in `orbitdb.store.asking.where`.
+What it may call is in `orbitdb.store.asking.where`, how long it may take in `orbitdb.store.asking.limits`.
 """
 
-import sqlite3
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from functools import partial
 from typing import Any
 
@@ -14,100 +13,9 @@ import sqlalchemy as sa
 
 from orbitdb.store.asking import where as free
 from orbitdb.store.asking.codes import spelled_out
-from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.database import driver
+from orbitdb.store.asking.limits import TABLES_OF_VIEW, Patience, confined
 from orbitdb.store.file.schema import VIEWS
 from orbitdb.store.file.tokens import meaningful
-
-SECONDS = 60.0
-"""Time limit of a statement, or of a query with a free expression."""
-
-LONGEST_PATTERN = 500
-_LONGEST_TEXT = 10_000_000
-"""Enough for a row with all texts of a word of a million symbols."""
-
-STEPS_BETWEEN_LOOKS = 200_000
-"""SQLite steps between checks, some milliseconds; a check has to wait while Python is busy."""
-_STEPS_BETWEEN_SIGNALS = 1_000_000
-TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
-
-
-def never() -> bool:
-    """Return False: nobody cancels."""
-    return False
-
-
-class CancelledError(Exception):
-    """The answer is no longer wanted."""
-
-
-class Patience:
-    """How long a query may still run: some seconds from now, unless it is cancelled.
-
-    The `deadline` is a value of `time.monotonic`. A caller that fetches rows in blocks adds the time between
-    them.
-    """
-
-    def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
-        self.deadline = time.monotonic() + (SECONDS if seconds is None else seconds)
-        self.cancelled = cancelled
-
-    @property
-    def ended(self) -> bool:
-        """Whether the time is up or the query was cancelled."""
-        return time.monotonic() > self.deadline or self.cancelled()
-
-
-@contextmanager
-def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
-    """Let a connection answer a query or fetch rows; raise `CancelledError` once it is cancelled."""
-    own = driver(connection)
-    own.set_progress_handler(lambda: patience.ended, STEPS_BETWEEN_LOOKS)
-    try:
-        yield
-    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
-        if patience.cancelled():
-            raise CancelledError from error
-        raise
-    finally:
-        own.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
-
-
-@contextmanager
-def confined(
-    connection: sa.Connection,
-    patience: Patience,
-    refusal: Callable[[str], SelectionError],
-    authorize: free.Authorizer | None = None,
-) -> Iterator[None]:
-    """Let a connection answer a query within its time, with texts of limited size.
-
-    Further rows can be fetched in another such block, with the same patience. The query may compute, and read
-    the views and their tables or what `authorize` allows. Raises `CancelledError` once it is cancelled, and
-    the result of `refusal` for other errors of SQLite.
-    """
-    own = driver(connection)
-    sizes = {
-        sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_TEXT,
-        sqlite3.SQLITE_LIMIT_LIKE_PATTERN_LENGTH: LONGEST_PATTERN,
-    }
-    before = {limit: own.setlimit(limit, size) for limit, size in sizes.items()}
-    own.set_authorizer(authorize or free.allowing(TABLES_OF_VIEW | VIEWS.keys(), own=VIEWS.keys()))
-    try:
-        with heeding(connection, patience):
-            yield
-    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning) as error:
-        message = str(getattr(error, "orig", error))
-        if "interrupted" in message:
-            if not patience.ended:
-                raise KeyboardInterrupt from error  # SQLite swallows one raised while it asks for the time
-            message = f"it took more than {SECONDS:g} s"
-        raise refusal(message) from error
-    finally:
-        own.set_authorizer(None)
-        for limit, size in before.items():
-            own.setlimit(limit, size)
-
 
 READABLE = (*VIEWS, "pruned")
 """The views and tables that a statement may read."""

@@ -4,7 +4,7 @@ An expression may read the columns of the view, call the functions of `FUNCTIONS
 each read the view once; ``code('1232131')`` is replaced first (`spelled_out`). Everything else is refused
 before SQLite runs any of it. What remains is bounded: no function makes a text longer, and no subquery
 contains another or a join, so neither the compiled program nor a result can outgrow the catalogue. A query
-stops after `orbitdb.store.asking.sql.SECONDS`.
+stops after `orbitdb.store.asking.limits.SECONDS`.
 """
 
 import sqlite3

@@ -10,7 +10,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.arrays import Integers, Marks, Masks
-from orbitdb.store.asking.sql import CancelledError, never
+from orbitdb.store.asking.limits import CancelledError, never
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.rows import ALL, Chosen, listed, orders_of

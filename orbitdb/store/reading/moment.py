@@ -13,8 +13,8 @@ from orbitdb.arrays import Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.asking.limits import CancelledError, never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sql import CancelledError, never
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import default_path, driver, need_newest, reading_engine, unchanged

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Integers, Masks
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
+from orbitdb.store.asking.limits import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sql import never
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
 from orbitdb.store.reading.matching import fitting, stabilisers_of_classes

@@ -9,8 +9,8 @@ from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.orbits.status import Status
+from orbitdb.store.asking.limits import Patience
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.sql import Patience
 from orbitdb.store.asking.where import check, unfinished
 
 

@@ -10,7 +10,7 @@ from screens import LARGE, browsing, press, row_of, settle, shown, table_of, unt
 from textual.widgets import Input
 from there import there
 
-from orbitdb.answers.unfilled import lacking_births, unfilled
+from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.catalogue_file import CatalogueFile
 from orbitdb.cli.tui.dialogs.fill import FillDialog

@@ -21,8 +21,8 @@ from orbitdb.errors import StoreError
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.asking.limits import CancelledError
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.sql import CancelledError
 from orbitdb.store.reading.moment import Reader
 
 NATURAL = Ordering()

@@ -14,8 +14,7 @@ from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
-from orbitdb.cli.tui.orbit.facts import whole
-from orbitdb.cli.tui.orbit.pictures import (
+from orbitdb.cli.tui.orbit.braille import (
     DOTS_X,
     DOTS_Y,
     MOST_DRAWN,
@@ -32,6 +31,7 @@ from orbitdb.cli.tui.orbit.pictures import (
     phase_points,
     polyline,
 )
+from orbitdb.cli.tui.orbit.facts import whole
 from orbitdb.numerals import upwards
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.store.asking.selection import Selection

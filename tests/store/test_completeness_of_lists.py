@@ -9,7 +9,7 @@ from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.answers.unfilled import describe_unfilled, without_births
+from orbitdb.answers.completeness import describe_unfilled, without_births
 from orbitdb.answers.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word

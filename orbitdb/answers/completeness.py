@@ -1,4 +1,4 @@
-"""Say what is missing: periods that are not filled, or only in part, and births.
+"""Say up to where an answer is complete, and what it lacks: periods not filled or only in part, and births.
 
 What is not filled never counts as zero: every list, count or average comes with a note.
 """
