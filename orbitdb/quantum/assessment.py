@@ -1,8 +1,8 @@
 """Find missing and spurious levels in a list by comparison with the staircase of the orbits.
 
 The staircase N_X(k) of the orbits (`orbitdb.quantum.levels_from_orbits`) is the exact one, smoothed with a
-Gaussian of width 1/X, up to a small error. The staircase of the list, smoothed in the same way, differs from it
-by one after each missing level. With the excess
+Gaussian of width 1/X, up to a small error. The staircase of the list, smoothed in the same way, differs from
+it by one after each missing level. With the excess
 
     D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),   Phi the normal distribution,
 
