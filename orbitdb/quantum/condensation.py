@@ -10,12 +10,14 @@ Appl. Math. 24 (1971) 263.
 """
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
+from threadpoolctl import threadpool_limits
 
 from orbitdb.arrays import Floats
 from orbitdb.errors import WorkError
@@ -28,6 +30,14 @@ _MORE = 6
 """Extra eigenvalues outside the interval, which make the iterations converge sooner."""
 _NEAR = 1e-7
 """Relative distance that a shift keeps from every l. The Schur complement has poles there."""
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """Keep linear algebra on one thread.
+
+    Several threads are slower for matrices of this size, and their number would change the last bits.
+    """
+    return threadpool_limits(1, "blas")
 
 
 class Interiors:

@@ -23,7 +23,7 @@ from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
-from orbitdb.quantum.condensation import Interiors, eigenfunctions
+from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid
 from orbitdb.quantum.mesh import quarter_stadium
 
@@ -107,13 +107,16 @@ class LevelTask:
         """
         began = time.process_time()
         low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)
-        elements = self.elements(order, layers)
-        below, values, functions = eigenfunctions(elements, self.fixed, low**2, high**2)
+        with one_thread():
+            elements = self.elements(order, layers)
+            below, values, functions = eigenfunctions(elements, self.fixed, low**2, high**2)
+            truncation = elements.grid.truncation(functions)
         k = np.sqrt(values)
+        error = truncation / (2 * k) + ROUNDING * k
         first, last = np.searchsorted(k, np.array([self.low, self.high]) * (1 - _ON_END))
-        k, functions = k[first:last], functions[first:last]
+        k, error = k[first:last], error[first:last]
         stored = np.maximum(k, self.low)
-        error = elements.grid.truncation(functions) / (2 * k) + ROUNDING * k + (stored - k)
+        error += stored - k
         seconds = time.process_time() - began
         return LevelWindow(
             self.a, self.parity, self.low, self.high, below + int(first), stored, error, seconds, arithmetic()

@@ -27,7 +27,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import drawn
 from orbitdb.numerals import exact
 from orbitdb.quantum.amplitudes import Parity
-from orbitdb.quantum.condensation import eigenfunctions
+from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.interpolation import INSIDE, Cells
 from orbitdb.quantum.levels import parities_of, windows
 
@@ -178,8 +178,9 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     """
     at, (of,) = as_stadium(stadium), parities_of([parity])
     for task in windows(at, of, low, high):
-        elements = task.elements()
-        _, values, functions = eigenfunctions(elements, task.fixed, task.low**2, task.high**2)
+        with one_thread():
+            elements = task.elements()
+            _, values, functions = eigenfunctions(elements, task.fixed, task.low**2, task.high**2)
         cells = Cells(elements.grid.points)
         for k, function in zip(np.sqrt(values).tolist(), functions, strict=True):
             yield Wave(at, of, k, function / 2, cells)

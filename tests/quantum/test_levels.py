@@ -1,6 +1,9 @@
 """The levels of the stadium against shapes with known levels, finer grids, and another method."""
 
 import math
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -98,6 +101,19 @@ def test_a_level_moved_to_an_end_says_so_in_its_error(lowest):
 
 
 @pytest.mark.slow
+def test_levels_do_not_depend_on_the_threads_of_linear_algebra():
+    program = (
+        "from orbitdb import levels; found = levels(1.6, 4); print(found.k.tolist(), found.error.tolist())"
+    )
+    told = [
+        subprocess.check_output(
+            [sys.executable, "-c", program], env=os.environ | {"OPENBLAS_NUM_THREADS": number}
+        )
+        for number in ("1", "2")
+    ]
+    assert told[0] == told[1]
+
+
 def test_a_window_between_two_levels_is_solved():
     task = LevelTask(1.6, Parity.OE, 2.0265300566195372, 2.4751285339189684)
     assert task.solved().k == pytest.approx([2.0265300566], abs=1e-9)
