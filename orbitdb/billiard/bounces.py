@@ -1,6 +1,6 @@
-"""The bounces of an unfolded orbit, and their slacks: how far they are inside their walls.
+"""Where an unfolded orbit bounces, and the slacks: how far inside its wall or semicircle each bounce is.
 
-All arrays of legs and runs have shape (m, N), as in `orbitdb.billiard.legs`.
+All arrays with a value for each leg or run have shape (m, N), as in `orbitdb.billiard.legs`.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from orbitdb.billiard.stadium import HALF_PI
 
 
 def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
-    """Return the angles of the first and the last bounce of each run, shape (m, N) each."""
+    """Return the angles of the first and of the last bounce of each run, each of shape (m, N)."""
     middle = (preceding(legs.parity * alpha) - alpha) / 2
     spread = legs.d * half_turns(legs, alpha) * (legs.k - 1)
     return middle - spread, middle + spread
@@ -21,29 +21,31 @@ def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
 def slacks(legs: Chain, alpha: Floats) -> Floats:
     """Return how far each end of a run or leg is inside its wall or semicircle, radians, shape (4, m, N).
 
-    For each run, pi/2 - |t| of its first and last bounce; for each leg, pi/2 - s t - 2 |alpha| at its start
-    and, seen backwards, at its end: with t the last bounce on the semicircle, the angle from the joint to the
-    bounce that would follow if the semicircle went on. Infinite for a leg without walls and the last bounce
-    of a run of one. All are positive for an orbit; an orbit through a joint has a zero.
+    For each run, the slacks are pi/2 - |t| of its first and of its last bounce. For each leg, they are
+    pi/2 - s t - 2 |alpha| at its start and the same expression at its end with the leg reversed, where t is
+    the angle of the adjacent bounce on the semicircle. This is the angle from the joint to the bounce that
+    would follow if the semicircle were a full circle. A slack that does not exist is infinite: both slacks of
+    a leg without walls, and that of the last bounce of a run of one. All slacks of an orbit are positive; a
+    path through a joint has a slack of zero.
     """
     low, high, later, latest, ahead, back = smooth_slacks(legs, alpha)
     return np.stack([np.minimum(low, high), np.minimum(later, latest), ahead, back])
 
 
 def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
-    """Return the slacks without absolute values, shape (6, m, N): linear in the directions.
+    """Return the slacks without absolute values, shape (6, m, N), which are linear in the directions.
 
-    For each run pi/2 - t and pi/2 + t of its first bounce, then of its last; for each leg
-    pi/2 - 2 s alpha - s t at its start and, seen backwards, at its end, with t as in `slacks`. All are
-    positive if all slacks are. Infinite for a leg without walls, and for the second copy of a single bounce.
+    For each run, they are pi/2 - t and pi/2 + t of its first bounce, then of its last. For each leg, they are
+    pi/2 - 2 s alpha - s t at its start and the same expression at its end with the leg reversed, with t as in
+    `slacks`. All are positive if and only if all `slacks` are. A slack that does not exist is infinite.
     """
     return _six(legs, HALF_PI, alpha, *end_angles(legs, alpha), np.inf)
 
 
 def slack_changes(legs: Chain, change: Floats) -> Floats:
-    """Return the change of the smooth slacks, shape (6, m, N), for a change of the directions.
+    """Return the change of the smooth slacks, shape (6, m, N), for a given change of the directions.
 
-    Zero for a slack that does not exist.
+    The change of a slack that does not exist is zero.
     """
     arriving = preceding(legs.parity * change)
     middle = (arriving - change) / 2
@@ -65,13 +67,14 @@ def _six(legs: Chain, base: float, alpha: Floats, first: Floats, last: Floats, n
 
 
 def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
-    """Bound the errors of `slacks`, given those of the directions, shape (m, N).
+    """Bound the errors of `slacks`, given the errors of the directions, shape (m, N).
 
-    An end of a run moves by 1/2k of one neighbour's change and 1 - 1/2k of the other's. The rounding,
-    in units of eps: psi is accurate to 5.3, (k - 1)/k of half of it is in an end, with 1.6 (k - 1)/k for each
-    of a quotient and a product, and 2.4 for two sums; pi/2 and the sums of a slack add at most 3.5. With
-    `allowed` there is room for the bounces between the ends, 4 + 17.4 (k - 1)/k, and for the angles that
-    `coordinates` takes the heights of, 5.1 + 5.8 (k - 1)/k.
+    If the two directions beside a run change, the angle at each end of the run changes by 1/2k of one change
+    and 1 - 1/2k of the other. The rounding, in units of eps, is as follows: psi is accurate to 5.3, and
+    (k - 1)/k of half of it enters the angle at an end; a quotient and a product add 1.6 (k - 1)/k each, and
+    two sums 2.4; pi/2 and the sums of a slack add at most 3.5. `allowed` also covers the rounding of the
+    bounces between the ends, 4 + 17.4 (k - 1)/k, and of the angles whose heights `coordinates` computes,
+    5.1 + 5.8 (k - 1)/k.
     """
     incoming = preceding(alpha_error)
     near, far = 1 / (2 * legs.k), 1 - 1 / (2 * legs.k)
@@ -85,7 +88,8 @@ def slack_errors(legs: Chain, alpha_error: Floats) -> Floats:
 def margin_distances(legs: Chain, alpha: Floats, slack: Floats) -> Floats:
     """Return the slacks in coordinate units, shape (4, m, N): radians on a semicircle, x on a wall.
 
-    The first bounce of a leg lies 2 cos(pi/4 + s t/2) sin(slack/2) / sin|alpha| from the joint.
+    The distance from the joint to the first bounce of a leg is 2 cos(pi/4 + s t/2) sin(slack/2) / sin|alpha|,
+    with t as in `slacks`.
     """
     first, last = end_angles(legs, alpha)
     ahead = -legs.s * legs.parity * following(first)
@@ -101,8 +105,9 @@ def margin_distances(legs: Chain, alpha: Floats, slack: Floats) -> Floats:
 def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
     """Return the coordinates of all bounces in the order of the words, shape (N, p).
 
-    A leg with walls starts and ends at the distances rise and fall from the first and the last of
-    them, 2 sin^2(pi/4 - t/2) with t towards that wall: no difference of nearly equal heights.
+    For an unfolded leg, `rise` and `fall` are the vertical distances of its start and of its end from its
+    first wall. They are computed from 2 sin^2(pi/4 - t/2), with t measured towards the wall at that end,
+    because the difference 1 - sin t would lose digits.
     """
     m, n_words = legs.k.shape
     first, last = end_angles(legs, alpha)

@@ -1,18 +1,20 @@
-"""Cut words into runs and legs; the length of orbits as a function of leg directions.
+"""Cutting words into runs and legs, and the length of orbits as a function of the leg directions.
 
-An admissible word alternates between *runs* of bounces on the left and right semicircle, joined by *legs*
-over n >= 0 straight bounces. Unfolded at the walls it hits, a leg is one straight line, and its direction
-alpha at the start (the slope, seen towards the other side) fixes the position of the runs at both its ends.
-With the directions of the m legs as unknowns, the length is
+An admissible word alternates between *runs* of bounces on the left and on the right semicircle, which are
+joined by *legs* with n >= 0 bounces on the straight walls. Unfolded at the walls it hits, a leg is one
+straight line. Its direction alpha is its slope angle at the start, seen towards the other side. The
+directions of two successive legs fix the position of the run between them. With the directions of the m legs
+as unknowns, the length is
 
     L(alpha) = sum over legs  2 a cos(alpha) + 2 n s sin(alpha)
              + sum over runs  2 k sin(psi / 2k),     psi = pi - d (alpha_in + alpha_out),
 
-where s = -1, +1 is the first wall of the leg (bottom, top), k the number of bounces of the run and
-d = +1, -1 its sense (up, down). A stationary point is an orbit on the continued walls. Between
-`direction_limits` L is strictly concave: an orbit is its one maximum, and no word has two (docs/proof.md).
+where s = -1, +1 stands for the first wall of the leg (bottom, top), k is the number of bounces of the run,
+and d = +1, -1 is its sense (up, down). A stationary point of L is an orbit if walls and semicircles are
+continued beyond their ends. Between `direction_limits`, L is strictly concave. An orbit is therefore its only
+maximum, and no word has two orbits (docs/proof.md).
 
-All arrays of legs and runs have shape (m, N): unknowns first, words along the second axis. If words are in
+All arrays with a value for each leg or run have shape (m, N), with one column per word. If words are in
 different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left.
 """
 
@@ -35,48 +37,48 @@ _DOWNWARD = np.array([False, False, False, False, True, True])
 
 @dataclass(frozen=True, eq=False)
 class Chain(Batch):
-    """N words as cyclic chains of m runs and m legs each; the length depends on nothing else."""
+    """N words as cyclic chains of m runs and m legs each, which is all that the length depends on."""
 
-    k: Floats  # bounces of each run, shape (m, N)
-    d: Floats  # its sense, +1 up, -1 down
-    n: Floats  # straight bounces of each leg
-    s: Floats  # its first wall, -1 bottom, +1 top, 0 none
+    k: Floats  # number of bounces of each run, shape (m, N)
+    d: Floats  # sense of each run: +1 up, -1 down
+    n: Floats  # number of straight bounces of each leg
+    s: Floats  # first wall of each leg: -1 bottom, +1 top, 0 if it has none
 
     @cached_property
     def parity(self) -> Floats:
         """(-1)^n of each leg, shape (m, N)."""
-        return 1.0 - 2.0 * (self.n - 2 * np.floor(self.n / 2))  # n % 2, in a tenth of the time
+        return 1.0 - 2.0 * (self.n - 2 * np.floor(self.n / 2))  # n % 2, but ten times faster
 
     @cached_property
     def lift(self) -> Floats:
-        """2 n s, the rise of each unfolded leg, shape (m, N)."""
+        """2 n s, how much higher the circle centre at the end of each unfolded leg is, shape (m, N)."""
         return 2 * self.n * self.s
 
     def __len__(self) -> int:
         return self.k.shape[1]
 
     def chain(self, words: Places) -> "Chain":
-        """Return the chains of some of the words."""
+        """Return the chains of the given words."""
         return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
 
 
 class Bounces(NamedTuple):
-    """The positions of the bounces of N words in their runs and legs; arrays of shape (p, N)."""
+    """Where the bounces of N words are in their runs and legs, as arrays of shape (p, N)."""
 
-    run: Places  # the run or leg of each bounce
-    place: Places  # its place in it, from 0
-    straight: Marks  # whether it is on a straight wall
+    run: Places  # the index of the run or leg that contains the bounce
+    place: Places  # the index of the bounce in this run or leg, from 0
+    straight: Marks  # whether the bounce is on a straight wall
 
 
 @dataclass(frozen=True, eq=False)
 class Legs(Chain):
-    """N admissible words of period p, shape (p, N), as chains of m runs and m legs."""
+    """N admissible words of period p, as chains of m runs and m legs."""
 
-    words: Words
+    words: Words  # the symbols, shape (p, N)
 
     @cached_property
     def bounces(self) -> Bounces:
-        """The position of each bounce."""
+        """The run or leg of each bounce, and its position there."""
         symbols, origin = _turned(self.words.T)
         fresh, straight = _beginnings(symbols), STRAIGHT[symbols]
         steps = np.arange(fresh.size)
@@ -87,19 +89,20 @@ class Legs(Chain):
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return for each row the cyclic neighbour before it: a copy, rolled along the first axis."""
+    """Return a copy in which each row is replaced by the one before it, cyclically."""
     return np.concatenate([rows[-1:], rows[:-1]])
 
 
 def following(rows: NDArray[Any]) -> NDArray[Any]:
-    """Return for each row the cyclic neighbour after it: a copy, rolled along the first axis."""
+    """Return a copy in which each row is replaced by the one after it, cyclically."""
     return np.concatenate([rows[1:], rows[:1]])
 
 
 def cut(words: Words) -> list[tuple[Places, Legs]]:
     """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
 
-    For each number of runs, return the rows of the words that have it, and their structure.
+    Return a pair for each number of runs that occurs: the indices of the words with that number of runs, and
+    the runs and legs of these words.
     """
     symbols, _ = _turned(words)
     straight = STRAIGHT[symbols]
@@ -121,14 +124,14 @@ def cut(words: Words) -> list[tuple[Places, Legs]]:
 
 
 def _turned(words: Words) -> tuple[Words, Places]:
-    """Rotate words, shape (N, p), so that a run on the left comes first; also return its first bounce."""
+    """Rotate words, shape (N, p), to begin with a run on the left; also return where that run began."""
     left = SIDE[words] < 0
     origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
     return np.take_along_axis(words, (np.arange(words.shape[1]) + origin) % words.shape[1], axis=1), origin
 
 
 def _beginnings(symbols: Words) -> Marks:
-    """Tell which bounces of words that begin with a run start a new run or leg."""
+    """Tell which bounces start a new run or leg, for words that begin with a run."""
     straight, left = STRAIGHT[symbols], SIDE[symbols] < 0
     fresh = np.ones(symbols.shape, dtype=np.bool_)
     fresh[:, 1:] = straight[:, 1:] != straight[:, :-1]
@@ -137,14 +140,15 @@ def _beginnings(symbols: Words) -> Marks:
 
 
 def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
-    """Return lower and upper bounds on the direction of a leg of an orbit, shape (m, N) each.
+    """Return lower and upper bounds on the direction of each leg of an orbit, each of shape (m, N).
 
-    A leg spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without a wall, -2 <= dy <= 2. So
-    (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without.
+    A leg with walls spans 2 a <= dx <= 2 a + 2 and 2 n - 2 <= s dy <= 2 n + 2; without walls, -2 <= dy <= 2.
+    So (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a with walls, and |tan alpha| <= 1 / a without.
 
-    The limits are these doubles themselves, on any machine and at any precision. For n up to a million they
-    lie outside these ranges by more than 5e-14, and rounding is below 1e-15; 0 is exact for n = 1. Between
-    them, ends included, the curvature D of the leg's term is positive and |alpha| < pi/2.
+    The returned doubles are themselves the limits, in arithmetic of any precision. For n up to a million they
+    lie outside the ranges above by more than 5e-14, whereas rounding is below 1e-15; for n = 1, the limit 0
+    is exact. Between the limits, and at them, the curvature D of the leg's own term is positive and
+    |alpha| < pi/2.
     """
     no_wall = legs.n == 0
     steep, flat = _slopes(legs.n, a)
@@ -153,7 +157,7 @@ def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
 
 
 def _slopes(n: Floats, a: float | Floats) -> tuple[Floats, Floats]:
-    """Return the steepest and the flattest direction of legs with n walls."""
+    """Return the steepest and the flattest direction that a leg with n walls may have."""
     steep = np.arctan(np.where(n == 0, _WIDER, 2 * (n + 1)) / a)
     return steep, np.arctan(np.maximum(n - _WIDER, 0) / (a + 1))
 
@@ -164,26 +168,26 @@ def centre_directions(legs: Chain, a: float | Floats) -> Floats:
 
 
 def half_turns(legs: Chain, alpha: Floats) -> Floats:
-    """Return psi / 2k, half the turn at every bounce of each run, shape (m, N).
+    """Return psi / 2k, half the angle by which each run turns at a bounce, shape (m, N).
 
-    It is also the angle between path and tangent.
+    It is also the angle between the path and the tangent there.
     """
     half: Floats = (np.pi - legs.d * (preceding(legs.parity * alpha) + alpha)) / (2 * legs.k)
     return half
 
 
 def add_up(rows: NDArray[Any]) -> Floats:
-    """Return the sum over the first axis, shape (N,), word by word.
+    """Return the sum over the first axis, computed word by word, shape (N,).
 
-    NumPy sums pairwise only along contiguous rows, which long words need (`summation_rounding`). It also
-    makes the sum of a word the same to the last bit in every batch.
+    The bound of `summation_rounding` needs pairwise summation, which NumPy uses only along contiguous rows.
+    Word by word, the sum is also the same to the last bit in whatever batch the word is.
     """
     total: Floats = np.ascontiguousarray(rows.T).sum(axis=1)
     return total
 
 
 def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
-    """Return L(alpha) of each word, shape (N,)."""
+    """Return the length L(alpha) of each word, shape (N,)."""
     half = half_turns(legs, alpha)
     return add_up(2 * a * np.cos(alpha) + legs.lift * np.sin(alpha) + 2 * legs.k * np.sin(half))
 
@@ -191,24 +195,25 @@ def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
 def summation_rounding(m: int) -> float:
     """Bound the relative rounding error of NumPy's sum over m contiguous positive terms.
 
-    Blocks of up to 128 terms go to 8 partial sums (at most 15 additions, 3 to join them, up to 7 terms left
-    over), and the blocks are added in pairs, so a term passes through at most 19 + log2(m) additions.
+    NumPy adds each block of up to 128 terms in 8 partial sums: at most 15 additions each, 3 to combine them,
+    and up to 7 for leftover terms. It then adds the blocks in pairs. A term thus passes through at most
+    19 + log2(m) additions.
     """
     return min(m, 20 + math.log2(m)) * EPSILON / 2
 
 
 @dataclass(frozen=True, eq=False)
 class Derivatives(Batch):
-    """First and second derivatives of L at some directions, all of shape (m, N)."""
+    """First and second derivatives of L at given directions, all of shape (m, N)."""
 
-    gradient: Floats  # dL/dalpha: the offset, across the leg, of the points where its ends should meet
-    lean: Floats  # the part of the gradient that is the leg's own term; also dD/dalpha
-    beyond: Floats  # D, minus the curvature of each leg's own term: its length beyond the feet of the centres
-    stiffness: Floats  # sin(psi/2k) / 2k, minus the curvature of each run's term in alpha_in + alpha_out
+    gradient: Floats  # dL/dalpha: how far the ends of the leg miss each other, measured across it
+    lean: Floats  # the leg's own term of the gradient; also dD/dalpha
+    beyond: Floats  # D, minus the second derivative of the leg's term: its part between the centres' feet
+    stiffness: Floats  # sin(psi/2k) / 2k, minus the second derivative of its term in alpha_in + alpha_out
 
 
 def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
-    """Return the derivatives of L at directions alpha, shape (m, N)."""
+    """Return the derivatives of L at the directions alpha, shape (m, N)."""
     half = half_turns(legs, alpha)
     across, along = np.sin(alpha), np.cos(alpha)
     pull = -legs.d * np.cos(half)
@@ -219,7 +224,7 @@ def derivatives(legs: Chain, a: float | Floats, alpha: Floats) -> Derivatives:
 
 
 def pressed_directions(alpha: Floats, slopes: Derivatives, limits: tuple[Floats, Floats]) -> Marks:
-    """Tell which directions are at a limit that the gradient pushes against, shape (m, N)."""
+    """Tell which directions are at a limit and pushed against it by the gradient, shape (m, N)."""
     low, high = limits
     return ((alpha <= low) & (slopes.gradient < 0)) | ((alpha >= high) & (slopes.gradient > 0))
 
@@ -227,9 +232,10 @@ def pressed_directions(alpha: Floats, slopes: Derivatives, limits: tuple[Floats,
 def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
     """Bound the rounding error of the gradient, and of its part `lean`, in doubles, shape (m, N).
 
-    In units of eps: sine or cosine 1, product 1/2, and the three sums that a leg's terms pass through
-    1/2 each. psi is accurate to 5.3 (pi, a sum of size pi, one of size 2 pi), its half adds 1.6/k, so a
-    pull is accurate to 1 + 4.3/k; the sums add 1.5 to both pulls.
+    In units of eps, a term of a leg is off by 1 from its sine or cosine, 1/2 from a product, and 1/2 from
+    each of the three sums that it passes through. psi is accurate to 5.3 (pi, a sum of size pi, and one of
+    size 2pi), and the quotient psi/2k adds 1.6/k, so each pull is accurate to 1 + 4.3/k. The sums add 1.5 for
+    both pulls.
     """
     terms = 2 * a * np.abs(np.sin(alpha)) + 2 * legs.n * np.cos(alpha)
     run = 2 + 2 * np.pi / legs.k

@@ -1,13 +1,14 @@
 """Stability of orbits: monodromy matrix, Lyapunov exponent, and the Hessian of the length.
 
-The paper's matrices (eqs. 3 and 4) have two slips. In (d theta, d y) and with -1 taken out at every
-bounce, a straight bounce is [[-1, 0], [-l, -1]] and a bounce on a semicircle
-[[2 al l - 1, 2 al], [-l, -1]], al = 1 / sin(theta), both with l the path *before* the bounce. As
-printed, with another sign in the first matrix and the path after the bounce in the second, hyperbolic orbits
-would get lambda = 0.
+The paper's matrices (eqs. 3 and 4) contain two errors. If they act on (d theta, d y), and a factor -1 is
+taken out at every bounce, a straight bounce has the matrix [[-1, 0], [-l, -1]] and a bounce on a semicircle
+[[2 al l - 1, 2 al], [-l, -1]] with al = 1 / sin(theta), where l is the length of the path *before* the bounce
+in both. As printed, the first matrix has a different sign and the second one the path after the bounce;
+hyperbolic orbits would then get lambda = 0.
 
-Between midpoints of chords a run is one kick 2 k / sin(theta) and a leg one drift D, so that tr M - 2 is a
-sum of products of positive numbers: nothing cancels, however small or large it is (docs/proof.md).
+Between the midpoints of chords, a run acts as one kick 2 k / sin(theta) and a leg as one drift D. Therefore
+tr M - 2 is a sum of products of positive numbers, in which nothing cancels, however small or large it is
+(docs/proof.md).
 """
 
 from dataclasses import dataclass
@@ -25,10 +26,11 @@ _LARGE = 1e120
 def exponent(slopes: Derivatives) -> Floats:
     """Return lambda of N orbits, the logarithm of the largest modulus of an eigenvalue of M, shape (N,).
 
-    Let X = [[0, D], [K, K D]] be the factor of a run and the leg after it, minus the unit matrix, and P the
-    product so far, minus the unit matrix. P <- P X + P + X has only positive terms; a power of two is stored
-    separately, so words of any length stay in range. The factors are in the order of time, which gives M of
-    the reversed orbit, with the same trace. From t = |tr M| - 2, lambda = 2 arsinh(sqrt(t) / 2).
+    Let 1 + X, with X = [[0, D], [K, K D]], be the factor of a run and the leg after it, and 1 + P the product
+    of the factors so far. The update P <- P X + P + X has only positive terms. A power of two is stored
+    separately, so words of any length stay in range. The factors are multiplied in the order of time, which
+    gives M of the reversed orbit; it has the same trace. With t = |tr M| - 2, lambda is 2
+    arsinh(sqrt(t) / 2).
     """
     unit = np.ones(slopes.beyond.shape[1])
     doublings = np.zeros(len(unit), dtype=np.int64)
@@ -56,8 +58,9 @@ def exponent(slopes: Derivatives) -> Floats:
 def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """Return the monodromy matrix of every bounce of orbits, shape (N, p, 2, 2), as in the paper.
 
-    Biham and Kvale, eqs. (3) and (4), corrected as in this module's docstring. They act on (d theta, d y) and
-    are computed from the bounces alone, which makes them an independent check of `exponent`.
+    These are eqs. (3) and (4) of Biham and Kvale, corrected as described at the top of this module. They act
+    on (d theta, d y) and are computed from the bounces alone, which makes them an independent check of
+    `exponent`.
     """
     links = Links.of(stadium, words, coordinates)
     path = links.before
@@ -69,10 +72,10 @@ def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floa
 
 
 def hessian(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
-    """Return the Hessian of the length in all p coordinates of orbits, shape (N, p, p).
+    """Return the Hessian of the length with respect to all p coordinates of orbits, shape (N, p, p).
 
-    The identity det H = prod(-b_i) (tr M - 2), with b_i the off-diagonal entries, holds at an orbit;
-    at p = 2 both links fall on one entry and b_i is each link's own part (`couplings_of`).
+    At an orbit, det H = prod(-b_i) (tr M - 2), where the b_i are the off-diagonal entries. If p = 2, both
+    links contribute to the same entry, and b_i is the contribution of one link (`couplings_of`).
     """
     links, (n, p) = Links.of(stadium, words, coordinates), words.shape
     couplings = couplings_of(links, stadium.tangents(words, coordinates))
@@ -99,18 +102,18 @@ def couplings_of(links: "Links", tangents: Floats) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Links(ByValue):
-    """The links of closed paths as seen from each bounce; all of shape (N, p)."""
+    """The links of closed paths that meet at each bounce, as arrays of shape (N, p)."""
 
-    before: Floats  # length of the path that arrives at the bounce
-    after: Floats  # length of the path that leaves it
+    before: Floats  # length of the link that arrives at the bounce
+    after: Floats  # length of the link that leaves it
     cos_in: Floats  # cosine of the angle between the tangent and the arriving direction
-    cos_out: Floats  # the same for the leaving direction
+    cos_out: Floats  # cosine of the angle between the tangent and the leaving direction
 
     @classmethod
     def of(cls, stadium: Stadium, words: Words, coordinates: Floats) -> "Links":
         """Measure the links of closed paths, which need not be orbits."""
         symbols, places = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
-        (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: whole rows move
+        (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: faster shifts
         step_x, step_y = following(x) - x, following(y) - y
         path = np.sqrt(step_x**2 + step_y**2)
         ahead_x, ahead_y = step_x / path, step_y / path
@@ -122,18 +125,18 @@ class Links(ByValue):
 def forces(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """Return the violation of the law of reflection at each bounce of a closed path, shape (N, p).
 
-    cos theta_in - cos theta_out, the derivative of the length in the coordinate of the bounce; its modulus is
-    the force in Biham and Kvale, eq. (2).
+    It is cos theta_in - cos theta_out, the derivative of the length with respect to the coordinate of the
+    bounce. Its modulus is the force in Biham and Kvale, eq. (2).
     """
     links = Links.of(stadium, words, coordinates)
     return links.cos_in - links.cos_out
 
 
 def birkhoff(stadium: Stadium, words: Words, coordinates: Floats) -> tuple[Floats, Floats]:
-    """Return the bounces of closed paths in phase space, two arrays of shape (N, p).
+    """Return the bounces of closed paths in phase space, as two arrays of shape (N, p).
 
-    The arc length (`Stadium.arclength`), and the sine of the angle between the outgoing path and the normal,
-    positive if it goes anticlockwise.
+    The first contains the arc length (`Stadium.arclength`), the second the sine of the angle between the
+    outgoing path and the normal, which is positive if the path goes anticlockwise.
     """
     leaving = Links.of(stadium, words, coordinates).cos_out
     return stadium.arclength(words, coordinates), ANTICLOCKWISE[words] * leaving

@@ -23,19 +23,19 @@ HALF_PI = math.pi / 2
 
 STRAIGHT = np.array([True, False, True, False, False, False])
 ANTICLOCKWISE = np.array([1.0, -1.0, -1.0, 1.0, -1.0, 1.0])
-"""+1 where a coordinate grows anticlockwise along the boundary, -1 where clockwise, by symbol."""
+"""For each symbol, +1 if the coordinate increases anticlockwise along the boundary, -1 if clockwise."""
 _WALL_Y = np.array([-1.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 _SEGMENT = np.array([0, 1, 2, 3, 1, 3])
 SIDE = np.array([0.0, -1.0, 0.0, 1.0, -1.0, 1.0])
-"""-1 on the left semicircle, +1 on the right one, 0 on a straight wall, by symbol."""
+"""For each symbol, -1 on the left semicircle, +1 on the right one, 0 on a straight wall."""
 
 
 class StadiumError(InputError):
-    """The parameter a is outside the supported range."""
+    """The half length is not a number in the supported range."""
 
 
 def _half_length(a: Any) -> float:
-    """Return a number of any type as a half length."""
+    """Return a half length as a float; raise `StadiumError` if it is not valid."""
     number = isinstance(a, Real) and not isinstance(a, bool)
     if number and MIN_A <= a <= MAX_A:
         return float(a)
@@ -75,7 +75,7 @@ class Stadium:
 
     @property
     def mean_free_path(self) -> float:
-        """Mean path between two bounces in the invariant measure, pi Area / Perimeter."""
+        """Mean length of the path between bounces, pi Area / Perimeter, in the invariant measure."""
         return math.pi * self.area / self.perimeter
 
     @property
@@ -85,22 +85,22 @@ class Stadium:
 
     @property
     def legs_per_length(self) -> float:
-        """Mean number of legs per length: one over the mean path to the next run, pi Area / 4."""
+        """Mean number of legs per unit length: the mean path from run to run is pi Area / 4."""
         return 4 / (math.pi * self.area)
 
     def points(self, symbols: Words, coordinates: Floats) -> Floats:
         """Return the Cartesian points of bounces, shape (..., 2).
 
-        Symbols and coordinates have the same shape. Beyond the ends, the walls and circles are continued.
+        Symbols and coordinates have the same shape. Walls and circles are continued beyond their ends.
         """
         return np.stack(self.frames(symbols, coordinates)[0], axis=-1)
 
     def tangents(self, symbols: Words, coordinates: Floats) -> Floats:
-        """Return the unit tangents, shape (..., 2), in the direction of growing coordinate."""
+        """Return the unit tangents at bounces, shape (..., 2), in the direction of increasing coordinate."""
         return np.stack(self.frames(symbols, coordinates)[1], axis=-1)
 
     def frames(self, symbols: Words, coordinates: Floats) -> tuple[Pair, Pair]:
-        """Return the components x, y of `points` and those of `tangents`, each of the symbols' shape."""
+        """Return the x and y components of `points` and of `tangents`, each of the symbols' shape."""
         straight, outward = STRAIGHT[symbols], SIDE[symbols]
         cos, sin = np.cos(coordinates), np.sin(coordinates)
         point = (
@@ -111,10 +111,11 @@ class Stadium:
         return point, tangent
 
     def arclength(self, symbols: Words, coordinates: Floats) -> Floats:
-        """Return the place of bounces along the boundary, in units of the radius, from 0 to the perimeter.
+        """Return the arc lengths of bounces along the boundary, in units of the radius.
 
-        Anticlockwise from the left end of the bottom wall: bottom, right, top, left; the joints lie at
-        0, 2a, 2a + pi and 4a + pi. Symbols, coordinates and the result have the same shape.
+        They increase anticlockwise from 0 at the left end of the bottom wall to the perimeter, in the order
+        bottom, right, top, left; the joints are at 0, 2a, 2a + pi and 4a + pi. Symbols, coordinates and the
+        result have the same shape.
         """
         a = self.a
         middle = np.array([a, 4 * a + 1.5 * math.pi, 3 * a + math.pi, 2 * a + HALF_PI])
@@ -128,7 +129,7 @@ class Stadium:
 
 
 def as_stadium(stadium: Stadium | float) -> Stadium:
-    """Return a stadium, given as such or by its a.
+    """Return the given stadium, or the stadium with the given half length.
 
     Raises
     ------
@@ -139,13 +140,13 @@ def as_stadium(stadium: Stadium | float) -> Stadium:
 
 
 def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[Words, Floats]:
-    """Return symbols and coordinates of bounces, shape (N, p), without the first and the last of each row.
+    """Return symbols and coordinates of bounces, shape (N, p), except the first and last bounce of each row.
 
     Parameters
     ----------
     x, y, side : ndarray, shape (N, p + 2)
-        The points, and their sides: -1 for the left semicircle, +1 for the right one, 0 for a straight wall
-        with y = -1 or 1.
+        The points, and the side that each is on: -1 for the left semicircle, +1 for the right one, 0 for a
+        straight wall with y = -1 or 1.
     """
     coordinates = np.where(side == 0, x, np.arctan2(y, side * x - stadium.a))
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)

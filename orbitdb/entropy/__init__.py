@@ -1,1 +1,1 @@
-"""Proved bounds on the topological entropy: edge words, windows, their verdicts, and growth rates."""
+"""Proved bounds on the topological entropy, from edge words, windows, their verdicts, and growth rates."""

@@ -1,9 +1,10 @@
-"""Edge words that avoid a set of patterns, as paths in a graph: the automaton of Aho and Corasick.
+"""Edge words that avoid a set of patterns, as paths in the graph of an Aho-Corasick automaton.
 
 A state is the longest suffix of the letters read so far that is a prefix of a pattern. The mirror image of an
-avoided pattern is avoided too, so a word and its mirror image share a state. The *upright* one of the two,
-whose first letter with a sign is positive, represents both, and every step records whether it mirrors the
-word. Paths and words continue in the same number of ways, so they have the same growth rate.
+avoided pattern is avoided too, so a word and its mirror image share a state. It is represented by the
+*upright* one of the two, whose first letter with a sign is positive, and every step records whether it
+mirrors the word. A path can be continued in as many ways as a word, so paths and words have the same growth
+rate.
 
 Source: Aho and Corasick, "Efficient string matching", Commun. ACM 18 (1975) 333.
 """
@@ -21,11 +22,11 @@ _NOTHING = np.uint8(255)
 _UPRIGHT = np.flatnonzero(SIGN >= 0).astype(np.uint8)
 
 _CHUNK = 1 << 18
-"""Number of states at a time; it limits the memory."""
+"""Number of states treated at a time, which limits the memory."""
 
 
 def upright(words: Letters) -> Letters:
-    """Return each edge word, shape (N, L), or its mirror image, whichever is upright."""
+    """Return each edge word, shape (N, L), or its mirror image: whichever of the two is upright."""
     signs = SIGN[words]
     first = (signs != 0).argmax(axis=1)
     turned = signs[np.arange(len(words)), first] < 0
@@ -34,20 +35,20 @@ def upright(words: Letters) -> Letters:
 
 @dataclass(frozen=True, eq=False)
 class Automaton(ByValue):
-    """The states and steps of an automaton that looks for patterns; state 0 has read nothing."""
+    """The states and steps of an automaton that searches for patterns; in state 0 it has read nothing."""
 
-    # the state after each first letter, times 2, plus 1 if the word is mirrored, shape (9,)
+    # twice the state after each first letter, plus 1 if the word is mirrored, shape (9,)
     first: NDArray[np.int32]
-    # the same after each state and letter; it means nothing for a letter that may not follow, shape (n, 9)
+    # the same after each state and letter, shape (n, 9); meaningless if the letter may not follow
     step: NDArray[np.int32]
-    last: Letters  # the last letter of each upright word; 255 for state 0, shape (n,)
-    found: Masks  # the kinds (bits) of the patterns at the end of a state's word, shape (n,)
+    last: Letters  # the last letter of the upright word of each state, shape (n,); 255 for state 0
+    found: Masks  # the kinds (bits) of the patterns with which the word of each state ends, shape (n,)
 
     def __len__(self) -> int:
         return len(self.last)
 
     def follow(self, words: Letters) -> Masks:
-        """Return the kinds of patterns that each word contains, mirrored or not, shape (N,)."""
+        """Return the kinds of the patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
         seen = self.found[move >> 1]
         turned = (move & 1).astype(np.bool_)
@@ -58,7 +59,7 @@ class Automaton(ByValue):
         return seen
 
     def edges(self, avoided: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-        """Return origins and targets of the steps between states whose words end with no avoided pattern."""
+        """Return the steps that avoid patterns of the given kinds (bits), as origins and targets."""
         free = (self.found & avoided) == 0
         free[0] = False
         origins, targets = [], []
@@ -72,9 +73,9 @@ class Automaton(ByValue):
 
 
 def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
-    """Build the automaton of patterns, their mirror images and their reversals.
+    """Build the automaton that finds the given patterns, their mirror images and their reversals.
 
-    Each array, shape (N, L), has edge words of equal length; their kind is a power of 2 below 256.
+    Each item contains edge words of equal length, shape (N, L), and their kind, a power of 2 below 256.
     """
     tree = _Tree.of(patterns)
     size = len(tree.letter)
@@ -86,12 +87,12 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
     step[singles] = first
     for children in deeper:
         parent, letter = tree.parent[children], tree.letter[children]
-        fail = step[parent, letter]  # the state of the same word without its first letter
+        fail = step[parent, letter]  # the state of the word without its first letter
         mirrored = tree.unsigned[parent] & (letter != X)
         step[parent, letter] = 2 * children
         step[parent[mirrored], MIRROR[letter[mirrored]]] = 2 * children[mirrored] + 1
         tree.found[children] |= tree.found[fail >> 1]
-        # until it has children of its own, a state goes where its longest proper suffix goes
+        # as long as a state has no children, it takes the steps of its longest proper suffix
         ways, over = step[fail >> 1], fail & 1 == 1
         ways[over] = ways[over][:, MIRROR] ^ 1
         step[children] = ways
@@ -100,7 +101,7 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
 
 @dataclass(frozen=True)
 class _Tree:
-    """The prefixes of patterns: the parent and last letter of each, and the patterns that end there."""
+    """The prefixes of patterns as a tree, with the parent, last letter and ending patterns of each prefix."""
 
     parent: NDArray[np.int32]
     letter: Letters
@@ -110,7 +111,7 @@ class _Tree:
 
     @classmethod
     def of(cls, patterns: list[tuple[Letters, int]]) -> "_Tree":
-        """Grow the tree one letter at a time for all patterns, which are sorted, together."""
+        """Build the tree of sorted patterns, one letter at a time for all patterns together."""
         words, kinds = _sorted(patterns)
         parents, letters, unsigned, levels = [], [], [], []
         node, plain = np.zeros(len(kinds), dtype=np.int32), np.ones(len(kinds), dtype=np.bool_)
@@ -141,8 +142,8 @@ class _Tree:
 
 
 def _sorted(patterns: list[tuple[Letters, int]]) -> tuple[Letters, Masks]:
-    """Return all patterns and their reversals, upright, sorted and padded with 255; and their kinds."""
-    # every state has to know its last letter, so single letters are patterns of no kind
+    """Return all patterns and their reversals, upright, padded with 255 and sorted, and also their kinds."""
+    # every state must know its last letter, so single letters are added as patterns without a kind
     given = [(_UPRIGHT[:, None], 0), *patterns]
     longest = max(words.shape[1] for words, _ in given)
     # letters count from 1 and are padded with 0, so that a prefix sorts before its continuations

@@ -1,9 +1,10 @@
-"""Proved bounds on the topological entropy, level by level.
+"""Proved bounds on the topological entropy, one level for each length of windows.
 
-Windows of L edges are decided for all continuations at once. Edge words that avoid the forbidden windows grow
-at least as fast as the codes of trajectories. Words that also avoid the undecided windows grow at most as
-fast. Both rates belong to paths in a graph. Undecided windows are extended by one letter, at the end that
-matters more, and decided again (the proof is in docs/entropy-proof.md).
+Windows of L edges are decided for all continuations at once. The number of edge words that avoid the
+forbidden windows grows at least as fast as the number of codes of trajectories; the number of words that
+avoid the undecided windows too grows at most as fast. Both growth rates are those of paths in a graph.
+Undecided windows are extended by one letter, at the end that matters more, and decided again
+(docs/entropy-proof.md has the proof).
 """
 
 import math
@@ -27,40 +28,40 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 DOUBLES, BALLS = "doubles", "balls"
-"""How windows are decided: in doubles with error bounds, or confirmed in ball arithmetic too."""
+"""How windows are decided: in doubles with error bounds, or also confirmed in ball arithmetic."""
 
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns."""
 
 MAX_WINDOW = 40
-"""Longest window, in edges."""
+"""Greatest length of windows, in edges."""
 
 MOST_UNDECIDED = 1_000_000
-"""Undecided windows are not extended if there are more; this limits the memory."""
+"""If there are more undecided windows, they are not extended; this limits the memory."""
 
 _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
-"""Ratio of the times of successive levels."""
+"""Usual and least ratio of the times that successive levels take."""
 
 _BRIEF = 0.05
-"""A level that takes fewer seconds does not predict the time of the next."""
+"""The time of the next level is not predicted from a level that takes fewer seconds than this."""
 
 
 @dataclass(frozen=True)
 class EntropyBounds(Record):
-    """Bounds on the topological entropy per bounce at one a, proved by windows up to one length.
+    """Bounds on the topological entropy per bounce at one half length, proved by windows up to one length.
 
     Attributes
     ----------
     a : float
-        Half length of a straight wall.
+        Half length of the stadium.
     window : int
-        Edges of the longest windows.
+        Number of edges of the longest windows.
     lower, upper : float
         Bounds on h_top, rounded outward.
     windows : int
-        Windows examined so far, up to mirror and reversal.
+        Number of windows examined so far, up to mirror and reversal.
     undecided : int
-        Undecided windows of this length.
+        Number of undecided windows among the longest.
     proof : str
         How the windows were decided, for stored bounds: `DOUBLES` or `BALLS`.
     """
@@ -75,23 +76,23 @@ class EntropyBounds(Record):
 
     @property
     def width(self) -> float:
-        """Upper minus lower bound."""
+        """Difference between the upper and the lower bound."""
         return self.upper - self.lower
 
     @property
     def between(self) -> str:
-        """The bounds in words, rounded outward."""
+        """The bounds as an inequality, rounded outward."""
         return between(self.lower, "h", self.upper)
 
     @property
     def basis(self) -> str:
-        """The windows and arithmetic behind the bounds, in words."""
-        how = "in balls" if self.proof == BALLS else "in doubles with error bounds"
+        """What the bounds are based on, in words: the windows and the arithmetic."""
+        how = "in ball arithmetic" if self.proof == BALLS else "in double precision with error bounds"
         return f"windows of {self.window} edges {how}"
 
 
 Judge = Callable[[Windows, float, Tell | None], Decision]
-"""Decides windows at one a and reports progress."""
+"""A function that decides windows at a given a and reports progress."""
 
 
 def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) -> Iterator[EntropyBounds]:
@@ -100,14 +101,15 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
     Parameters
     ----------
     tell : callable, optional
-        Receives progress.
+        Receives progress reports.
     judge : callable, optional
         `orbitdb.entropy.verdicts.decide` or `orbitdb.entropy.proof.Proof.decide`.
 
     Yields
     ------
     EntropyBounds
-        For windows of 2, 3, ... edges, to `MAX_WINDOW`, to `MOST_UNDECIDED`, or until all are decided.
+        For windows of 2, 3, ... edges, up to `MAX_WINDOW`, or until no window or more than `MOST_UNDECIDED`
+        are undecided.
     """
     forbidden: list[tuple[Letters, int]] = []
     windows, count = first_windows(), 0
@@ -132,13 +134,13 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
 
 
 def _following(windows: Windows, at_left: Marks, avoiding: Automaton) -> Windows:
-    """Return the windows with one more letter that contain no forbidden window."""
+    """Return the windows extended by one letter, without those that contain a forbidden window."""
     longer = extended(windows, at_left)
     return longer.rows(avoiding.follow(longer.letters) == 0)
 
 
 def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:
-    """Return the growth rate of the words that avoid undecided windows too, rounded down."""
+    """Return the growth rate of the words that avoid the undecided windows too, rounded down."""
     avoiding = automaton([*forbidden, (undecided.letters, UNDECIDED)])
     return max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
 
@@ -151,23 +153,23 @@ def search(
     tell: Tell | None = None,
     judge: Judge = decide,
 ) -> Iterator[EntropyBounds]:
-    """Enclose the topological entropy until the bounds are close enough or the time is spent.
+    """Enclose the topological entropy until the bounds are tight enough or the time is up.
 
     Parameters
     ----------
     window : int, optional
-        Edges of the longest windows to try; `MAX_WINDOW` by default.
+        Number of edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
         Stop when the upper minus the lower bound is at most this.
     seconds : float, optional
-        Time to spend. A level is not begun if it would exceed the time, judging by the last two.
+        Time limit. A level is not begun if, judging by the last two, it would exceed the limit.
     tell, judge : callable, optional
         As for `levels`.
 
     Yields
     ------
     EntropyBounds
-        As `levels` does.
+        The same as `levels`.
     """
     began = ended = time.monotonic()
     last = 0.0
@@ -182,10 +184,10 @@ def search(
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one a."""
+    """Bounds on the entropy at one half length."""
 
-    levels: tuple[EntropyBounds, ...]  # the bounds, one per window length
-    proof: "Proof | None"  # counts of the decisions that balls confirmed, if they were used
+    levels: tuple[EntropyBounds, ...]  # the bounds for each window length
+    proof: "Proof | None"  # counts of decisions confirmed in ball arithmetic, if it was used
     arithmetic: str  # the software that computed the bounds (`orbitdb.arithmetic.arithmetic`)
 
 
@@ -196,16 +198,16 @@ def enclose(
     seconds: float = math.inf,
     proof: "Proof | None" = None,
 ) -> Enclosed:
-    """Enclose the entropy at one a with `search`, as a task that can run in another process.
+    """Enclose the entropy at one half length with `search`, as a task that can run in another process.
 
     Parameters
     ----------
     a : float
-        Half length of a straight wall.
+        Half length of the stadium.
     window, width, seconds : optional
         As for `search`.
     proof : Proof, optional
-        Confirms every decision in balls.
+        Confirms every decision in ball arithmetic.
     """
     judge = decide if proof is None else proof.decide
     return Enclosed(tuple(search(Stadium(a), window, width, seconds, judge=judge)), proof, arithmetic())

@@ -1,11 +1,12 @@
-"""Bounds on the growth rate of paths in a graph: Collatz and Wielandt, rounded outward.
+"""Bounds on the growth rate of paths in a graph, after Collatz and Wielandt, rounded outward.
 
-For a matrix A >= 0 and any v > 0, the spectral radius is between the least and the largest (Av)_i / v_i.
-It is also the largest spectral radius of a strongly connected component. Without steps between components,
+For a matrix A >= 0 and any v > 0, the spectral radius lies between the least and the largest (Av)_i / v_i. It
+is also the largest of the spectral radii of the strongly connected components. If the steps between
+components are left out,
 
     max over components of min (Av)_i / v_i  <=  spectral radius  <=  max (Av)_i / v_i .
 
-Power iteration yields v; the bounds hold for any positive v.
+Power iteration provides v, but the bounds hold for any positive v.
 
 Source: Collatz, Math. Z. 48 (1942) 221; Wielandt, Math. Z. 52 (1950) 642.
 """
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Places
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array  # which loads slowly
+    from scipy.sparse import csr_array  # slow to import
 
 TOLERANCE = 1e-10
 """Relative width of the enclosure at which the power iteration stops."""
@@ -28,21 +29,21 @@ TOLERANCE = 1e-10
 MAX_STEPS = 4000
 
 _ROUNDING = 2.0**-48
-"""Bound on the rounding errors of a row of at most 9 steps, the quotient and the logarithm.
+"""Bound on the rounding errors of a row of at most 9 steps, of the quotient and of the logarithm.
 
-The sum and the quotient lose 10 half units; the logarithm (below 4) and the printed digits lose 2 units.
+The sum and the quotient lose 10 half units; the logarithm (below 4) and its printed digits lose 2 units.
 """
 
 _SHIFT = 0.5
 """Added to the diagonal in the power iteration, so that periodic components do not oscillate."""
 
 _LEAST = 1e-280
-"""Keeps v positive."""
+"""Lower limit on the entries of v, which keeps them positive."""
 
 
 @dataclass(frozen=True)
 class Growth:
-    """Bounds on the logarithm of a growth rate; -inf without a cycle."""
+    """Bounds on the logarithm of a growth rate; both are -inf if the graph has no cycle."""
 
     lower: float
     upper: float
@@ -54,7 +55,8 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
     Parameters
     ----------
     origin, target : ndarray of int32, shape (E,)
-        The steps, at most 9 from one state. Two steps between the same states count twice.
+        The states that each step connects, with at most 9 steps from each state. Two steps between the same
+        states count as two.
     states : int
         Number of states.
     """
@@ -88,7 +90,7 @@ def _components(
     inside = label[origin] == label[target]
     origin, target = origin[inside], target[inside]
     cyclic = np.zeros(states, dtype=np.bool_)
-    cyclic[origin] = True  # every state of a component with a cycle has a step inside it
+    cyclic[origin] = True  # every state of a component with a cycle has a step inside the component
     kept = np.flatnonzero(cyclic)
     kept = kept[np.argsort(label[kept], kind="stable")]
     place = np.empty(len(label), dtype=np.int32)

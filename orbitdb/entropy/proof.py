@@ -1,12 +1,12 @@
 """Verdicts on windows, confirmed one by one in ball arithmetic, so that no bound depends on rounding.
 
-Every verdict is one clamped problem (`orbitdb.entropy.verdicts.corner`), given by integers, a, and the limits
-of the directions. These limits are pi/2, which is a ball, and the doubles of
-`orbitdb.billiard.legs.direction_limits`; balls first prove that no direction exceeds them (`limits_hold`).
-The directions found in doubles are only centres and are taken as exact. There the gradient g and the
-curvatures D, in balls, enclose the clamped directions within the radius max |g_i| / (D_i / 2), where i runs
-over the directions that do not press against a limit. The verdict is proved if f of the marked junction,
-computed from these balls, has its sign.
+Every verdict follows from one clamped problem (`orbitdb.entropy.verdicts.corner`), which is given by
+integers, a, and the limits of the directions. These limits are pi/2, which is represented by a ball, and the
+doubles of `orbitdb.billiard.legs.direction_limits`, which are first proved to contain all directions
+(`limits_hold`). The directions found in double precision serve only as centres and are taken as exact. The
+gradient g and the curvatures D there, computed in balls, show that the clamped directions lie within the
+radius max |g_i| / (D_i / 2), where i runs over the directions that are not pressed against a limit. The
+verdict is proved if f of the marked junction, computed from balls of this radius, has the right sign.
 
 A verdict that balls do not confirm counts as undecided, and its window is extended like any other.
 """
@@ -28,16 +28,17 @@ from orbitdb.orbits.balls.path import BallPath
 from orbitdb.progress import Tell
 
 PRECISION = 64
-"""Bits of the arithmetic."""
+"""Number of bits of the arithmetic."""
 
 _OFTEN = 256
 """Number of windows between two progress reports."""
 
 
 def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | None = None) -> Marks:
-    """Return which verdicts on N windows are proved in balls, shape (N,).
+    """Tell which verdicts on N windows are proved in ball arithmetic, shape (N,).
 
-    Undecided ones never are. The half length a is taken as exact; `tell` receives progress.
+    The result is false for undecided windows. The half length a is taken as exact; `tell` receives progress
+    reports.
     """
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
@@ -53,7 +54,7 @@ def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | 
                 start = solve_corner(pushed, a, np.zeros(len(rows))).alpha.T.tolist()
                 for column, row in enumerate(batch[rows].tolist()):
                     if tell and done % _OFTEN == 0:
-                        tell(done, len(decided), f"{windows.edges} letters in balls")
+                        tell(done, len(decided), f"{windows.edges} letters: ball arithmetic")
                     done += 1
                     f = condition_in_balls(pushed, column, a, start[column])
                     found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
@@ -61,10 +62,11 @@ def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | 
 
 
 def limits_hold(most: int, a: float) -> bool:
-    """Return whether balls prove `direction_limits` for all legs with up to `most` walls.
+    """Tell whether balls prove that `direction_limits` holds for all legs with up to `most` walls.
 
-    A leg with n walls has (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a, and one without walls has
-    |tan alpha| <= 1 / a. These ends must be between the doubles, and the doubles within pi/2.
+    The directions of a leg with n walls satisfy (n - 1) / (a + 1) <= s tan alpha <= (n + 1) / a, those of a
+    leg without walls |tan alpha| <= 1 / a. The ends of these ranges must lie between the doubles, and the
+    doubles within pi/2.
     """
     n = np.arange(most + 1.0)[None]
     low, high = direction_limits(Chain(n, n, n, np.ones_like(n)), a)
@@ -76,9 +78,10 @@ def limits_hold(most: int, a: float) -> bool:
 
 
 def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[float]) -> arb | None:
-    """Return a ball that contains f of one window's marked junction; None if the error bound does not apply.
+    """Return a ball that contains f of the marked junction of one window.
 
-    `start` has the directions of legs 0 to m + 1 in radians; they are clipped to their limits.
+    `start` contains the directions of legs 0 to m + 1 in radians; they are clipped to their limits. The
+    result is None if the error bound does not apply.
     """
     low, high = problem.low[:, column], problem.high[:, column]
     path = BallPath(problem.legs, column, a, list(zip(low.tolist(), high.tolist(), strict=True)))
@@ -100,14 +103,14 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, keeps the decisions that balls prove, and counts them."""
+    """Decides windows in doubles, keeps the decisions that are proved in balls, and counts them."""
 
-    proved: int = 0  # windows decided in doubles that balls confirmed, up to mirror and reversal
-    left_open: int = 0  # and that they did not
-    seconds: float = 0.0  # time spent in balls
+    proved: int = 0  # number of decisions in doubles that balls confirmed, up to mirror and reversal
+    left_open: int = 0  # number of decisions in doubles that balls did not confirm
+    seconds: float = 0.0  # time spent on ball arithmetic
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-        """Decide windows like `orbitdb.entropy.verdicts.decide`, but keep only proved decisions."""
+        """Decide windows as `orbitdb.entropy.verdicts.decide` does, but keep only proved decisions."""
         decision = decide(windows, a, tell)
         began = time.monotonic()
         sure = proved(windows, decision.verdict, a, tell)

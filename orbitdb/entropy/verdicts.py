@@ -1,18 +1,19 @@
-"""Verdicts on windows: allowed, forbidden or undecided for all continuations beyond their ends.
+"""Verdicts on windows: allowed, forbidden or undecided, for all continuations beyond their ends.
 
-Two clamped problems decide a window: its directions when the continuations are pushed to either extreme.
-Every extreme continuation is written as an outer leg of given direction and a run next to it:
+Two clamped problems decide a window; they give its directions when the continuations push to either extreme.
+Every extreme continuation is described by an outer leg with a given direction and a run next to it:
 
-* an unknown run pulls with a force in [-1, 1]; the extremes are endless runs (k infinite), down or up;
-* a run of at least K bounces with sense d pulls with a force between -d, like an endless run, and the pull of
-  K bounces with an outer leg in the direction -d pi/2;
-* a leg of at least q walls has a direction s x with sign s and x from its least (`direction_limits`) to pi/2.
+* an unknown run pulls with a force in [-1, 1]; the extremes are infinitely long runs, down or up;
+* a run of at least K bounces with sense d pulls with a force between -d, the pull of an infinitely long
+  run, and the pull of K bounces whose outer leg has the direction -d pi/2;
+* a leg with at least q walls has a direction s x, where s is its sign and x lies between its least value
+  (`direction_limits`) and pi/2.
 
-So all ends have the same form: legs 0 and m + 1 are given, and the legs between them maximise the length
-within their limits. The ranges cover every continuation, however long its runs and legs.
+All ends therefore have the same form: legs 0 and m + 1 are given, and the legs between them maximise the
+length within their limits. The ranges cover every continuation, however long its runs and legs are.
 
-With theta_j = sigma_j alpha_j, sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
-off-diagonal entry. So all theta rise with the push at either end (docs/entropy-proof.md).
+With theta_j = sigma_j alpha_j and sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
+off-diagonal entries. All theta therefore increase with the push at either end (docs/entropy-proof.md).
 """
 
 from dataclasses import dataclass
@@ -41,7 +42,7 @@ from orbitdb.progress import Tell
 
 MAX_STEPS = 16
 _CLEAR = 8.0
-"""Ratio of f to its error at which its sign is known and its value accurate enough."""
+"""Ratio of f to its error at which the sign of f is known and its value is accurate enough."""
 
 _SMALL = 1e-9
 ROUNDING = 12 * EPSILON
@@ -53,16 +54,16 @@ class Corner(Batch):
     """N windows with an extreme push at each end."""
 
     legs: Chain  # runs and legs 0 to m + 1 as in `OpenChains`, with the runs at the ends set by the push
-    # limits of the directions; equal for the outer legs, shape (m + 2, N)
+    # limits of the directions, which coincide for the outer legs, shape (m + 2, N)
     low: Floats
     high: Floats
     marked: Places  # the row of the marked junction, shape (N,)
-    # c in its condition f = h + c o > 0, h = psi/2k of the run and o the direction of the leg, shape (N,)
+    # c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the leg's direction, shape (N,)
     lean: Floats
 
 
 def orientation(chains: OpenChains) -> Floats:
-    """Return sigma, shape (m + 2, N), +1 at the marked leg."""
+    """Return sigma, shape (m + 2, N), which is +1 at the marked leg."""
     sigma = np.ones_like(chains.n)
     for row in range(1, len(sigma) - 1):
         sigma[row + 1] = sigma[row] * np.where(chains.n[row] % 2 == 1, 1.0, -1.0)
@@ -70,14 +71,14 @@ def orientation(chains: OpenChains) -> Floats:
 
 
 def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
-    """Push the ends of windows.
+    """Return windows with the given pushes at their ends.
 
     Parameters
     ----------
     a : float
-        Half length of a straight wall.
+        Half length of the stadium.
     left, right : ndarray, shape (N,)
-        +1 to push an end so that the marked direction is as high as possible, -1 for as low.
+        +1 to push an end so that the marked direction is as large as possible, -1 for as small as possible.
     """
     sigma = orientation(chains)
     k, d, n, s = chains.k.copy(), chains.d.copy(), chains.n.copy(), chains.s.copy()
@@ -100,15 +101,15 @@ class Condition(ByValue):
 
     alpha: Floats  # the directions, shape (m + 2, N)
     value: Floats  # f, in radians, shape (N,)
-    # bound on the difference between f and its value at the maximum, rounding included, shape (N,)
+    # bound on the difference from f at the maximum, including rounding, shape (N,)
     error: Floats
 
 
 def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
-    """Find the sign of the marked junction's condition by Newton's method on all windows at once.
+    """Find the sign of f at the marked junctions by Newton's method on all windows at once.
 
-    A window leaves the batch when its error bound is at most `enough`, shape (N,), small beside f, or no
-    longer shrinks.
+    A window leaves the batch when its error bound is at most `enough`, shape (N,), or small compared with f,
+    or no longer decreases.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
     solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
@@ -133,15 +134,15 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
 
 
 def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
-    """Return which windows may gain from another step."""
+    """Tell which windows may gain from another step."""
     unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
     return unclear & ((found.error > _SMALL) | (found.error < last / 2))
 
 
 def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
-    """Bound the distance of all directions from the maximum, shape (N,): max |g| / F, F = D / 2.
+    """Bound the distance of all directions from the maximum by max |g| / F with F = D / 2, shape (N,).
 
-    As in `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
+    The bound is that of `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
     """
     steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
     worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)
@@ -149,7 +150,7 @@ def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, 
 
 
 def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
-    """Evaluate f of the marked junctions, given the error of the directions."""
+    """Evaluate f at the marked junctions, given the error of the directions."""
     row, word = problem.marked, np.arange(len(problem.marked))
     k, d = problem.legs.k[row, word], problem.legs.d[row, word]
     outgoing = alpha[row, word]
@@ -160,10 +161,10 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
 
 
 BATCH = 1 << 15
-"""Number of windows solved at a time; it limits the memory."""
+"""Number of windows solved at a time, which limits the memory."""
 
 _ROUGH = 0.02
-"""Error of f, as a fraction of its range, that suffices to choose the end to extend."""
+"""Error of f, as a fraction of its range, that suffices to choose which end to extend."""
 
 
 class Verdict(IntEnum):
@@ -178,17 +179,18 @@ class Verdict(IntEnum):
 class Decision(ByValue):
     """Verdicts on N windows."""
 
-    # `Verdict`: allowed if f > 0 for every continuation, forbidden if f < 0 for every one, shape (N,)
+    # values of `Verdict`, shape (N,): allowed if f > 0 for all continuations, forbidden if f < 0 for all
     verdict: NDArray[np.uint8]
     # whether the left end of an undecided window changes f more than the right end, shape (N,)
     extend_left: Marks
 
 
 def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-    """Decide windows at one a and report progress.
+    """Decide windows at a given a, and report progress.
 
-    f rises with the push d at the left end and the push c at the right end (`OpenChains.lean`), or at least
-    crosses zero only upwards. So f > 0 is decided with both pushes reversed, and f < 0 with both as they are.
+    f increases with the push d at the left end and the push c at the right end (`OpenChains.lean`), or at
+    least crosses zero only upwards. Therefore f > 0 is decided with both pushes reversed, and f < 0 with both
+    unchanged.
     """
     check_functions()
     verdict = np.zeros(len(windows), dtype=np.uint8)
@@ -218,6 +220,6 @@ def _decide(chains: OpenChains, a: float) -> Decision:
 
 
 def _f(chains: OpenChains, a: float, left: int, right: int, enough: Floats) -> Condition:
-    """Return f with the ends pushed to raise it (+1) or to lower it (-1)."""
+    """Return f with each end pushed so as to raise it (+1) or lower it (-1)."""
     pushed = corner(chains, a, left * chains.sense, right * chains.lean)
     return solve_corner(pushed, a, enough)

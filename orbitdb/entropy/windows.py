@@ -1,13 +1,15 @@
-"""Edge words and windows: finite edge words with a marked junction, treated as chains of legs.
+"""Edge words, and windows: finite edge words with a marked junction, treated as chains of legs.
 
 An edge word has one letter for each edge of a path. U and D are edges of a run that goes up or down. X is a
-leg without walls. a and b go from a run to the top or bottom wall, A and B from the top or bottom wall to a
-run, w from top to bottom, v from bottom to top. The letters do not name the semicircle, which changes with
-every leg. So an edge word represents two codes, mirror images, and words and codes grow at the same rate.
+leg without walls. a and b lead from a run to the top or bottom wall, A and B from the top or bottom wall to a
+run, w from top to bottom, and v from bottom to top. The letters do not name the semicircle, which changes
+with every leg. An edge word thus represents two codes, which are mirror images, and the numbers of words and
+codes grow at the same rate.
 
-The mark is where a run ends and a leg begins. A junction where a leg ends and a run begins is the same in
-reverse, so with the mirror six windows are enough to start (`first_windows`). The legs wholly inside the
-window are unknowns; any continuation is allowed beyond its ends.
+The mark is where a run ends and a leg begins. A junction where a leg ends and a run begins becomes such a
+junction if the word is reversed, so, with the mirror, it suffices to start from six windows
+(`first_windows`). The directions of the legs that lie entirely inside a window are the unknowns. Beyond the
+ends of a window, any continuation is allowed.
 """
 
 import math
@@ -29,7 +31,7 @@ WAYS = {
     "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
     "a": "wA", "v": "wA", "b": "vB", "w": "vB",
 }  # fmt: skip
-"""The letters that may follow each."""
+"""The letters that may follow each letter."""
 
 
 def letters_of(text: str) -> Letters:
@@ -38,25 +40,25 @@ def letters_of(text: str) -> Letters:
 
 
 MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
-"""MAY_FOLLOW[x, y]: whether letter y may follow letter x. It holds all the geometric rules."""
+"""MAY_FOLLOW[x, y] tells whether letter y may follow letter x, which expresses all the geometric rules."""
 
 MIRROR = letters_of("DUXbavwBA")
-"""The letter of each edge turned upside down."""
+"""The letter of each edge when the stadium is turned upside down."""
 
 REVERSAL = letters_of("DUXABvwab")
-"""The letter of each edge traversed backwards."""
+"""The letter of each edge when it is traversed in the opposite direction."""
 
 IN_RUN = np.isin(np.arange(9), (U, D))
 STARTS_LEG = np.isin(np.arange(9), (X, TO_TOP, TO_BOTTOM))
 ENDS_LEG = np.isin(np.arange(9), (X, FROM_TOP, FROM_BOTTOM))
 SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
-"""Sign that the mirror changes; 0 for X. For a, b, A, B it is the sign of the wall: +1 top, -1 bottom."""
+"""A sign that the mirror reverses; 0 for X. For a, b, A, B it is that of the wall: +1 top, -1 bottom."""
 
 
 def geometric_entropy() -> float:
     """Return the growth rate of all edge words, an upper bound on the topological entropy for every a.
 
-    It is ln(1/z) = 1.218756, rounded up, with z^3 + z^2 + 3 z = 1. The entropy tends to it as a grows.
+    It is ln(1/z) = 1.218756, rounded up, where z^3 + z^2 + 3 z = 1. The entropy approaches it as a increases.
     """
     low, high = 0.2, 0.4
     while (middle := (low + high) / 2) not in (low, high):
@@ -65,7 +67,7 @@ def geometric_entropy() -> float:
 
 
 def reverse(words: Letters) -> Letters:
-    """Return edge words traversed backwards; the letters are on the last axis."""
+    """Return edge words traversed in the opposite direction; the letters are on the last axis."""
     return REVERSAL[words[..., ::-1]]
 
 
@@ -79,14 +81,14 @@ class Windows(ByValue):
     """N windows of L edges."""
 
     letters: Letters  # shape (N, L)
-    mark: Places  # number of letters before the marked junction, shape (N,)
+    mark: Places  # number of letters before the marked junction of each window, shape (N,)
 
     def __len__(self) -> int:
         return len(self.mark)
 
     @property
     def edges(self) -> int:
-        """L, the number of edges of each window."""
+        """The number L of edges of each window."""
         return self.letters.shape[1]
 
     def rows(self, chosen: Places | Marks) -> "Windows":
@@ -101,7 +103,7 @@ def first_windows() -> Windows:
 
 
 def extended(windows: Windows, at_left: Marks) -> Windows:
-    """Return all extensions of the windows by one letter, at the end chosen for each."""
+    """Return all extensions of the windows by one letter, at the left or right end as chosen for each."""
     ends = np.where(at_left, windows.letters[:, 0], windows.letters[:, -1])
     fits = np.where(at_left[:, None], MAY_FOLLOW.T[ends], MAY_FOLLOW[ends])
     row, letter = np.nonzero(fits)
@@ -116,34 +118,34 @@ def extended(windows: Windows, at_left: Marks) -> Windows:
 class OpenChains(Batch):
     """N windows as open chains: run 1, leg 1, run 2 ... leg m, run m + 1, and an outer leg at each end.
 
-    Rows go from 0 to m + 1; run i precedes leg i, and there is no run 0. If the window cuts a leg at an end,
-    leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
+    Rows are numbered from 0 to m + 1; run i precedes leg i, and there is no run 0. If an end of the window
+    cuts a leg, leg 0 or m + 1 is that leg. Otherwise it is the unknown leg beyond the run at that end.
     """
 
-    # Bounces and sense (+1 up) of each run, shape (m + 2, N). A cut run has only its bounces in the window. A
-    # single bounce has no sense; before the mark, d is then the sign of the next wall.
+    # Number of bounces and sense (+1 up) of each run, shape (m + 2, N). Of a cut run, only the bounces in the
+    # window count. A single bounce has no sense; before the mark, d is then the sign of the next wall.
     k: Floats
     d: Floats
-    # Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none), shape (m + 2, N). A cut leg
-    # has only its walls in the window. s is the sign of the direction at the start of the leg; for leg 0, at
-    # its end.
+    # Number of walls of each leg, and its first wall (-1 bottom, +1 top, 0 none), shape (m + 2, N). Of a cut
+    # leg, only the walls in the window count. s is the sign of the direction at the start of the leg, but for
+    # leg 0 at its end.
     n: Floats
     s: Floats
     left: Places  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
-    right: Places  # and at the right end
-    marked: Places  # the row of the leg after the mark and of the run before it, shape (N,)
+    right: Places  # what is at the right end, shape (N,)
+    marked: Places  # the row of the run before the mark and of the leg after it, shape (N,)
 
     def __len__(self) -> int:
         return len(self.marked)
 
     @property
     def sense(self) -> Floats:
-        """The sense of the run before the mark, shape (N,)."""
+        """The sense d of the run before the mark, shape (N,)."""
         return self.at_mark(self.d)
 
     @property
     def lean(self) -> Floats:
-        """c in the condition h + c o > 0 at the mark, shape (N,): d without walls, -s with walls."""
+        """c in the condition h + c o > 0 at the mark, shape (N,): d for a leg without walls, otherwise -s."""
         return np.where(self.at_mark(self.n) > 0, -self.at_mark(self.s), self.sense)
 
     def at_mark(self, rows: Floats) -> Floats:
@@ -153,7 +155,7 @@ class OpenChains(Batch):
 
 
 def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:
-    """Cut windows into runs and legs; for each number of unknowns, yield row indices and chains."""
+    """Cut windows into runs and legs; for each number of unknowns, yield window indices and chains."""
     left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
     unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
     for m in np.unique(unknowns):

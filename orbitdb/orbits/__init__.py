@@ -1,1 +1,1 @@
-"""Orbits: from words to solutions, with bounds and proofs."""
+"""Orbits: from words to solutions, with error bounds and proofs."""

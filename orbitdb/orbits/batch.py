@@ -1,4 +1,4 @@
-"""The orbits of a batch of words, as a structure of arrays, and their numbers from solved directions."""
+"""The orbits of a batch of words as a structure of arrays, and how solved directions become orbits."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -19,7 +19,7 @@ NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", 
 
 
 def finite(number: np.float64) -> float | None:
-    """Return a number as a float, None if it is not finite."""
+    """Return a number as a float, or None if it is not finite."""
     return float(number) if np.isfinite(number) else None
 
 
@@ -34,17 +34,17 @@ class Orbits(ByValue):
     status : ndarray of str, shape (N,)
         Values of `Status`.
     coordinates : ndarray, shape (N, p)
-        x on a straight wall, radians on a semicircle, in the order of the word.
+        x on a straight wall, radians on a semicircle, in the order of the word's symbols.
     length, lyapunov : ndarray, shape (N,)
-        Total length (units of the radius), and lambda of one traversal.
+        Total length in units of the radius, and lambda for one traversal.
     margin : ndarray, shape (N,)
-        Least distance of a bounce from the end of its wall or semicircle, negative outside.
+        Least distance of a bounce from an end of its wall or semicircle, negative if it is outside.
     residual : ndarray, shape (N,)
-        Largest violation of the law of reflection at a bounce, in cosines.
+        Largest violation of the law of reflection at a bounce, as a difference of cosines.
     error, length_error, lyapunov_error : ndarray, shape (N,)
-        Bounds on the error of every coordinate, of the length and of lambda.
+        Bounds on the errors of every coordinate, of the length and of lambda.
     iterations : ndarray of int, shape (N,)
-        Steps the solver took.
+        Number of steps that the solver took.
     """
 
     words: Words
@@ -64,7 +64,7 @@ class Orbits(ByValue):
 
     @classmethod
     def empty(cls, words: Words) -> "Orbits":
-        """Return unsolved words: unresolved, with all numbers NaN."""
+        """Return words that are not yet solved: their status is unresolved, and all numbers are NaN."""
         n, p = words.shape
         return cls(
             words=words,
@@ -75,11 +75,11 @@ class Orbits(ByValue):
         )
 
     def rows(self, chosen: Places | Marks) -> "Orbits":
-        """Return some of the words."""
+        """Return the orbits of the chosen words."""
         return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
     def place(self, rows: Places, part: "Orbits") -> None:
-        """Write the results of a part of the batch into the given rows."""
+        """Write the results of a part of the batch into the given rows, in place."""
         for name in ("status", "coordinates", "iterations", *NUMBERS):
             getattr(self, name)[rows] = getattr(part, name)
 
@@ -87,17 +87,18 @@ class Orbits(ByValue):
 def assess(
     words: Words, legs: Legs, stadium: Stadium, found: tuple[Floats, Integers], every: bool = True
 ) -> Orbits:
-    """Turn solved directions into orbits with error bounds and a status, as far as doubles can decide.
+    """Turn solved directions into orbits with error bounds, and with a status if doubles can decide it.
 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
+        Admissible words.
     legs : Legs
-        The same words, cut.
+        The runs and legs of these words.
     found : (ndarray, ndarray)
-        The directions, as in `decide`, and the steps that the solver took.
+        The directions, as in `decide`, and the number of steps that the solver took.
     every : bool, optional
-        If false, words that are proved not to be orbits only get status, margin and steps.
+        If false, words that are proved not to be orbits only get a status, a margin and a number of steps.
     """
     alpha, iterations = found
     verdict = decide(legs, stadium.a, alpha)
@@ -111,7 +112,7 @@ def assess(
 
 
 def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
-    """Return the results for words with a decided status."""
+    """Complete orbits whose statuses are known with coordinates, length, lambda and their error bounds."""
     a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
     place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
     return replace(

@@ -1,4 +1,4 @@
-"""Solve many cyclic tridiagonal systems, as given by the Hessian of the length."""
+"""Solve many cyclic tridiagonal systems at once, such as those of the Hessian of the length."""
 
 import numpy as np
 
@@ -11,8 +11,9 @@ _LONG = 64
 def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
 
-    The last unknown is split off. The others form a tridiagonal system with one more right side, the column
-    of the last unknown. The numbers may be of any type, including balls.
+    The last unknown is split off. The others then form a tridiagonal system, which is solved for one
+    additional right-hand side, the column of the last unknown. The numbers may be of any type, including
+    balls.
     """
     column = np.zeros_like(diagonal[:-1])
     column[0] += beside[0]
@@ -27,15 +28,15 @@ def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
 
 
 def _end_terms(column: Floats, x: Floats) -> Floats:
-    """Return the product of x with a column that is zero except at its ends."""
+    """Return the product of x with a column whose entries are zero except at its two ends."""
     first: Floats = column[0] * x[0]
     return first + column[-1] * x[-1] if len(column) > 1 else first
 
 
 def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite tridiagonal systems of m unknowns for c right sides, shape (c, m, N).
+    """Solve N positive definite tridiagonal systems of m unknowns for c right-hand sides, shape (c, m, N).
 
-    The diagonals have shape (m, N). Entry i beside them, shape (m - 1, N), couples unknowns i and i + 1.
+    The diagonals have shape (m, N). Entry i of `beside`, shape (m - 1, N), couples unknowns i and i + 1.
     """
     pivots = np.empty_like(diagonal)
     x = rhs.copy()
@@ -51,7 +52,7 @@ def tridiagonal(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
 
 
 def _tridiagonal_long(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve the same systems word by word, in compiled code."""
+    """Solve the same systems as `tridiagonal`, but word by word, in compiled code."""
     from scipy.linalg import solveh_banded
 
     x = np.empty_like(rhs)

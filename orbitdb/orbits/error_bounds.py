@@ -1,14 +1,15 @@
 """Bounds on the errors of directions, coordinates, length and lambda (docs/proof.md).
 
-Let g be the gradient of the length at some directions, D the curvatures of the legs' own terms, and F a bound
-from below on the mean of D on the way to the maximum. No direction is then farther from its own than
+Let g be the gradient of the length at some directions, let D be minus the second derivative of each leg's own
+term, and F a lower bound on the mean of D on the way to the maximum. Then the distance of each direction from
+its value at the maximum is bounded by
 
     max |g_i| / F_i   and   sqrt(sum of g_i^2 / F_i) / sqrt(F_i).
 
-F = D / 2 holds at any distance. Once the directions are shown to be close, F is almost D.
+F = D / 2 holds at any distance. Once the directions are known to be close to the maximum, F is almost D.
 
-Every bound holds for the computed numbers. It includes their rounding, and the factor `ABOVE` covers the
-rounding of its own evaluation (for the assumptions see `orbitdb.arithmetic`).
+Every bound holds for the computed numbers: it includes their rounding errors, and the factor `ABOVE` covers
+the rounding of the bound itself (`orbitdb.arithmetic` lists the assumptions).
 """
 
 import numpy as np
@@ -39,9 +40,9 @@ def direction_errors(
 ) -> Floats:
     """Bound the distance of every direction from the maximum, rounding included, shape (m, N).
 
-    Directions pressed against a limit, by default those of `direction_limits`, contribute only rounding,
-    because there g_i delta_i <= 0. On the way, the mean of D is at least
-    D - |lean| |delta| / 2 - D delta^2 / 2.
+    The gradient of a direction that is pressed against a limit (by default one of `direction_limits`)
+    contributes only its rounding, because there g_i delta_i <= 0. On the way to the maximum, the mean of D is
+    at least D - |lean| |delta| / 2 - D delta^2 / 2.
     """
     pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     rounding = gradient_rounding(legs, a, alpha)
@@ -52,26 +53,26 @@ def direction_errors(
 
 
 def steepness(slopes: Derivatives, pressed: Marks, rounding: Floats) -> Floats:
-    """Bound the |g| that can move each direction: where it is pressed, only what rounding may hide."""
+    """Bound the part of |g| that can move each direction: if it is pressed, only what rounding may hide."""
     size = np.abs(slopes.gradient)
     return np.where(pressed, np.maximum(rounding - size, 0.0), size + rounding)
 
 
 def _concave_bound(steep: Floats, firm: Floats) -> Floats:
-    """Return the smaller of the two bounds above, with g = steep and F = firm."""
+    """Return the smaller of the two bounds at the top of this module, with g = steep and F = firm."""
     share = steep / firm
     energy = np.sqrt(add_up(steep * share))
     return ABOVE * np.minimum(share.max(axis=0), energy / np.sqrt(firm))
 
 
 def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
-    """Bound the error of the coordinates, shape (N,).
+    """Bound the errors of the coordinates of each word, shape (N,).
 
-    A leg is drawn between the ends of two runs. If an end is off by e along the circle, its distance from the
-    orbit's leg, which meets the circle at an angle within e of the computed psi/2k, is at most
-    e (sin(psi/2k) + 2 e). For points between the ends it is at most the larger of the two, and for a bounce
-    on a wall this over |sin alpha| of the orbit. Rounding of the interpolation is below 9 eps (a + 1), with
-    more than one wall 19 eps (a + 1).
+    A leg is drawn between the ends of two runs. If such an end is off by e along the circle, its distance
+    from the true leg, which meets the circle at an angle within e of the computed psi/2k, is at most e
+    (sin(psi/2k) + 2 e). A point between the two ends is off by at most the larger of their distances, and a
+    bounce on a wall by at most this divided by |sin alpha| of the true leg. The rounding of the interpolation
+    is below 9 eps (a + 1), or 19 eps (a + 1) if the leg hits more than one wall.
     """
     first, last = slack_error[:2]
     across = np.sin(half_turns(legs, alpha))
@@ -85,10 +86,10 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
 
 
 def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
-    """Bound the error of the length, shape (N,): 0 <= L(maximum) - L <= g . delta, and rounding.
+    """Bound the error of the length, shape (N,): rounding, and 0 <= L(maximum) - L <= g . delta.
 
-    The terms of a leg, and sine, product and sums of a run, are accurate to 2.5 eps of their size. psi/2k is
-    accurate to 4.3 eps / k, which adds 8.5 eps |cos(psi/2k)|.
+    The terms of a leg, and the sine, product and sums of a run, are accurate to 2.5 eps of their size. psi/2k
+    is accurate to 4.3 eps / k, which adds 8.5 eps |cos(psi/2k)|.
     """
     half = half_turns(legs, alpha)
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
@@ -98,13 +99,14 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
 
 
 def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:
-    """Bound the error of `exponent`, given those of the directions, shape (m, N), and its value.
+    """Bound the error of `exponent`, given the errors of the directions, shape (m, N), and its value.
 
-    tr M - 2 is a sum of products that contain every drift and kick at most once. The error of its logarithm
-    is thus at most the sum r of theirs, and that of lambda at most r times tanh of half the larger of the two
-    lambdas. With D'' = -D a drift changes by at most a fraction q = |D'| e / D + e^2 / 2, with
-    sin(h +- e) >= sin(h) - e a kick by at most q = e / sin(h), and a logarithm by q / (1 - q); infinite if
-    q >= 1. Rounding adds 6 eps per run and leg, and 3 eps for lambda itself.
+    tr M - 2 is a sum of products that contain every drift and every kick at most once. The error of its
+    logarithm is therefore at most the sum r of the errors of their logarithms, and the error of lambda is at
+    most r times tanh of half the larger of the two lambdas. Because D'' = -D, a drift changes by at most a
+    fraction q = |D'| e / D + e^2 / 2. Because sin(h +- e) >= sin(h) - e, a kick changes by at most
+    q = e / sin(h). The logarithm of either changes by at most q / (1 - q), or without bound if q >= 1.
+    Rounding adds 6 eps for each run and leg, and 3 eps for lambda itself.
     """
     drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
@@ -115,7 +117,7 @@ def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: F
 
 
 def _of_logarithm(share: Floats) -> Floats:
-    """Return the largest change of a logarithm for a relative change of its argument."""
+    """Bound the change of a logarithm, given the relative change of its argument."""
     room = 1 - share
     found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
     return found

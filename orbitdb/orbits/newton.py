@@ -1,8 +1,8 @@
-"""From words to orbits: Newton's method on the leg directions of whole batches.
+"""From words to orbits: Newton's method for the leg directions of entire batches of words.
 
 The length is strictly concave between the limits of an orbit's directions, and its Hessian is cyclic
-tridiagonal. Newton's method therefore finds the one maximum of every word, whether it is an orbit or outside
-the stadium. Converged words leave the batch.
+tridiagonal. Newton's method therefore finds the only maximum of every word, whether it is an orbit or leaves
+the stadium. Words that have converged are removed from the batch.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-16
 MAX_STEPS = 50
 _PLAIN_STEPS = 8
-"""A few words at small a, or from far starts, cycle; from this step on, no step may shorten the path."""
+"""Number of unchecked steps; later ones must lengthen the path, because a few words would cycle."""
 _SMALL = 1e-7
 
 
@@ -43,7 +43,7 @@ class Directions(NamedTuple):
     """State of Newton's method for N words."""
 
     alpha: Floats  # directions of the legs (radians), shape (m, N)
-    iterations: Integers  # steps taken, shape (N,)
+    iterations: Integers  # number of steps taken, shape (N,)
 
 
 def solve(words: Words, stadium: Stadium | float, tolerance: float = TOLERANCE) -> Orbits:
@@ -52,23 +52,23 @@ def solve(words: Words, stadium: Stadium | float, tolerance: float = TOLERANCE) 
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation (`orbitdb.symbols.words.from_strings`).
+        Admissible primitive words of the same period, in any rotation (`orbitdb.symbols.words.from_strings`).
     stadium : Stadium or float
-        The stadium, or its a.
+        The stadium, or its half length.
     tolerance : float, optional
         Error of the leg directions at which Newton's method stops (radians).
 
     Returns
     -------
     Orbits
-        Every word with its status, from ball arithmetic if doubles cannot decide.
+        Every word with its status, found in ball arithmetic if doubles cannot decide it.
 
     Raises
     ------
     WordError
         If a word is not admissible, or ``words`` is not an array of words.
     StadiumError
-        If a is not a valid half length.
+        If the half length is not valid.
     """
     need_admissible(words)
     return solve_admissible(words, as_stadium(stadium), tolerance)
@@ -79,7 +79,8 @@ def solve_admissible(
 ) -> Orbits:
     """Find the orbits of words known to be admissible, as `solve` does.
 
-    Unless `every` is set, words without an orbit only get status, margin and steps.
+    Unless `every` is set, words that are proved not to be orbits only get a status, a margin and a number of
+    steps.
     """
     orbits = solve_in_doubles(words, stadium, tolerance, every)
     left = np.flatnonzero(orbits.status == Status.UNRESOLVED)
@@ -89,8 +90,8 @@ def solve_admissible(
 
 
 def solve_in_balls(words: Words, stadium: Stadium) -> Orbits:
-    """Find the orbits of N >= 1 admissible words in ball arithmetic, rounded to doubles."""
-    from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # 30 ms to import, and seldom needed
+    """Find the orbits of N >= 1 admissible words in ball arithmetic, and round them to doubles."""
+    from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # seldom needed, and takes 30 ms to import
 
     return as_orbits(words, stadium, [enclose(word, stadium) for word in words])
 
@@ -98,7 +99,7 @@ def solve_in_balls(words: Words, stadium: Stadium) -> Orbits:
 def solve_in_doubles(
     words: Words, stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
 ) -> Orbits:
-    """Find the orbits of words as `solve_admissible` does, but leave undecided ones unresolved."""
+    """Find the orbits of words as `solve_admissible` does, but leave undecided words unresolved."""
     orbits = Orbits.empty(words)
     for rows, legs in cut(words):
         found = newton(legs, stadium.a, tolerance)
@@ -109,8 +110,8 @@ def solve_in_doubles(
 def certificates(words: Words, stadium: Stadium, precision: int | None = None) -> list["Enclosure"]:
     """Prove the statuses of admissible words, shape (N, p), in ball arithmetic, from the words alone.
 
-    Newton's method in doubles only gives starting points; the proof does not rest on it. `precision` is the
-    number of bits at first, `orbitdb.orbits.balls.enclosure.PRECISION` by default.
+    Newton's method in double precision only provides starting points, on which the proof does not rest.
+    `precision` is the initial number of bits, by default `orbitdb.orbits.balls.enclosure.PRECISION`.
     """
     from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
 
@@ -132,10 +133,11 @@ def newton(
     legs : Chain
         N words of m legs.
     a : float or ndarray, shape (N,)
-        Half the length of a straight wall, for all words or for each word.
+        Half the length of a straight wall, the same for all words or one value for each.
     tolerance : float, optional
-        Error of a direction (radians) at which to stop, predicted from the last two steps: after a step of
-        size e it is about e^3 / e_before^2. If rounding is larger, stop there.
+        Error of the directions (radians) at which to stop. The error is predicted from the last two steps:
+        after a step of size e it is about e^3 / e_before^2. If rounding errors are larger, the iteration
+        stops when it reaches them.
     start : ndarray, shape (m, N), optional
         Directions to start from, within the limits; by default those of the lines between the unfolded circle
         centres.
@@ -154,7 +156,7 @@ def newton(
         here = here + step
         size = np.abs(step).max(axis=0)
         iterations[active] += 1
-        stalled = (size < 1e-6) & (size >= last / 2)  # small steps that no longer shrink are rounding
+        stalled = (size < 1e-6) & (size >= last / 2)  # small steps that no longer shrink are noise
         done = (size <= tolerance) | (size**3 <= tolerance * last**2) | stalled
         done &= (last < _SMALL) | ~_held(here, limits)
         if done.any():
@@ -169,11 +171,11 @@ def newton(
         if not len(active):
             break
     alpha[:, active] = here
-    return Directions(np.clip(alpha, *around), iterations)  # rounding may lead beyond them
+    return Directions(np.clip(alpha, *around), iterations)  # rounding may exceed the limits
 
 
 def _uphill(legs: Chain, a: float | Floats, alpha: Floats, step: Floats) -> Floats:
-    """Halve steps until they lengthen the path; keep small ones, whose gain rounding would hide."""
+    """Halve steps until they lengthen the path, except small steps, whose effect rounding would hide."""
     before = length(legs, a, alpha)
     while True:
         down = (np.abs(step).max(axis=0) > _SMALL) & (length(legs, a, alpha + step) <= before)
@@ -189,19 +191,19 @@ def _held(alpha: Floats, limits: tuple[Floats, Floats]) -> Marks:
 
 
 def newton_step(legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]) -> Floats:
-    """Return the Newton step within the limits; directions that press against a limit stay."""
+    """Return the Newton step, kept within the limits; directions pressed against a limit do not move."""
     slopes = derivatives(legs, a, alpha)
     (step,) = responses(legs, slopes, pressed_directions(alpha, slopes, limits), slopes.gradient)
     return np.clip(alpha + step, *limits) - alpha
 
 
 def responses(legs: Chain, slopes: Derivatives, pressed: Marks, *forces: Floats) -> Floats:
-    """Solve -H x = force for r forces, shape (r, m, N); pressed directions do not move."""
+    """Solve -H x = force for r forces, with shape (r, m, N); pressed directions do not move."""
     return solve_cyclic(*minus_hessian(legs, slopes, pressed), np.where(pressed, 0.0, np.stack(forces)))
 
 
 def minus_hessian(legs: Chain, slopes: Derivatives, pressed: Marks) -> tuple[Floats, Floats]:
-    """Return the diagonal of -H and its entries beside it; entry i couples directions i - 1 and i."""
+    """Return the diagonal of -H and the entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
     beside = w * preceding(legs.parity)
     diagonal = slopes.beyond + w + following(w)

@@ -1,4 +1,4 @@
-"""One word at one a, with its orbit if it has one."""
+"""A word at one half length, with its orbit if it has one."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,10 +27,10 @@ _SHOWN = 40
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit(Drawn):
-    """One word at one a, with its orbit if it has one.
+    """A word at one half length, with its orbit if it has one.
 
-    Two are equal if they are the same cyclic word, in any rotation, at the same a. `plot` draws the orbit in
-    its stadium, as in the paper's Fig. 1.
+    Two of them are equal if they have the same cyclic word, in any rotation, and the same a. `plot` draws the
+    orbit in its stadium, as in the paper's Fig. 1.
 
     Attributes
     ----------
@@ -39,28 +39,28 @@ class Orbit(Drawn):
     representative : str
         The representative of its symmetry class; for a pruned word, its least rotation.
     a : float
-        The stadium.
+        Half length of the stadium.
     status : Status
-        The status of the word; missing numbers are None.
+        The status of the word; numbers that the status leaves undefined are None.
     rules : tuple of int
-        The geometric rules it breaks.
+        The geometric rules that the word breaks.
     time_reversal : str or None
         ``self`` or ``pair``.
     symmetry : str or None
-        The elements that map the cyclic word to itself, ``1`` if none does.
+        The elements that map the cyclic word to itself, or ``1`` if only the identity does.
     class_size : int or None
         Number of cyclic words in the symmetry class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
-        In the order of ``code``, read-only, so that an orbit can be a key.
+        In the order of ``code``; read-only, so that an orbit can be a dictionary key.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
-        Whether it comes from a catalogue; otherwise it was solved now.
+        Whether the orbit was read from a catalogue; otherwise it was solved on request.
     exists : tuple of (float, float or None), or None
-        The ranges of a in which it is an orbit, if its catalogue has the births of its period, or if
-        requested from `orbitdb.solve_word`.
+        The ranges of a in which the word is an orbit, if the catalogue contains the births of its period, or
+        if they were requested from `orbitdb.solve_word`.
     """
 
     code: str
@@ -91,11 +91,11 @@ class Orbit(Drawn):
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         self.__dict__.update(state)
-        self.__post_init__()  # unpickled arrays are writeable
+        self.__post_init__()  # unpickled arrays are writable
 
     @property
     def p(self) -> int:
-        """The period: the number of bounces."""
+        """The period, that is, the number of bounces."""
         return len(self.code)
 
     @property
@@ -109,7 +109,7 @@ class Orbit(Drawn):
             """Declare the columns with a formula for type checkers."""
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
-        """Return the contribution of one cyclic word to the density of levels at k.
+        """Return the contribution of this cyclic word to the density of levels at wavenumber k.
 
         Parameters
         ----------
@@ -121,17 +121,18 @@ class Orbit(Drawn):
         Returns
         -------
         float or None
-            (L / pi) cos(r (k L - maslov pi / 2)) / sqrt|det(M^r - 1)|, in units of the radius; None without
-            an orbit.
+            (L / pi) cos(r (k L - maslov pi / 2)) / sqrt|det(M^r - 1)|, in units of the radius, or None if
+            there is no orbit.
 
         Raises
         ------
         ValueError
-            If there is less than one traversal.
+            If the number of traversals is less than one.
 
         Notes
         -----
-        Gutzwiller's trace formula. The reverse, if it is another word, contributes the same.
+        This is a term of Gutzwiller's trace formula. If the reverse is another word, it contributes the same
+        amount.
         """
         if repetitions < 1:
             raise ValueError(f"{repetitions} repetitions: give 1 or more")
@@ -144,21 +145,21 @@ class Orbit(Drawn):
 
     @property
     def points(self) -> Floats | None:
-        """The bounces in Cartesian coordinates, shape (p, 2), or None."""
+        """Cartesian coordinates of the bounces, shape (p, 2), or None if there is no orbit."""
         if self.coordinates is None:
             return None
         return Stadium(self.a).points(from_strings([self.code])[0], self.coordinates)
 
     @property
     def arclength(self) -> Floats | None:
-        """The place of every bounce along the boundary, shape (p,) (`Stadium.arclength`), or None."""
+        """Positions of the bounces along the boundary, shape (p,) (`Stadium.arclength`), or None."""
         return None if self.coordinates is None else self._in_phase_space()[0]
 
     @property
     def sine(self) -> Floats | None:
-        """Sines of the angles between the outgoing path and the normal, shape (p,), or None.
+        """Sines of the angles between the outgoing path and the normal at each bounce, shape (p,), or None.
 
-        Positive if the path goes anticlockwise.
+        They are positive if the path goes anticlockwise.
         """
         return None if self.coordinates is None else self._in_phase_space()[1]
 
@@ -172,10 +173,10 @@ class Orbit(Drawn):
 
     @property
     def monodromy(self) -> Floats | None:
-        """The monodromy matrix of (d theta, d y) from after the last bounce, shape (2, 2), or None.
+        """Monodromy matrix of (d theta, d y), starting just after the last bounce, shape (2, 2), or None.
 
-        Biham and Kvale, eqs. (3) and (4), as corrected in `orbitdb.billiard.stability`. Its entries lose
-        digits as lambda grows; `trace` does not.
+        It is the product of the matrices of Biham and Kvale, eqs. (3) and (4), as corrected in
+        `orbitdb.billiard.stability`. Its entries lose digits as lambda grows; `trace` does not.
         """
         if self.coordinates is None:
             return None
@@ -184,17 +185,17 @@ class Orbit(Drawn):
 
     @property
     def trace(self) -> float | None:
-        """Trace of the monodromy matrix, 2 cosh(lambda), negative if `walls` is odd."""
+        """Trace of the monodromy matrix, with modulus 2 cosh(lambda), negative if `walls` is odd."""
         if self.lyapunov is None:
             return None
         return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
 
     def reverse(self) -> "Orbit":
-        """Return the time reverse: the same path, traversed backwards."""
+        """Return the time-reversed orbit, which traverses the same path in the opposite direction."""
         return self._image(REVERSE)
 
     def images(self) -> "tuple[Orbit, ...]":
-        """Return the orbits of its symmetry class, itself first; for a pruned word only itself."""
+        """Return all orbits of the symmetry class, this one first; for a pruned word, only itself."""
         if not self.symmetry:
             return (self,)
         elements = ELEMENT_OF[STABILISER_OF[self.symmetry], : self.class_size]
@@ -209,7 +210,7 @@ class Orbit(Drawn):
         return replace(self, code=code, representative=least, coordinates=places)
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether it is the same cyclic word, in any rotation, at the same a."""
+        """Tell whether both have the same cyclic word, in any rotation, and the same a."""
         if not isinstance(other, Orbit):
             return NotImplemented
         return self.a == other.a and least_rotation(self.code) == least_rotation(other.code)
@@ -224,7 +225,7 @@ class Orbit(Drawn):
         return f"<Orbit {code} at a = {exact(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
 
     def _repr_svg_(self) -> str | None:
-        """Draw the orbit in its stadium, for notebooks; None without an orbit, or for a very long one."""
+        """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""
         from orbitdb.orbits import svg
 
         if self.points is None or self.p > svg.MOST_BOUNCES:
@@ -240,7 +241,7 @@ class Orbit(Drawn):
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:
-    """Return a primitive word that is geometrically pruned, or the family 02; otherwise None."""
+    """Return a primitive word that is geometrically pruned or the family 02; None for any other word."""
     least = least_rotation(word)
     if least == FAMILY:
         return Orbit(word, least, a, Status.FAMILY)

@@ -1,11 +1,12 @@
-"""The paper's artificial dynamics: all p coordinates relax together, for comparison with Newton's method.
+"""The paper's artificial dynamics, which relaxes all p coordinates together; a check on Newton's method.
 
-Every bounce of a word is an atom on its own continued wall or full circle. It moves with a speed equal to its
-violation of the law of reflection. Up to sign, this is the derivative of the total length in its coordinate
-(`orbitdb.billiard.stability.forces`): an atom on a straight wall moves towards the smaller angle and shortens
-the path, one on a semicircle moves towards the larger angle and lengthens it. At rest all bounces reflect.
+Every bounce of a word is an atom on its own continued wall or full circle. Its velocity is its violation of
+the law of reflection, which up to sign is the derivative of the total length in its coordinate
+(`orbitdb.billiard.stability.forces`). An atom on a straight wall moves towards the smaller angle and shortens
+the path; an atom on a semicircle moves towards the larger angle and lengthens it. When all atoms are at rest,
+all bounces obey the law of reflection.
 
-Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth order Runge-Kutta.
+Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth-order Runge-Kutta steps.
 """
 
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.status import Status
 
 EPSILON = 1e-7
-"""Force at which the dynamics stops, as published."""
+"""Force at which the dynamics stops, as in the paper."""
 
 STEP = 0.1
 MAX_STEPS = 200_000
@@ -41,21 +42,22 @@ def relax(
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order, in any rotation.
+        Admissible primitive words of the same period, in any rotation.
     epsilon : float, optional
-        The dynamics of a word stops when all its forces, differences of two cosines, are smaller.
+        The dynamics of a word stops when all its forces, which are differences of two cosines, are smaller
+        than this.
     max_steps : int, optional
-        Runge-Kutta steps after which a word is given up as unresolved.
+        Number of Runge-Kutta steps after which a word is left unresolved.
     start : ndarray, shape (N, p), optional
         Coordinates to start from; `starting_points` by default.
     progress : callable, optional
-        Called now and then with the number of steps and of words still moving.
+        Called every now and then with the number of steps taken and the number of words still moving.
 
     Returns
     -------
     Orbits
-        The status comes from a plain comparison of the coordinates with the ends of walls and semicircles.
-        The method has no error bounds, which are NaN.
+        The statuses come from comparing the coordinates with the ends of walls and semicircles, without
+        proof. The method has no error bounds, so these are NaN.
     """
     orbits = Orbits.empty(words)
     symbols = np.ascontiguousarray(words.T)
@@ -79,11 +81,11 @@ def relax(
 
 
 def starting_points(words: Words, stadium: Stadium) -> Floats:
-    """Return coordinates to start from, shape (N, p), every atom on its own wall or semicircle.
+    """Return coordinates to start from, shape (N, p), with every atom on its own wall or semicircle.
 
-    Atoms of one run are spread over the semicircle in the sense of the run, which selects the right one of
-    the two stationary points of the four plain symbols. Atoms of one leg are spread over the wall from the
-    side it leaves to the side it goes to.
+    The atoms of a run are spread over the semicircle in the sense of the run. This selects the right one of
+    the two stationary points that a word has if 4 and 5 are not distinguished from 1 and 3. The atoms of a
+    leg are spread over the walls from the side where the leg starts to the side where it ends.
     """
     start = np.empty(words.shape)
     for rows, legs in cut(words):
@@ -97,10 +99,11 @@ def starting_points(words: Words, stadium: Stadium) -> Floats:
 
 
 def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats:
-    """Return the final rates of words at rest, shape (N,): deviations fall like exp(-rate t).
+    """Return the slowest relaxation rate of each word at rest, shape (N,): deviations decay as exp(-rate t).
 
-    The slowest rate of the linearised dynamics at its fixed points, not positive at an unstable one. A
-    Runge-Kutta step takes the time `STEP`, and a remaining force f means a deviation of f / rate.
+    It is the slowest rate of the dynamics linearised at the fixed point, and is not positive if the fixed
+    point is unstable. A Runge-Kutta step takes the time `STEP`. A remaining force f means a deviation of
+    f / rate.
     """
     way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)
@@ -109,13 +112,13 @@ def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats
 
 
 def _velocity(stadium: Stadium, symbols: Words, x: Floats) -> Floats:
-    """Return dx/dt, shape (p, N): downhill in the length on walls, uphill on semicircles."""
+    """Return dx/dt, shape (p, N), which decreases the length on walls and increases it on semicircles."""
     slope = forces(stadium, symbols.T, x.T).T
     return np.where(STRAIGHT[symbols], -slope, slope)
 
 
 def _runge_kutta_step(stadium: Stadium, symbols: Words, x: Floats, first: Floats) -> Floats:
-    """Return the coordinates after one step of fourth order; ``first`` is the velocity at its start."""
+    """Return the coordinates after one fourth-order step; ``first`` is the velocity at its start."""
     second = _velocity(stadium, symbols, x + STEP / 2 * first)
     third = _velocity(stadium, symbols, x + STEP / 2 * second)
     fourth = _velocity(stadium, symbols, x + STEP * third)
@@ -124,7 +127,7 @@ def _runge_kutta_step(stadium: Stadium, symbols: Words, x: Floats, first: Floats
 
 
 def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
-    """Return the orbits of words at rest from their coordinates, shape (N, p), without error bounds."""
+    """Return the orbits of words at rest, given their coordinates, shape (N, p), without error bounds."""
     links = Links.of(stadium, words, x)
     margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)
     return replace(
@@ -140,9 +143,9 @@ def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
 
 
 def _exponent(matrices: Floats) -> Floats:
-    """Return ln of the largest eigenvalue's modulus of the products of matrices, shape (N, p, 2, 2).
+    """Return ln of the largest modulus of an eigenvalue of each product of matrices, shape (N, p, 2, 2).
 
-    The product is scaled at every bounce, so words of any length stay in range.
+    The product is rescaled at every bounce, so words of any length stay in range.
     """
     n, p = matrices.shape[:2]
     product = np.broadcast_to(np.eye(2), (n, 2, 2))
@@ -153,7 +156,7 @@ def _exponent(matrices: Floats) -> Floats:
         product = product / size[:, None, None]
         log_size += np.log(size)
     half_trace = np.abs(np.trace(product, axis1=1, axis2=2)) / 2
-    unit = np.exp(-log_size)  # det of the product is its square
+    unit = np.exp(-log_size)  # its square is the determinant of the product
     root = np.sqrt(np.maximum((half_trace - unit) * (half_trace + unit), 0.0))
     exponent: Floats = np.log(half_trace + root) + log_size
     return exponent

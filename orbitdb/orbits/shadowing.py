@@ -1,8 +1,8 @@
-"""Find periodic orbits that a trajectory shadows, that is, follows closely bounce by bounce.
+"""Find the periodic orbits that a trajectory shadows, that is, follows closely bounce by bounce.
 
-A trajectory that follows an orbit of period p for long contains its word as p successive symbols, and returns
-near to its position p bounces before. The pieces of its symbol sequence between near returns, closed to
-cycles, are therefore the words to solve; every word has at most one orbit.
+A trajectory that follows an orbit of period p for a long time has the orbit's word as p successive symbols,
+and after p bounces it returns close to where it was. The words to solve are therefore the pieces of its
+symbol sequence between near returns, closed to cycles; every word has at most one orbit.
 """
 
 from collections.abc import Iterator
@@ -18,13 +18,13 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings
 
 LONGEST = 24
-"""The longest period sought in a sequence; a list of points as a whole may be a longer orbit."""
+"""The longest period to look for in a sequence; a list of points as a whole may be a longer orbit."""
 
 _LEAST = 2
-"""Successive bounces that make a shadow; a single one does not fix the direction."""
+"""Least number of successive bounces that make a shadow; a single bounce does not fix the direction."""
 
 _NEAR = 0.5
-"""Largest distance of a near return, in units of the radius; larger for a large tolerance."""
+"""Largest distance of a near return, in units of the radius; it is larger if the tolerance is large."""
 
 
 @dataclass(frozen=True)
@@ -34,29 +34,29 @@ class Shadow:
     word: str  # the word of the orbit, beginning with the first bounce of the stretch
     first: int  # index of that bounce in the trajectory
     bounces: int  # number of successive bounces within the tolerance
-    distance: float  # the least distance of one of them from the orbit, in units of the radius
+    distance: float  # the least distance of these bounces from those of the orbit, in units of the radius
 
     @property
     def turns(self) -> float:
-        """Number of times the stretch goes round the orbit."""
+        """Number of times that the stretch goes round the orbit."""
         return self.bounces / len(self.word)
 
 
 def shadows(
     stadium: Stadium, symbols: Words, points: Floats, tolerance: float, whole: bool = False
 ) -> list[Shadow]:
-    """Find the orbits that a trajectory shadows, those it goes round most often first.
+    """Find the orbits that a trajectory shadows, sorted by how often it goes round them, most often first.
 
     Parameters
     ----------
     symbols : ndarray of uint8, shape (T,)
-        The bounces of the trajectory.
+        The symbols of the bounces of the trajectory.
     points : ndarray, shape (T, 2)
-        Their Cartesian coordinates.
+        The Cartesian coordinates of these bounces.
     tolerance : float
-        Largest distance of a bounce from that of the orbit, in units of the radius.
+        Largest distance of a bounce from the corresponding bounce of the orbit, in units of the radius.
     whole : bool, optional
-        Whether to also try all bounces as one cycle.
+        Whether to try the entire list of bounces as one cycle too.
 
     Returns
     -------
@@ -79,12 +79,12 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 def _candidates(
     stadium: Stadium, symbols: Words, points: Floats, near: float, whole: bool
 ) -> Iterator[tuple[Words, Places]]:
-    """Yield words of one period, shape (N, p), with the indices at which they begin, shape (N,)."""
+    """Yield words of each period, shape (N, p), and the index of the first bounce of each, shape (N,)."""
     for p in range(2, min(LONGEST, len(symbols)) + 1):
         back = np.hypot(*(points[p:] - points[:-p]).T) <= near
         starts = np.flatnonzero(
             np.append(back, True) | np.insert(back, 0, True)
-        )  # the same backwards in time
+        )  # near returns forward and backward in time
         words = _closed(stadium, symbols, points, starts, p)
         kept = (rules_broken(words) == 0) & are_primitive(words)
         if kept.any():
@@ -98,9 +98,9 @@ def _candidates(
 
 
 def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p: int) -> Words:
-    """Return pieces of a trajectory closed to words, shape (N, p).
+    """Return pieces of a trajectory, closed to cyclic words, shape (N, p).
 
-    Symbols can change where a piece is cut out of a run, because single bounces have no sense.
+    Symbols can change if a piece is cut out of the middle of a run, because a single bounce has no sense.
     """
     around = starts[:, None] + np.arange(-1, p + 1) % p
     here = symbols[around]
@@ -111,7 +111,7 @@ def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p:
 def _stretches(
     stadium: Stadium, words: Words, starts: Places, points: Floats, tolerance: float
 ) -> Iterator[Shadow]:
-    """Yield the longest stretch of a trajectory near each word with an orbit, aligned with its beginning."""
+    """Yield, for each word that is an orbit, the longest stretch of the trajectory that stays near it."""
     p = words.shape[1]
     known, of = np.unique(words, axis=0, return_inverse=True)
     solved = solve_admissible(known, stadium)
@@ -129,7 +129,7 @@ def _stretches(
 
 
 def _longest_run(marks: Marks) -> tuple[int, int]:
-    """Return beginning and length of the longest row of marks."""
+    """Return the start and the length of the longest run of true marks."""
     steps = np.arange(len(marks))
     lengths = steps - np.maximum.accumulate(np.where(marks, -1, steps))
     last = int(lengths.argmax())

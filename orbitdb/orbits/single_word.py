@@ -1,4 +1,4 @@
-"""One word: its orbit in a stadium, and its lives, the ranges of a in which it is one."""
+"""A single word: its orbit in a stadium, and its lives, that is, the ranges of a in which it is an orbit."""
 
 from dataclasses import replace
 from typing import Any
@@ -14,11 +14,11 @@ from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
 from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
 
 LONGEST = 200
-"""Longest word to follow in a."""
+"""Greatest number of bounces of a word that is followed as a varies."""
 
 
 def existence(word: str) -> list[Stretch]:
-    """Find the ranges of a in which one word is an orbit.
+    """Find the ranges of a in which a word is an orbit.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def existence(word: str) -> list[Stretch]:
     Returns
     -------
     list of (float, float or None)
-        In order of a. A range can begin at 0; its end is None if it has no end.
+        The ranges in ascending order. A range may begin at 0; its end is None if it extends to infinity.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def existence(word: str) -> list[Stretch]:
     symbols = parse(word)
     if len(symbols) > LONGEST:
         raise InputError(
-            f"a word of {len(symbols)} bounces is too long to follow over a: give at most {LONGEST}"
+            f"a word of {len(symbols)} bounces is too long to follow as a varies: give at most {LONGEST}"
         )
     if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
         return []
@@ -56,26 +56,26 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     Parameters
     ----------
     word : str
-        Symbols 0..5 or run notation; words that are pruned geometrically are not solved.
+        Symbols 0..5 or run notation. Words that are geometrically pruned are not solved.
     stadium : Stadium or float
-        The stadium, or its a.
+        The stadium, or its half length.
     exists : bool, optional
-        Also find the ranges of a in which it is an orbit (`existence`), for `Orbit.exists`, which takes a
-        hundred times as long.
+        Also find the ranges of a in which the word is an orbit (`existence`) and store them in
+        `Orbit.exists`; this takes a hundred times as long.
 
     Returns
     -------
     Orbit
-        With the coordinates in the order of the word.
+        The orbit, with its coordinates in the order of the word.
 
     Raises
     ------
     WordError
-        If it is not a word, or repeats a shorter one.
+        If the text is not a word, or is a repetition of a shorter word.
     StadiumError
-        If a is not a valid half length.
+        If the half length is not valid.
     InputError
-        If you ask for ``exists`` and it has more than `LONGEST` bounces.
+        If ``exists`` is set and the word has more than `LONGEST` bounces.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""The statuses of words, and how directions decide them as far as doubles can.
+"""The statuses of words, and how the directions of the legs decide them in double precision if possible.
 
-Undecided words, including orbits through joints, go to `orbitdb.orbits.balls.enclosure`.
+Words that remain undecided, including orbits through joints, go to `orbitdb.orbits.balls.enclosure`.
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ _SENTENCES = {
 
 
 STORED = tuple(status for status in Status if status is not Status.FAMILY)
-"""Statuses of rows of a catalogue."""
+"""Statuses that rows of a catalogue can have."""
 
 EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 """Statuses of words that have coordinates, length and lambda."""
@@ -52,7 +52,7 @@ EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 
 @dataclass(frozen=True, eq=False)
 class Verdict(Batch):
-    """Statuses of N words, and the numbers that decided them."""
+    """Statuses of N words, and the numbers from which they were decided."""
 
     slopes: Derivatives
     alpha_error: Floats  # shape (m, N)
@@ -62,9 +62,9 @@ class Verdict(Batch):
 
 
 def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
-    """Tell which words are orbits, as far as doubles can.
+    """Decide which words are orbits, if doubles can.
 
-    The directions alpha, shape (m, N), are at (or near) the maximum of the length, between the limits. Each
+    The directions alpha, shape (m, N), are between the limits, at or near the maximum of the length. Each
     word may have its own a, shape (N,).
     """
     check_functions()
@@ -73,7 +73,7 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     slack, slack_error = slacks(legs, alpha), slack_errors(legs, alpha_error)
     outside = (slack < -slack_error).any(axis=(0, 1))
     low, high = direction_limits(legs, a)
-    # surely away from the limits, the maximum is a stationary point
+    # a maximum that is surely away from the limits is a stationary point
     between = np.all(np.minimum(alpha - low, high - alpha) > ABOVE * alpha_error, axis=0)
     inside = (slack > slack_error).all(axis=(0, 1)) & between
     undecided = np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)

@@ -1,7 +1,7 @@
-"""Lengths, exponents and counts of many orbits without coordinates, for sums over whole periods.
+"""Lengths, exponents and counts of many orbits, without coordinates, for sums over entire periods.
 
-The statuses are proved as in `orbitdb.orbits.newton.solve_admissible`. Most words without an orbit are
-decided after one step of Newton's method, and dropped there.
+The statuses are proved as in `orbitdb.orbits.newton.solve_admissible`. Most words that are not orbits are
+recognised, and dropped, after a single step of Newton's method.
 """
 
 from collections.abc import Iterable, Iterator
@@ -19,23 +19,23 @@ from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
 
 _BATCH = 1 << 13
-"""Words at a time, which bounds the memory; more are no faster."""
+"""Number of words solved at a time, which limits the memory; larger batches are no faster."""
 
 
 @dataclass(frozen=True, eq=False)
 class Exponents(ByValue):
-    """Words with one number of runs: their statuses, and the numbers of the orbits."""
+    """Statuses of words with the same number of runs, with the lengths and exponents of the orbits."""
 
-    orbits: Places  # their places among the given words
-    boundary: Places  # those of words through a joint
-    unresolved: Places  # and of undecided ones; all others are dynamical
+    orbits: Places  # indices of the orbits among the given words
+    boundary: Places  # indices of the words through a joint
+    unresolved: Places  # indices of the undecided words; all other words are dynamical
     length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
-    legs: Chain  # their runs and legs
-    slopes: Derivatives  # the derivatives of their lengths
+    legs: Chain  # the runs and legs of the orbits
+    slopes: Derivatives  # the derivatives of the lengths of the orbits
 
     def of_orbits(self, chosen: Places) -> "Exponents":
-        """Return them with some of the orbits alone."""
+        """Return the same statuses and numbers with only the chosen orbits."""
         return replace(
             self,
             orbits=self.orbits[chosen],
@@ -49,7 +49,7 @@ class Exponents(ByValue):
 def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
     """Find the orbits among packed admissible words, shape (N,), of period p <= 20, and their exponents.
 
-    Yields some of the words at a time, until all are done.
+    Yields the results for a few thousand words at a time.
     """
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
@@ -57,7 +57,7 @@ def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
             here = np.arange(start, min(start + _BATCH, len(rows)))
             part = legs.chain(here)
             alpha, limits = centre_directions(part, a), direction_limits(part, a)
-            alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # rounding may lead beyond
+            alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # rounding may exceed them
             left = np.flatnonzero(decide(part, a, alpha).status != Status.DYNAMICAL)
             if len(left):
                 own = rows[here[left]]
@@ -67,7 +67,7 @@ def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
 def _decided(
     codes: Integers, p: int, rows: Places, legs: Chain, stadium: Stadium, start: Floats
 ) -> Exponents:
-    """Solve some words from nearby directions, and prove their statuses."""
+    """Solve words from directions close to their maxima, and prove their statuses."""
     a = stadium.a
     alpha = newton(legs, a, start=start).alpha
     verdict = decide(legs, a, alpha)
@@ -91,17 +91,17 @@ def _decided(
 
 @dataclass(frozen=True)
 class Tally:
-    """Numbers of words by status."""
+    """Numbers of words with each status."""
 
     words: int = 0  # all admissible words
     n_c: int = 0  # orbits
     classes: int = 0  # symmetry classes of the orbits
     boundary: int = 0  # words through a joint
-    unresolved: int = 0  # undecided words; all others are dynamical
+    unresolved: int = 0  # undecided words; all other words are dynamical
 
     @classmethod
     def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":
-        """Count over classes of some sizes."""
+        """Count the words of classes of the given sizes, from the results for one word of each class."""
         counts = np.zeros(4, np.int64)
         for part in found:
             orbits, *others = (sizes[each].sum() for each in (part.orbits, part.boundary, part.unresolved))

@@ -1,4 +1,4 @@
-"""Draw an orbit as SVG for notebooks and web pages, with NumPy alone."""
+"""Orbits as SVG for notebooks and web pages, made with NumPy alone."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 
 Place = tuple[float, float]
-"""x and y."""
+"""Cartesian coordinates x and y."""
 
 MOST_BOUNCES = 5000
 _NUMBERED = 24
@@ -17,15 +17,15 @@ _NEAR = 0.12
 
 
 def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) -> str:
-    """Draw a closed path in its stadium, as one ``svg`` element.
+    """Return a picture of a closed path in its stadium, as one ``svg`` element.
 
-    The stadium with its continued walls and circles, the path with an arrow on its first link, and its
-    bounces, numbered if they are few.
+    It shows the stadium with its continued walls and circles, the path with an arrow on its first link, and,
+    if there are only a few bounces, a dot and a number for each.
 
     Parameters
     ----------
     points : ndarray, shape (p, 2)
-        The bounces in their order, in units of the radius.
+        The bounces in order, in units of the radius.
     title : str
         Text alternative of the picture.
     width : int, optional
@@ -50,7 +50,7 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
 
 
 def small_svg(stadium: Stadium, points: Floats, width: int = 150) -> str:
-    """Draw a small picture of a closed path in its stadium, without labels.
+    """Return a small picture of a closed path in its stadium, without labels, as SVG.
 
     The parameters are those of `orbit_svg`.
     """
@@ -71,7 +71,7 @@ def _outline(a: str, r: str) -> str:
 
 
 def _walls(stadium: Stadium, scale: float, width: int) -> str:
-    """Draw the stadium, and faintly the walls and circles beyond it, as in the paper's Fig. 1."""
+    """Return the stadium, and faintly its continued walls and circles, as SVG, as in the paper's Fig. 1."""
     a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
     beyond = f"M{-width / 2:g} -{r}h{width}M{-width / 2:g} {r}h{width}"
     circles = f'<circle cx="-{a}" r="{r}"/><circle cx="{a}" r="{r}"/>'
@@ -82,7 +82,7 @@ def _walls(stadium: Stadium, scale: float, width: int) -> str:
 
 
 def _path(points: Floats, scale: float) -> str:
-    """Draw the path, and the head of an arrow in the middle of its first link."""
+    """Return the path as SVG, with an arrowhead in the middle of its first link."""
     places = " ".join(f"{x:.2f},{y:.2f}" for x, y in _pixels(points, scale))
     (x, y), (dx, dy) = (points[0] + points[1]) / 2 * scale, points[1] - points[0]
     turn = np.degrees(np.arctan2(-dy, dx))
@@ -113,10 +113,10 @@ def _pixels(points: Floats, scale: float) -> list[tuple[float, float]]:
 
 
 def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
-    """Return the places for the numbers of bounces, counted from 1, given their points, shape (p, 2).
+    """Return labels that number the bounces from 1, given their points, shape (p, 2).
 
-    A label is a bounce, the direction outward from the wall there, and a text; bounces near one place share a
-    label, such as ``2, 6``.
+    A label consists of the point of a bounce, the outward direction at the wall there, and a text. Bounces
+    that are close together share a label, such as ``2, 6``.
     """
     places: list[tuple[Floats, list[str]]] = []
     for n, point in enumerate(points):

@@ -1,1 +1,1 @@
-"""Words: their symmetries, the pruning rules, enumeration and counting."""
+"""Words: their symmetries, the geometric pruning rules, and how words are enumerated and counted."""

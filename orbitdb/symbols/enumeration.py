@@ -1,11 +1,11 @@
-"""Enumerate cyclic words: the primitive ones of a period, or the representatives of the symmetry classes.
+"""Enumerate the primitive cyclic words of a period, or only the representatives of symmetry classes.
 
-Words of one period are in the order of their packed codes, which is also that of their texts. A `Span` is a
-piece of this order. The pieces of a period can be enumerated independently, by several processes.
+The words of a period are in the order of their packed codes, which is also the order of their texts. A `Span`
+is a stretch of this order. The spans of a period can be enumerated independently, in several processes.
 
-A word is a representative if none of its images under the eight elements, in any rotation, is less. A prefix
-is dropped as soon as its mirror image x is less. The other words, about five for each class, are compared
-with one image after another.
+A word is a representative if none of its images under the eight elements, in any rotation, is less than the
+word itself. A prefix is dropped as soon as its image under the mirror x is less. About five words remain for
+each class; they are compared with their other images one by one.
 """
 
 from collections.abc import Callable, Iterator
@@ -20,31 +20,31 @@ from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
 
 MAX_PERIOD = 20
-"""The highest period to enumerate, with more than 10^9 words."""
+"""The highest period that can be enumerated; it has more than 10^9 words."""
 
 CHUNK = 1 << 14
 
 _ANY = np.tile(np.arange(6, dtype=np.int8), (6, 1))
-"""Transitions if every symbol may follow every other."""
+"""Transition table without rules: every symbol may follow every other."""
 
 
 class Span(NamedTuple):
-    """The words of period p after one packed word and up to another."""
+    """The words of period p that come after one packed word, up to and including another."""
 
     p: int
-    after: int  # the packed word after which the span begins; -1 for the beginning
-    upto: int  # its last packed word
+    after: int  # the packed word after which the span begins; -1 for the first word of the period
+    upto: int  # the last packed word of the span
 
     @classmethod
     def whole(cls, p: int, after: int = -1) -> "Span":
-        """Return all words of period p, or those after one."""
+        """Return the span of all words of period p, or of all that come after a given one."""
         return cls(p, after, (1 << BITS * p) - 1)
 
 
 def primitive_words(p: int) -> Iterator[Words]:
-    """Generate all primitive cyclic words of period p, pruned or not, as codes in order.
+    """Generate all primitive cyclic words of period p in order, pruned or not, as least rotations.
 
-    Yields arrays of shape (n, p), with n at most a few times `CHUNK`, which bounds the memory.
+    Yields arrays of shape (n, p). To limit the memory, n is at most a few times `CHUNK`.
     """
     for codes, lyndon, _ in prefixes(Span.whole(p), p):
         whole = lyndon == p
@@ -60,24 +60,26 @@ def prefixes(
     Parameters
     ----------
     length : int
-        Symbols of a prefix, 1..p.
+        Number of symbols of a prefix, 1..p.
     table : ndarray of int8, shape (S, 6), optional
-        The state after each state and symbol, -1 for none; a word begins in the state of its first symbol.
+        The state that follows each state and symbol, or -1 if that symbol is forbidden. The state of a word's
+        first symbol is the symbol itself.
     keep : callable, optional
-        Tells which packed prefixes, of any length, to extend.
+        Tells which of the given packed prefixes, which may have any length, to extend.
 
     Yields
     ------
     codes, lyndon : ndarray of int64, shape (n,)
-        The packed prefixes, and the lengths of their longest Lyndon prefixes: p for a primitive word.
+        The packed prefixes, and the lengths of their longest Lyndon prefixes, which are p for primitive
+        words.
     states : ndarray of int8, shape (n,)
-        Their states.
+        The states reached.
 
     Notes
     -----
     Codes of primitive words are Lyndon words. Their prefixes are extended by one symbol at a time, thousands
-    at once, by the rule of Fredricksen, Kessler and Maiorana: a prefix whose longest Lyndon prefix has m
-    symbols continues with a symbol not below the one m places back.
+    at once, by the rule of Fredricksen, Kessler and Maiorana: if the longest Lyndon prefix of a prefix has m
+    symbols, the next symbol must not be less than the symbol m positions before it.
     """
     stack = [(1, np.arange(6), np.ones(6, np.int64), np.arange(6, dtype=np.int8))]
     while stack:
@@ -99,23 +101,23 @@ def prefixes(
 
 
 _LAST_SYMBOLS = 5
-"""Symbols left open by a prefix when a period is cut into spans; some hundred words per prefix."""
+"""Number of final symbols left open when a period is cut into spans: a few hundred words per prefix."""
 
 _CLASSES = {0o0103: 100, 0o0110: 40, 0o0112: 75, 0o0120: 45, 0o0200: 13, 0o10000: 2}
-"""Approximate number of representatives per prefix, by an upper bound on its first four symbols."""
+"""Approximate number of representatives per prefix, keyed by an upper bound on its first four symbols."""
 
 
 class LeastWords(NamedTuple):
-    """Symmetry classes, given by their representatives."""
+    """Symmetry classes, given by their representatives, as arrays of shape (N,)."""
 
-    codes: Integers  # the packed words, shape (N,)
+    codes: Integers  # the packed representatives
     stabiliser: Masks  # bit g is set if element g maps the cyclic word to itself
 
 
 def least_words(span: Span) -> Iterator[LeastWords]:
     """Generate the representatives of the admissible symmetry classes in a span, in order.
 
-    At most a few times `CHUNK` at once, which bounds the memory.
+    To limit the memory, at most a few times `CHUNK` are yielded at once.
     """
     for codes, lyndon, states in _prefixes(span, span.p):
         whole = np.flatnonzero((lyndon == span.p) & (codes > span.after))
@@ -131,21 +133,21 @@ def least_words(span: Span) -> Iterator[LeastWords]:
 
 
 def all_least_words(span: Span) -> LeastWords:
-    """Return all representatives in a span at once."""
+    """Return all the representatives in a span at once."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
 
 
 def representatives(p: int) -> tuple[Words, Integers]:
-    """Return the admissible classes of period p: representatives, shape (N, p), and sizes, shape (N,)."""
+    """Return the representatives of period p that are admissible, shape (N, p), and their class sizes."""
     found = all_least_words(Span.whole(p))
     return unpack(found.codes, p), SIZES[found.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
-    """Cut a period, after a packed word, into spans with about ``size`` representatives each.
+    """Cut the words of a period after a given packed word into spans of about ``size`` representatives.
 
-    The spans are adjacent and in order. The last one may be shorter; it ends with the last word.
+    The spans are adjacent and in order. The last one ends with the last word and may be shorter.
     """
     whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
     below, classes = list(_CLASSES), list(_CLASSES.values())
@@ -162,15 +164,15 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
 
 
 def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:
-    """Generate the possible prefixes of representatives in a span; the first symbol is 0 or 1."""
+    """Generate the prefixes in a span that representatives can have; their first symbol is 0 or 1."""
     below = span._replace(upto=min(span.upto, 2 << BITS * (span.p - 1)))
     return prefixes(below, length, automaton()[1], lambda codes: codes <= mirrored(codes))
 
 
 def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Places:
-    """Return the places of the packed words that the rules also allow as cycles, given their states."""
+    """Return the indices of the packed words that obey the rules as cyclic words too, given their states."""
     kept, table = automaton()
-    rooted = np.array([state.left is not None for state in kept])  # 02 is not, and rule 3 forbids it
+    rooted = np.array([state.left is not None for state in kept])  # never for 02, which rule 3 forbids
     state = states.astype(np.intp)
     alive = rooted[state] if p > 1 else np.zeros(len(state), np.bool_)  # 1, 3, 4 and 5 stay on one side
     places = np.flatnonzero(alive)

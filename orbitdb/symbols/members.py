@@ -1,8 +1,8 @@
-"""All words of symmetry classes, from their representatives.
+"""All the words of symmetry classes, found from their representatives.
 
-The words of a class are in the order of the first elements that lead to them, beginning with the
-representative (the identity). Word n, counted from 0, belongs to element `ELEMENT_OF[stabiliser, n]`;
-elements that lead to an earlier word are skipped.
+The words of a class are numbered from 0, starting with the representative (the identity). Each further word
+belongs to the first element that maps the representative to it, and the words are in the order of these
+elements. Word n belongs to element `ELEMENT_OF[stabiliser, n]`.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from orbitdb.symbols.symmetry import ELEMENTS, GROUPS, SIZES, all_images, label,
 from orbitdb.symbols.words import unpack
 
 _BATCH = 1 << 14
-"""Classes at a time; they fit into the processor's cache."""
+"""Number of classes treated at once; they fit into the processor's cache."""
 
 
 def _elements() -> NDArray[np.uint8]:
@@ -28,25 +28,25 @@ def _elements() -> NDArray[np.uint8]:
 
 
 ELEMENT_OF = _elements()
-"""For each stabiliser, the elements that lead to the words of its class in order, shape (256, 8)."""
+"""For each stabiliser, the element that maps the representative to each word of its class, shape (256, 8)."""
 
 STABILISER_OF = {label(mask): mask for mask in GROUPS}
-"""The stabiliser of each symmetry label."""
+"""The stabiliser with each symmetry label."""
 
 ELEMENT_ROWS = [
     (label(mask), n, int(ELEMENT_OF[mask, n])) for mask in GROUPS for n in range(int(SIZES[mask]))
 ]
-"""Symmetry label, n, and the element that leads to word n: the rows of the table ``element``."""
+"""The rows of the table ``element``: symmetry label, n, and the element that leads to word n."""
 
 BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8) & 1
-"""The bits of each byte, the lowest first, shape (256, 8)."""
+"""The bits of each byte, lowest first, shape (256, 8)."""
 
 
 def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
-    """Turn sets of elements, shape (C,), into sets of places in the classes.
+    """Convert sets of elements, shape (C,), to sets of words of the classes.
 
-    Bit g stands for the word of element g, and bit n of the result for word n. Bits beyond the size of the
-    class mean nothing.
+    Bit g of the argument stands for the image under element g, bit n of the result for word n. Bits beyond
+    the size of the class have no meaning.
     """
     places = np.zeros_like(elements)
     for n in ELEMENTS:
@@ -55,9 +55,10 @@ def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
 
 
 def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
-    """Return all words of each class as one text, p symbols each.
+    """Return all words of each class as one text, with p symbols for each word.
 
-    The codes are the packed representatives, of period p <= 20, with their stabilisers, shape (C,) each.
+    `codes` contains the packed representatives, of period p <= 20, and `stabilisers` their stabilisers, each
+    of shape (C,).
     """
     sizes = SIZES[stabilisers]
     every = packed_members(codes, p, ((1 << sizes) - 1).astype(np.uint8), stabilisers)
@@ -67,12 +68,12 @@ def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
 
 
 def joined_members(word: str) -> str:
-    """Return all words of the class of a representative of any period as one text."""
+    """Return all words of a class as one text, given its representative, which may have any period."""
     return "".join(members(word))
 
 
 def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) -> Iterator[Integers]:
-    """Yield chosen words of classes as packed words, class by class in the order of their places.
+    """Yield the chosen words of classes as packed words, class by class and in order within each class.
 
     Parameters
     ----------
@@ -81,6 +82,7 @@ def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) ->
     masks : ndarray of uint8, shape (C,)
         Bit n is set if word n of the class is chosen.
     stabilisers : ndarray of uint8, shape (C,)
+        The stabilisers of the classes.
     """
     for start in range(0, len(codes), _BATCH):
         batch = slice(start, start + _BATCH)

@@ -1,7 +1,8 @@
 """Find patterns, that is factors and texts with wildcards, in many packed words at once.
 
-The places where a pattern may continue in a word are bits, three apart like the symbols. Each symbol of the
-pattern moves the sets of all words on, in a few operations on integers.
+The positions at which the rest of a pattern may continue in a word are stored as bits, three apart like the
+symbols. Each symbol of the pattern moves these sets of positions, for all words together, with a few integer
+operations.
 """
 
 from dataclasses import dataclass
@@ -18,21 +19,21 @@ _UNITS = int("1" * MAX_KEYED, 8)
 
 @dataclass(frozen=True)
 class Factor:
-    """Successive symbols of a word in some rotation.
+    """Successive symbols of a cyclic word.
 
-    A factor longer than the word must fit into two rounds from the least rotation on. If a word fits, all its
-    rotations do.
+    A factor longer than the word must fit into two rounds of its least rotation. A factor that fits a word
+    fits all rotations of the word.
     """
 
     factor: str
     cyclic = True
 
     def fits(self, word: str) -> bool:
-        """Tell whether a least rotation has the factor."""
+        """Tell whether a word, given as its least rotation, contains the factor."""
         return self.factor in 2 * word
 
     def fitting(self, codes: Integers, p: int) -> Marks:
-        """Return which packed words of period p <= `MAX_KEYED`, in any rotation, have the factor."""
+        """Tell which packed words of period p <= `MAX_KEYED`, in any rotation, contain the factor."""
         symbols = self.factor[:p]
         if len(self.factor) > p and not self.fits(least_rotation(symbols)):
             return np.zeros(len(codes), dtype=np.bool_)
@@ -45,18 +46,18 @@ class Factor:
 
 @dataclass(frozen=True)
 class Like:
-    """A text with wildcards: ``%`` for any number of symbols, ``_`` for one."""
+    """A pattern with the wildcards ``%`` for any number of symbols and ``_`` for one symbol."""
 
     pattern: str
-    wanted: bool = True  # False to find the words that do not fit
+    wanted: bool = True  # False to find the words that do not match
     cyclic = False
 
     def fits(self, word: str) -> bool:
-        """Tell whether a word, as written, fits."""
+        """Tell whether a word, as written, matches; if `wanted` is false, whether it does not."""
         return fnmatchcase(word, self.pattern.replace("%", "*").replace("_", "?")) == self.wanted
 
     def fitting(self, codes: Integers, p: int) -> Marks:
-        """Return which packed words of period p <= `MAX_KEYED`, as written, fit."""
+        """Apply `fits` to packed words of period p <= `MAX_KEYED`, as written."""
         where = {symbol: _where(symbol, codes, p) for symbol in set(self.pattern) - {"%", "_"}}
         places = np.full(len(codes), 1 << BITS * p, dtype=np.int64)  # the lowest bit is after the word
         for symbol in self.pattern:
@@ -73,7 +74,7 @@ Pattern = Factor | Like
 
 
 def _where(symbol: str, codes: Integers, p: int) -> Integers:
-    """Return the lowest bits of the places where packed words have a symbol."""
+    """Return, as sets of bits, the positions at which packed words have the given symbol."""
     if symbol not in SYMBOLS:
         return np.zeros_like(codes)
     units = np.int64(_UNITS & (1 << BITS * p) - 1)
@@ -82,7 +83,7 @@ def _where(symbol: str, codes: Integers, p: int) -> Integers:
 
 
 def _spread(places: Integers, p: int) -> None:
-    """Add all later places, in place."""
+    """Add all later positions to sets of positions, in place."""
     step = BITS
     while step <= BITS * p:
         places |= places >> step
@@ -92,9 +93,9 @@ def _spread(places: Integers, p: int) -> None:
 def words_containing(codes: Integers, stabiliser: Masks, p: int, factor: str) -> Integers:
     """Count the words of each symmetry class that contain a factor, shape (N,).
 
-    The codes are one packed word of each class, of period p <= 20, with the stabilisers of the classes. By
-    definition, a word contains the factors of its code written twice. These are all factors of up to p + 1
-    symbols of any rotation, and none of more than 2 p.
+    `codes` contains one packed word of each class, of period p <= 20, and `stabiliser` the stabilisers of the
+    classes. A word is said to contain the factors of its code written twice. These include every factor of up
+    to p + 1 symbols of any rotation, and none of more than 2 p symbols.
     """
     images = np.zeros(len(codes), dtype=np.int64)
     for image in packed_images(codes, p):

@@ -1,8 +1,8 @@
-"""Geometric pruning: the paper's rules 1-6 as data, and as an automaton that reads a word symbol by symbol.
+"""Geometric pruning: the paper's rules 1-6, and an automaton that applies them symbol by symbol.
 
-A rule concerns cyclic words and holds for every a. Words that break none are *admissible*. The automaton
-prunes prefixes while words are generated (`orbitdb.symbols.enumeration`). It is also a transfer matrix whose
-traces count words of any period without generating them.
+The rules apply to cyclic words and hold for every a. Words that break no rule are *admissible*. The automaton
+prunes prefixes while words are generated (`orbitdb.symbols.enumeration`). Its transition table also serves as
+a transfer matrix, whose traces count the words of any period without generating them.
 
 Source: Biham and Kvale, appendix.
 """
@@ -19,28 +19,28 @@ from orbitdb.billiard.stadium import SIDE
 from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
 
 FAMILY = "02"
-"""The bouncing-ball orbits: marginal, not isolated, never counted."""
+"""The word of the bouncing-ball orbits, which are marginal and not isolated, and so never counted."""
 
 
 class Rule(NamedTuple):
-    """A geometric pruning rule: its number in the paper, and what a word that breaks it does."""
+    """A geometric pruning rule: its number in the paper, and how a word breaks it."""
 
     number: int
     sentence: str
 
 
 RULES = (
-    Rule(1, "hits one straight wall twice in succession"),
+    Rule(1, "hits the same straight wall twice in succession"),
     Rule(2, "has an isolated 4 or 5 (a single bounce on a semicircle is written 1 or 3)"),
     Rule(3, "does not hit both semicircles"),
     Rule(4, "goes from a semicircle to one wall and back to the same semicircle"),
     Rule(5, "changes its sense of rotation along a semicircle"),
-    Rule(6, "goes from a semicircle over two or more walls back to the same one"),
+    Rule(6, "goes from a semicircle to two or more walls and back to the same semicircle"),
 )
 
 
 def rules_broken(words: Words) -> Masks:
-    """Return the bit mask of broken rules (bit number - 1) of each word, shape (N, p)."""
+    """Return the rules that each word, shape (N, p), breaks as a bit mask, with bit n - 1 for rule n."""
     before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
     sides = SIDE[words]
     curved, other = sides != 0, words != after
@@ -58,13 +58,13 @@ def rules_broken(words: Words) -> Masks:
 
 
 def _somewhere(marks: Marks) -> Marks:
-    """Tell which words have a mark at some bounce."""
+    """Tell which words have a mark at one or more bounces."""
     found: Marks = np.logical_or.reduce(marks, axis=1)
     return found
 
 
 def _walls_since(sides: Floats) -> tuple[Places, Marks]:
-    """Return, for each bounce, the walls hit since the last semicircle, and whether it is on that one."""
+    """Count the walls hit since the last semicircle; also tell whether each bounce is on that semicircle."""
     p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)
     places = np.where(twice != 0, np.arange(2 * p), -1)
@@ -79,17 +79,17 @@ def rule_numbers(mask: int) -> list[int]:
 
 
 def rules_of(word: str) -> list[int]:
-    """Return the numbers of the rules that a word breaks; empty if it is admissible."""
+    """Return the numbers of the rules that a word breaks, an empty list if it is admissible."""
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
 
 
 def need_admissible(words: Words) -> None:
-    """Raise unless the words are an array, shape (N, p), of admissible words.
+    """Raise `WordError` unless the argument is an array of admissible words, shape (N, p).
 
     Raises
     ------
     WordError
-        For the first word that is not admissible.
+        If it is not an array of words, or for its first word that is not admissible.
     """
     if not isinstance(words, np.ndarray) or words.ndim != 2 or words.dtype.kind not in "iu":
         raise WordError(
@@ -108,22 +108,22 @@ STRAIGHT_SYMBOLS, LEFT_SYMBOLS = (0, 2), (1, 4)
 
 
 class State(NamedTuple):
-    """What a prefix decides about the next symbols."""
+    """What a prefix implies about the symbols that may follow it."""
 
-    symbol: int  # the last one
-    left: bool | None  # whether the last semicircle was the left one; None before the first
-    walls: int  # straight bounces since then; 2 also for more
+    symbol: int  # the last symbol
+    left: bool | None  # whether the last semicircle was the left one; None if there was none yet
+    walls: int  # number of straight bounces since then; 2 stands for two or more
     lone: bool  # whether the last symbol is a 4 or 5 that differs from the one before it
 
 
 def _first(symbol: int) -> State:
-    """Return the state after the first symbol of a word, whose left neighbour is not known yet."""
+    """Return the state after the first symbol of a word, whose cyclic predecessor is not yet known."""
     straight = symbol in STRAIGHT_SYMBOLS
     return State(symbol, None if straight else symbol in LEFT_SYMBOLS, int(straight), False)
 
 
 def _follow(state: State, symbol: int) -> tuple[State, set[int]]:
-    """Return the state after one more symbol, and the numbers of the rules this breaks."""
+    """Return the state after one more symbol, and the numbers of the rules that this symbol breaks."""
     straight = symbol in STRAIGHT_SYMBOLS
     broken = set()
     if straight and symbol == state.symbol:
@@ -142,7 +142,7 @@ def _follow(state: State, symbol: int) -> tuple[State, set[int]]:
 
 @cache
 def automaton(rules: frozenset[int] = RULE_NUMBERS) -> tuple[tuple[State, ...], NDArray[np.int8]]:
-    """Return all states and the table of transitions under some rules (-1: forbidden)."""
+    """Return all states and the transition table, with -1 for transitions that the given rules forbid."""
     states = [_first(symbol) for symbol in range(6)]
     rows = []
     for state in states:  # grows while it is read
@@ -164,7 +164,7 @@ _NO_RIGHT, _NO_LEFT = (0, 1, 2, 4), (0, 2, 3, 5)
 
 
 def count_primitive(p: int) -> int:
-    """Count all primitive cyclic words of period p over 6 symbols (Moreau)."""
+    """Count all primitive cyclic words of period p over 6 symbols (Moreau's formula)."""
     return _count_cycles(p, lambda n: 6**n)
 
 
@@ -177,15 +177,15 @@ def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
 
 
 def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
-    """Return the number of primitive cyclic words from those of closed walks of each length."""
-    primitive: dict[int, int] = {}  # closed walks that repeat no shorter one, by length
+    """Return the number of primitive cyclic words of period p, from a function that counts closed walks."""
+    primitive: dict[int, int] = {}  # number of closed walks that do not repeat a shorter one, by length
     for n in (d for d in range(1, p + 1) if p % d == 0):
         primitive[n] = rooted(n) - sum(count for d, count in primitive.items() if n % d == 0)
     return primitive[p] // p
 
 
 def _count_rooted(n: int, rules: frozenset[int]) -> int:
-    """Count the words of length n, rotations and repetitions included, that obey some rules."""
+    """Count the words of length n that obey the given rules, rotations and repetitions included."""
     every = _closed_walks(n, rules, tuple(range(6)))
     if 3 not in rules:
         return every
@@ -195,10 +195,11 @@ def _count_rooted(n: int, rules: frozenset[int]) -> int:
 
 @cache
 def _closed_walks(n: int, rules: frozenset[int], symbols: tuple[int, ...]) -> int:
-    """Return the trace of the n-th power of the transfer matrix over some of the symbols.
+    """Return the trace of the n-th power of the transfer matrix restricted to the given symbols.
 
-    A word with a semicircle fixes the state to which it returns. A word of walls alone closes three times,
-    with either semicircle remembered and with none, but counts once.
+    A word that hits a semicircle determines the state in which its closed walk begins. A word of walls alone
+    has three closed walks (the automaton remembers the left semicircle, the right one, or none) but must
+    count once, so two of them are subtracted.
     """
     states, table = automaton(rules)
     exact = np.int64 if n <= _INT64_LENGTH else object

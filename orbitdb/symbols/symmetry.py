@@ -1,9 +1,9 @@
 """The symmetries of the stadium: C2v and time reversal, acting on words and on coordinates.
 
-The eight elements are the subsets of three commuting involutions: the mirror ``x`` -> -x (left and
-right), the mirror ``y`` -> -y (up and down), and time reversal ``T``. An element is its bit mask
-(x = 1, y = 2, T = 4), so that the product of two elements is their exclusive or and each is its own
-inverse.
+The eight elements are the products of three commuting involutions: the mirror ``x`` -> -x (exchanging left
+and right), the mirror ``y`` -> -y (exchanging up and down), and time reversal ``T``. An element is stored as
+a bit mask (x = 1, y = 2, T = 4). The product of two elements is then their exclusive or, and each element is
+its own inverse.
 """
 
 from collections.abc import Iterable, Sequence
@@ -27,10 +27,10 @@ GROUPS = tuple(
     for held in [[g for g in ELEMENTS if mask >> g & 1]]
     if {g ^ h for g in held for h in held} == set(held)
 )
-"""All stabilisers: the masks of the groups of elements."""
+"""All possible stabilisers, that is, the masks of all subgroups."""
 
 _LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
-"""Symbols, with single bounces on the left and right semicircle as 6 and 7."""
+"""Symbols of single bounces: on the left and right semicircle, 6 and 7 replace 1 and 3."""
 
 _MIRRORED = np.array([0, 3, 2, 1, 5, 4, 7, 6], dtype=np.uint8)
 _SWAPPED_WALLS = np.array([2, 1, 0, 3, 4, 5, 6, 7], dtype=np.uint8)
@@ -42,7 +42,7 @@ _WRITTEN = np.array([0, 1, 2, 3, 4, 5, 1, 3], dtype=np.uint8)
 
 
 def _table(element: int) -> Words:
-    """Return the image of each symbol, with separate single bounces, under one element."""
+    """Return the image of each symbol under one element, with 6 and 7 for single bounces."""
     image = np.arange(8, dtype=np.uint8)
     if bool(element & MIRROR_Y) != bool(element & REVERSE):
         image = _SWAPPED_SENSE[image]
@@ -57,7 +57,7 @@ _TABLES = [_table(element) for element in ELEMENTS]
 
 
 def _lone_apart(words: Words) -> Words:
-    """Return words with separate symbols for single bounces on a semicircle; neighbours are cyclic."""
+    """Return words with 6 and 7 for single bounces on a semicircle; the last symbol precedes the first."""
     same = words == np.roll(words, 1, axis=1)
     return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
 
@@ -65,9 +65,9 @@ def _lone_apart(words: Words) -> Words:
 def act_on_words(element: int, words: Words) -> Words:
     """Return the images of words, shape (N, p), under one element, reversed if it includes time reversal.
 
-    Bounce n of the word becomes bounce n of its image (bounce p - 1 - n under time reversal). Mirror ``y``
-    and time reversal reverse the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a semicircle is
-    always written 1 or 3.
+    Bounce n of the word becomes bounce n of its image, or bounce p - 1 - n under time reversal. Both the
+    mirror ``y`` and time reversal change the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
+    semicircle is always written as 1 or 3.
     """
     image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
@@ -76,8 +76,8 @@ def act_on_words(element: int, words: Words) -> Words:
 def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Floats:
     """Return the coordinates of the images of orbits under one element, shape (N, p).
 
-    The words and coordinates are those of the orbits before the element acts. The images are in the order of
-    the symbols of ``act_on_words(element, words)``.
+    The arguments are the words and coordinates of the original orbits. The coordinates of the images are in
+    the order of the symbols of ``act_on_words(element, words)``.
     """
     straight = STRAIGHT[words]
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
@@ -88,22 +88,23 @@ def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Float
 def image_coordinates(
     words: Sequence[str], least: Sequence[str], element: int, coordinates: Floats
 ) -> Floats:
-    """Return the coordinates of the images of N orbits under one element, in chosen rotations, shape (N, p).
+    """Return the coordinates of the images of N orbits in given rotations, shape (N, p).
 
     Parameters
     ----------
     words : sequence of str
-        A rotation of the word of each image; the result is in its order.
+        For each image, its word in the rotation in which to return its coordinates.
     least : sequence of str
         The words of the orbits.
     element : int
+        The element that maps the orbits to their images.
     coordinates : ndarray, shape (N, p)
         The coordinates of the orbits, in the order of ``least``.
 
     Raises
     ------
     ValueError
-        If a word is not a rotation of its image.
+        If a word is not a rotation of the image.
     """
     symbols = from_strings(least)
     pairs = zip(to_strings(act_on_words(element, symbols)), words, strict=True)
@@ -115,25 +116,25 @@ def image_coordinates(
 class Classes(NamedTuple):
     """The symmetry classes of N cyclic words, as arrays of shape (N,)."""
 
-    representative: Integers  # packed
-    element: NDArray[np.uint8]  # the first element that carries the representative to the word
+    representative: Integers  # the packed representatives
+    element: NDArray[np.uint8]  # the first element that maps the representative to the word
     stabiliser: Masks  # bit g is set if element g maps the cyclic word to itself
 
 
 def classify(codes: Integers, p: int) -> Classes:
-    """Find the symmetry class of each packed primitive code of period p <= 20."""
+    """Find the symmetry class of each packed primitive code, of period p <= 20."""
     images = all_images(codes, p)
     stabiliser = np.packbits(images == codes, axis=0, bitorder="little")[0]
     return Classes(images.min(axis=0), images.argmin(axis=0).astype(np.uint8), stabiliser)
 
 
 def all_images(codes: Integers, p: int) -> Integers:
-    """Return the images of packed codes, p <= 20, under the eight elements, as codes, shape (8, N)."""
+    """Return the images of packed codes, p <= 20, under the eight elements, again as codes, shape (8, N)."""
     return np.stack([codes, *(least_rotations(image, p) for image in packed_images(codes, p)[1:])])
 
 
 def packed_images(codes: Integers, p: int) -> list[Integers]:
-    """Return the images of packed words of period p <= 20 under the eight elements in order, not rotated."""
+    """Return the images of packed words, p <= 20, under the eight elements in order, without rotation."""
     images: list[Integers] = []
     for one in (codes, reversed_words(codes, p)):
         sense, walls = _changes(one, p)
@@ -143,15 +144,15 @@ def packed_images(codes: Integers, p: int) -> list[Integers]:
 
 
 def mirrored(codes: Integers) -> Integers:
-    """Return packed words with all symbols mirrored, 1 <-> 3 and 4 <-> 5."""
+    """Return the images of packed words under the mirror x: 1 <-> 3 and 4 <-> 5."""
     high, low = (codes >> 2) & _UNITS, codes & _UNITS
     return codes ^ high ^ ((low & ~high) << 1)
 
 
 def _changes(codes: Integers, p: int) -> tuple[Integers, Integers]:
-    """Return the bits of packed words that change with the sense of their runs, and with 0 <-> 2.
+    """Return the bits of packed words that flip if runs change their sense, and if 0 and 2 are exchanged.
 
-    1 = 001 <-> 4 = 100 and 3 = 011 <-> 5 = 101, except for single bounces.
+    A change of sense means 1 = 001 <-> 4 = 100 and 3 = 011 <-> 5 = 101, except for single bounces.
     """
     units = _UNITS & ((np.int64(1) << BITS * p) - 1)
     low, middle, high = (codes >> place & units for place in range(BITS))
@@ -164,7 +165,7 @@ def _changes(codes: Integers, p: int) -> tuple[Integers, Integers]:
 
 
 def next_symbols(codes: Integers, p: int) -> Integers:
-    """Return packed words of period p rotated by one symbol."""
+    """Return packed words of period p rotated by one symbol to the left."""
     top = BITS * (p - 1)
     return (codes & ((np.int64(1) << top) - 1)) << BITS | codes >> top
 
@@ -180,10 +181,10 @@ def reversed_words(codes: Integers, p: int) -> Integers:
 
 @dataclass(frozen=True)
 class SymmetryClass:
-    """The symmetry class of one cyclic word."""
+    """The symmetry class of a cyclic word."""
 
-    representative: str  # the least of all images and rotations
-    element: int  # the first element that carries the representative to the word
+    representative: str  # the least of all rotations of all images
+    element: int  # the first element that maps the representative to the word
     stabiliser: int  # bit mask of the elements that map the cyclic word to itself
 
 
@@ -197,13 +198,13 @@ def class_of(word: str) -> SymmetryClass:
 
 
 def images_of(word: str) -> list[str]:
-    """Return the images of one word under the eight elements, in their order, not rotated."""
+    """Return the images of a word under the eight elements, in order and not rotated."""
     symbols = from_strings([word])
     return [to_strings(act_on_words(g, symbols))[0] for g in ELEMENTS]
 
 
 def members(word: str) -> dict[str, int]:
-    """Return the least rotations of all different images of a word, each with the first element to it."""
+    """Return the distinct images of a word as least rotations, and the first element leading to each."""
     found: dict[str, int] = {}
     for g, image in enumerate(images_of(word)):
         found.setdefault(least_rotation(image), g)
@@ -211,25 +212,25 @@ def members(word: str) -> dict[str, int]:
 
 
 def class_size(stabiliser: int) -> int:
-    """Return the number of different cyclic words in the class of a word with this stabiliser."""
+    """Return the number of distinct cyclic words in the class of a word with the given stabiliser."""
     return len(ELEMENTS) // stabiliser.bit_count()
 
 
 SIZES = np.array([class_size(mask) if mask else 0 for mask in range(1 << len(ELEMENTS))])
-"""`class_size` of each stabiliser; 0 for the mask 0, which is not one."""
+"""`class_size` of each stabiliser; 0 for the mask 0, which is not a group."""
 
 
 def label(stabiliser: int) -> str:
-    """Name a stabiliser by its elements other than the identity, such as ``x,T,xT``; ``1`` if none."""
+    """Return the elements of a stabiliser except the identity, such as ``x,T,xT``, or ``1`` if none."""
     return ",".join(NAMES[g] for g in ELEMENTS[1:] if stabiliser >> g & 1) or "1"
 
 
 def smallest_group(elements: Iterable[int]) -> int:
-    """Return the mask of the smallest group that holds some elements."""
+    """Return the mask of the smallest group that contains the given elements."""
     held = sum(1 << g for g in set(elements))
-    return min(mask for mask in GROUPS if mask & held == held)  # it is part of all others
+    return min(mask for mask in GROUPS if mask & held == held)  # it is a subset of all others
 
 
 def time_reversal(stabiliser: int) -> str:
-    """Return ``self`` where the orbit retraces its path, ``pair`` where its reverse is another word."""
+    """Return ``self`` if the orbit retraces its path, ``pair`` if its reverse is another word."""
     return "self" if stabiliser >> REVERSE & 1 else "pair"

@@ -1,8 +1,8 @@
 """Words: the symbol sequences of the stadium billiard, as strings, arrays and packed integers.
 
-A word is a cyclic sequence of the symbols 0..5 (0 bottom wall, 2 top wall, 1 and 4 left semicircle,
-3 and 5 right semicircle). One word is a ``str`` of digits; many words of one period are an ``(N, p)``
-array of ``uint8`` or, for p <= `MAX_PACKED`, N integers in the same order.
+A word is a cyclic sequence of the symbols 0..5 (0 bottom wall, 2 top wall, 1 and 4 left semicircle, 3 and 5
+right semicircle). A single word is a ``str`` of digits. Many words of the same period are an ``(N, p)`` array
+of ``uint8`` or, if p <= `MAX_PACKED`, N integers that sort in the same order.
 """
 
 import re
@@ -18,19 +18,19 @@ SYMBOLS = "012345"
 MAX_ORDER = 1_000_000
 MAX_PACKED = 21
 MAX_KEYED = 20
-"""The longest period with keys."""
+"""The highest period whose words have keys."""
 
 BITS = 3
 
 MARK = "w"
-"""Optional prefix of a word, so that no program reads it as a number."""
+"""Optional prefix of a word, which keeps other programs from reading the word as a number."""
 
 _RUN = re.compile(r"(.{1,8}?)\1{2,}")
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
 
 
 class WordError(InputError):
-    """The text is not a word; the message names the place and says what is wrong."""
+    """The text is not a word; the message gives the position and the reason."""
 
 
 def parse(text: str) -> str:
@@ -39,8 +39,8 @@ def parse(text: str) -> str:
     Parameters
     ----------
     text : str
-        Symbols 0..5; ``^k`` repeats the symbol or bracket before it k times. Blanks and a leading `MARK` are
-        ignored.
+        Symbols 0..5; ``^k`` repeats the preceding symbol or bracket k times. Spaces and a leading `MARK`
+        are ignored.
 
     Returns
     -------
@@ -50,13 +50,13 @@ def parse(text: str) -> str:
     Raises
     ------
     WordError
-        If the text is empty, has any other character, an unmatched bracket or a misplaced power, or expands
-        to more than `MAX_ORDER` symbols.
+        If the text is empty, contains any other character, an unmatched bracket or a misplaced power, or
+        expands to more than `MAX_ORDER` symbols.
     TypeError
-        If it is not a string.
+        If the argument is not a string.
     """
     if not isinstance(text, str):
-        raise TypeError(f"a code is a text such as '1232131', not {text!r:.40}")
+        raise TypeError(f"a code is a string such as '1232131', not {text!r:.40}")
     stack: list[list[str]] = [[]]
     size = 0
     place = len(text) - len(text.lstrip())
@@ -75,12 +75,12 @@ def parse(text: str) -> str:
         elif closing:
             group = "".join(stack.pop())
             if not stack:
-                raise WordError(f"unmatched ')' at place {token.end()} of {shortened(text)!r}")
+                raise WordError(f"unmatched ')' at position {token.end()} of {shortened(text)!r}")
             if not group:
-                raise WordError(f"empty brackets at place {token.end()} of {shortened(text)!r}")
+                raise WordError(f"empty brackets at position {token.end()} of {shortened(text)!r}")
             stack[-1].append(group)
         else:
-            where = f"place {text.index('^', place) + 1} of {shortened(text)!r}"
+            where = f"position {text.index('^', place) + 1} of {shortened(text)!r}"
             size += _repeat_last(stack[-1], power, size, where)
         place = token.end()
     if len(stack) > 1:
@@ -94,7 +94,7 @@ def parse(text: str) -> str:
 
 
 def _repeat_last(terms: list[str], power: str, size: int, where: str) -> int:
-    """Repeat the last term in place; return the number of symbols added."""
+    """Repeat the last term in place, and return the number of symbols added."""
     if not terms:
         raise WordError(f"'^' at {where} has nothing before it to repeat")
     count = int(power) if len(power) <= len(str(MAX_ORDER)) else MAX_ORDER + 1
@@ -102,7 +102,7 @@ def _repeat_last(terms: list[str], power: str, size: int, where: str) -> int:
         raise WordError(f"'^0' at {where}: repeat at least once")
     growth = (count - 1) * len(terms[-1])
     if size + growth > MAX_ORDER:
-        raise WordError(f"the power at {where} makes a code of more than {MAX_ORDER} symbols")
+        raise WordError(f"the power at {where} makes the code more than {MAX_ORDER} symbols long")
     terms[-1] *= count
     return growth
 
@@ -112,14 +112,14 @@ def _complaint(text: str, place: int) -> str:
         place += 1
     bad = text[place]
     if bad == "^":
-        return f"'^' at place {place + 1} of {shortened(text)!r} needs a number after it, as in 1^20"
-    return f"symbol {bad!r} at place {place + 1} of {shortened(text)!r} is not one of 0 1 2 3 4 5"
+        return f"'^' at position {place + 1} of {shortened(text)!r} needs a number after it, as in 1^20"
+    return f"symbol {bad!r} at position {place + 1} of {shortened(text)!r} is not one of 0 1 2 3 4 5"
 
 
 def run_notation(word: str) -> str:
-    """Write a word with powers of symbols and of groups up to eight, such as ``1^20 (02)^5 3``.
+    """Return a word with repetitions written as powers, such as ``1^20 (02)^5 3``, which `parse` can read.
 
-    Only three or more repetitions become a power. `parse` reads the notation back.
+    Only three or more repetitions of the same group of up to eight symbols become a power.
     """
     terms: list[str] = []
     plain = ""
@@ -139,18 +139,18 @@ def run_notation(word: str) -> str:
 
 
 def least_rotation(word: str) -> str:
-    """Return the least of all rotations of a word, its code."""
+    """Return the code of a word: the least of its rotations."""
     start = _least_start(word)
     return word[start:] + word[:start]
 
 
 def _least_start(word: str) -> int:
-    """Return where the least rotation of a word begins.
+    """Return the index at which the least rotation of a word begins.
 
-    It begins with a run of the least symbol. The word is therefore cut where such runs start, the pieces are
-    replaced by their ranks, and the word of ranks, at most half as long, is treated the same way. A piece
-    that is a prefix of another ranks below it, because the least symbol follows. A million symbols take at
-    most half a second.
+    The least rotation begins with a run of the least symbol. The word is therefore cut where such runs begin,
+    the pieces are replaced by their ranks, and the word of ranks, which is at most half as long, is treated
+    in the same way. A piece that is a prefix of another ranks below it, because it is followed by the least
+    symbol. A million symbols take at most half a second.
     """
     least = re.escape(min(word))
     first = re.compile(f"(?<!{least}){least}").search(word[-1] + word, 1)
@@ -166,17 +166,17 @@ def _least_start(word: str) -> int:
 
 
 def primitive_root(word: str) -> str:
-    """Return the shortest word whose repetition is the given word."""
+    """Return the shortest word of which the given word is a repetition."""
     return word[: (word + word).find(word, 1)]
 
 
 def is_primitive(word: str) -> bool:
-    """Tell whether a word is not a repetition of a shorter one."""
+    """Tell whether a word is not a repetition of a shorter word."""
     return len(primitive_root(word)) == len(word)
 
 
 def are_primitive(words: Words) -> Marks:
-    """Tell which words of one period, shape (N, p), are not repetitions of shorter ones, shape (N,)."""
+    """Tell which words, shape (N, p), are not repetitions of shorter words, shape (N,)."""
     p = words.shape[1]
     found = np.ones(len(words), dtype=np.bool_)
     for shift in (n for n in range(1, p) if p % n == 0):
@@ -185,12 +185,12 @@ def are_primitive(words: Words) -> Marks:
 
 
 def parse_primitive(text: str) -> str:
-    """Read a word as `parse` does; refuse repetitions of a shorter one.
+    """Read a word as `parse` does, but refuse a repetition of a shorter word.
 
     Raises
     ------
     WordError
-        If it is not a word, or is a repetition; the message then names the shorter word.
+        If the text is not a word, or if it is a repetition; the message then gives the shorter word.
     """
     word = parse(text)
     root = primitive_root(word)
@@ -202,7 +202,7 @@ def parse_primitive(text: str) -> str:
 
 
 def from_strings(words: Sequence[str]) -> Words:
-    """Return words of one period as an ``(N, p)`` array of symbols."""
+    """Return words of the same period as an ``(N, p)`` array of symbols."""
     flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))
     return flat.reshape(len(words), len(words[0]) if words else 0)
 
@@ -217,7 +217,7 @@ def to_strings(words: Words) -> list[str]:
 
 
 def pack(words: Words) -> Integers:
-    """Return words of period p <= `MAX_PACKED` as integers, three bits per symbol, the first one highest."""
+    """Return words of period p <= `MAX_PACKED` as integers, three bits per symbol, the first highest."""
     codes = np.zeros(len(words), dtype=np.int64)
     for symbols in words.T:
         codes <<= BITS
@@ -247,13 +247,13 @@ def least_rotations(codes: Integers, p: int) -> Integers:
 def key(word: str) -> int:
     """Return a word of any period up to `MAX_KEYED` as one integer.
 
-    Its octal digits are a 1 and the symbols. Keys sort by period first, then as the words do.
+    The octal digits of this key are a 1 followed by the symbols. Keys sort by period first, then by word.
     """
     return int("1" + word, 8)
 
 
 def word_of(key: int) -> str:
-    """Return the word that has a key."""
+    """Return the word with the given key."""
     return f"{key:o}"[1:]
 
 
@@ -268,8 +268,8 @@ def packed(keys: Integers, p: int) -> Integers:
 
 
 def keys_of_period(p: int) -> tuple[int, int]:
-    """Return the least and largest key of p symbols, a range that includes all words of period p.
+    """Return a range of keys, both ends included, that contains all words of period p.
 
-    Ids of classes without a key (`orbitdb.store.file.ids.LONG`) are above it.
+    The ids of classes without a key (`orbitdb.store.file.ids.LONG`) are above all of them.
     """
     return key("0" * p), key(SYMBOLS[-1] * p)

@@ -15,7 +15,7 @@ fill --p 2 --p 3 | 2 | --p is given 2 times: give it once (
 simulate --a 1 --a=2 | 2 | --a is given 2 times: give it once (
 query --p 3 --p 4 | 2 | --p is given 2 times: give it once (
 
-query --code 1717 | 2 | '7' at place 2
+query --code 1717 | 2 | '7' at position 2
 query --code 1^ | 2 | needs a number
 query --code 13 --a 0 | 2 | half length
 query --code 13 --a wide | 2 | --a
@@ -59,7 +59,7 @@ plot orbit 13 --a 1:2:3 -o x.svg | 2 | --over-a
 plot lengths --order length -o x.svg | 2 | --order | plot lengths
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
-browse --code 19 | 2 | symbol '9' at place 2
+browse --code 19 | 2 | symbol '9' at position 2
 browse --port 8001 | 2 | --port does nothing without --web: leave it out
 
 query --a 1_6 | 2 | 1_6
@@ -128,7 +128,7 @@ sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, ran
 sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at cannot be swept, as
 sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | sums are over orbits alone
 sweep --db new.db --p 3 --contains 1^41 | 2 | contains 41 symbols | no swept word has more than 40
-sweep --db new.db --p 3 --contains 16 | 2 | symbol '6' at place 2
+sweep --db new.db --p 3 --contains 16 | 2 | symbol '6' at position 2
 sweep --db new.db --p 3 --reversal both | 2 | reversal 'both': use self or pair
 sweep --db new.db --p 3 --symmetry z | 2 | symmetry 'z': use 1, or
 sweep --db new.db --p 3 --range length=9:5 | 2 | range 'length=9:5' runs backwards

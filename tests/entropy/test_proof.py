@@ -57,7 +57,7 @@ def test_balls_report_progress():
     told = []
     windows, decision = levels(1.6, 4)[-1]
     proved(windows, decision.verdict, 1.6, lambda *state: told.append(state))
-    assert told == [(0, np.count_nonzero(decision.verdict), "4 letters in balls")]
+    assert told == [(0, np.count_nonzero(decision.verdict), "4 letters: ball arithmetic")]
 
 
 def test_an_unproved_verdict_counts_as_undecided(monkeypatch):

@@ -58,7 +58,7 @@ def test_keys_must_be_text(catalogue, key):
         lambda key: catalogue.find(key, 1.6),
         lambda key: solve_word(key, 1.6),
     ):
-        with pytest.raises(TypeError, match=r"^a code is a text such as '1232131', not "):
+        with pytest.raises(TypeError, match=r"^a code is a string such as '1232131', not "):
             call(key)
 
 

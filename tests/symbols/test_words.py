@@ -58,20 +58,20 @@ def test_parse_reads_run_notation(text, word):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("1717", "symbol '7' at place 2 of '1717' is not one of 0 1 2 3 4 5"),
-        ("12  x3", "symbol 'x' at place 5 of '12  x3' is not one of 0 1 2 3 4 5"),
-        ("13\u00b2", "symbol '\u00b2' at place 3 of "),
-        ("13^\u0663", "'^' at place 3 of "),
-        ("13^", "'^' at place 3 of '13^' needs a number after it"),
-        ("^3", "'^' at place 1 of '^3' has nothing before it to repeat"),
-        ("1(^3)", "'^' at place 3 of '1(^3)' has nothing before it to repeat"),
-        ("13  ^0", "'^0' at place 5 of '13  ^0': repeat at least once"),
-        ("1^2 3^0", "'^0' at place 6 of '1^2 3^0': repeat at least once"),
-        ("1^2(^3)", "'^' at place 5 of '1^2(^3)' has nothing before it to repeat"),
-        ("1^2 3^9999999", "the power at place 6 of "),
-        ("13)", "unmatched ')' at place 3 of '13)'"),
+        ("1717", "symbol '7' at position 2 of '1717' is not one of 0 1 2 3 4 5"),
+        ("12  x3", "symbol 'x' at position 5 of '12  x3' is not one of 0 1 2 3 4 5"),
+        ("13\u00b2", "symbol '\u00b2' at position 3 of "),
+        ("13^\u0663", "'^' at position 3 of "),
+        ("13^", "'^' at position 3 of '13^' needs a number after it"),
+        ("^3", "'^' at position 1 of '^3' has nothing before it to repeat"),
+        ("1(^3)", "'^' at position 3 of '1(^3)' has nothing before it to repeat"),
+        ("13  ^0", "'^0' at position 5 of '13  ^0': repeat at least once"),
+        ("1^2 3^0", "'^0' at position 6 of '1^2 3^0': repeat at least once"),
+        ("1^2(^3)", "'^' at position 5 of '1^2(^3)' has nothing before it to repeat"),
+        ("1^2 3^9999999", "the power at position 6 of "),
+        ("13)", "unmatched ')' at position 3 of '13)'"),
         ("1(3", "unmatched '(' in '1(3'"),
-        ("1()3", "empty brackets at place 3 of '1()3'"),
+        ("1()3", "empty brackets at position 3 of '1()3'"),
         ("", "the code is empty"),
     ],
 )
@@ -108,7 +108,7 @@ def test_the_length_of_a_plain_word_is_limited():
 def test_error_messages_stay_short():
     with pytest.raises(WordError) as error:
         parse("1" * 100_000 + "7")
-    assert "place 100001" in str(error.value)
+    assert "position 100001" in str(error.value)
     assert len(str(error.value)) < 200
 
 

@@ -1,1 +1,1 @@
-"""Orbits enclosed in ball arithmetic, with proof, if doubles cannot decide."""
+"""Orbits enclosed in ball arithmetic, with proof, for words that doubles cannot decide."""

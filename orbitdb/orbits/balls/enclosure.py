@@ -1,8 +1,8 @@
-"""Enclose orbits in ball arithmetic, with proof, if doubles cannot decide (docs/proof.md).
+"""Enclose orbits in ball arithmetic, with proof, if doubles cannot decide a word (docs/proof.md).
 
-If balls cannot separate a slack from zero, the precision grows until the slack is smaller than for any orbit
-that shadows one through a joint. Then `orbitdb.orbits.balls.joints` may prove it to be zero. Otherwise the
-word stays unresolved.
+If a ball does not separate a slack from zero, the precision is increased until the slack is smaller than it
+can be for any orbit that shadows one through a joint. Then `orbitdb.orbits.balls.joints` may prove that it is
+zero. Otherwise the word stays unresolved.
 """
 
 import math
@@ -21,27 +21,27 @@ from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.status import Status
 
 PRECISION, MAX_PRECISION = 128, 16384
-"""Bits of the arithmetic at first, and at most."""
+"""Initial and maximum number of bits of the arithmetic."""
 
 _ENOUGH = 1024
-"""Bits beyond those that lambda requires after which a word stays unresolved."""
+"""A word stays unresolved after this many bits in addition to those that lambda requires."""
 _BITS_IN_MEMORY = 1 << 27
-"""Limit on legs times bits, which keeps the memory to about half a gigabyte."""
+"""Limit on the number of legs times bits, which keeps the memory to about half a gigabyte."""
 _CLOSE = 32
-"""Bits by which a slack must be below e^-lambda before a proof that it is zero is tried."""
+"""A proof that a slack is zero is tried if the slack is this many bits below e^-lambda."""
 
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The orbit of one word in balls."""
+    """The stationary point of a word in balls, with its status."""
 
-    status: Status  # `Status.BOUNDARY` if slacks are proved to be 0 and all others positive
-    precision: int  # bits of the arithmetic that decided it
+    status: Status  # `Status.BOUNDARY` if some slacks are proved to be 0 and the others positive
+    precision: int  # number of bits of the arithmetic that decided it
     coordinates: Balls  # in the order of the word
     length: arb
     lyapunov: arb  # lambda
-    margin: arb  # least distance from a joint in coordinate units
-    steps: int  # Newton steps taken
+    margin: arb  # least distance from a joint, in coordinate units
+    steps: int  # number of Newton steps taken
 
 
 def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclosure:
@@ -54,16 +54,17 @@ def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclos
 def enclose_all(
     legs: Legs, stadium: Stadium, start: Floats | None = None, precision: int = PRECISION
 ) -> Iterator[Enclosure]:
-    """Enclose the stationary points of N cut words in order, with the precision that their status needs.
+    """Enclose the stationary points of N words, in order, with the precision that their status needs.
 
     Parameters
     ----------
     stadium : Stadium
-        Its a is taken as the exact value of the double.
+        Its half length is taken as exactly the value of the double.
     start : ndarray, shape (m, N), optional
-        Directions near the maxima, as from `orbitdb.orbits.newton.newton`; they only save time.
+        Directions near the maxima, such as those from `orbitdb.orbits.newton.newton`; they only save time.
     precision : int, optional
-        Bits at first; doubled, up to `MAX_PRECISION`, until the status is decided or lambda leaves no hope.
+        Initial number of bits. It is doubled, up to `MAX_PRECISION`, until the status is decided or lambda
+        shows that more bits will not help.
     """
     low, high = (limit.T.tolist() for limit in direction_limits(legs, stadium.a))
     if start is None:
@@ -94,7 +95,7 @@ def _enclosed(path: BallPath, legs: Legs, start: Balls, precision: int) -> Enclo
 
 
 def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status:
-    """Return the status that the slacks at the enclosed maximum prove."""
+    """Return the status that is proved by the slacks at the enclosed maximum."""
     if any(x < 0 for x in slack):
         return Status.DYNAMICAL
     if not all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True)):
@@ -112,16 +113,17 @@ def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status
 
 
 def _most_bits(path: BallPath) -> int:
-    """Return the bits after which a word stays unresolved; they grow with lambda and fall with m."""
+    """Return the bits after which a word stays unresolved, which increase with lambda and decrease with m."""
     hope = path.exponent().abs_upper() / arb.const_log2()
     bits = _ENOUGH + float(hope) if hope.is_finite() else MAX_PRECISION
     return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return the largest distances of the numbers of N orbits from the enclosed ones, shape (N,) each.
+    """Return the errors of the numbers of N orbits, given their enclosures, each of shape (N,).
 
-    Those of coordinates (the worst one), length and lambda, from any point of the ball and rounded up.
+    These are the errors of the worst coordinate, of the length and of lambda: the largest distance from any
+    point of the ball, rounded up.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
@@ -138,7 +140,7 @@ def distance(ball: arb, value: float) -> float:
 
 
 def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:
-    """Return N >= 1 enclosures rounded to doubles, with the rounding in their error bounds."""
+    """Return N >= 1 enclosures as orbits rounded to doubles; their error bounds include the rounding."""
     coordinates, errors = _rounded([each.coordinates for each in found])
     length, length_error = _rounded([[each.length] for each in found])
     lyapunov, lyapunov_error = _rounded([[each.lyapunov] for each in found])
@@ -158,7 +160,7 @@ def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orb
 
 
 def _rounded(rows: Sequence[Balls]) -> tuple[Floats, Floats]:
-    """Return the doubles in the middle of balls, and their largest distances from the points of these."""
+    """Return the midpoints of balls as doubles, and their largest distances from any point of the balls."""
     values = [[float(x) for x in row] for row in rows]
     errors = [list(map(distance, *pair)) for pair in zip(rows, values, strict=True)]
     return np.array(values), np.array(errors)

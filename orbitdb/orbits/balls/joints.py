@@ -1,15 +1,16 @@
-"""Orbits through a joint of wall and semicircle, proved exactly (docs/proof.md).
+"""Exact proof that an orbit passes through a joint of wall and semicircle (docs/proof.md).
 
-No ball shows that a number is zero. But at rational a, as every double is, the joint orbits that occur are
-algebraic of low degree. Balls suggest a field Q(gamma), gamma a real root of a polynomial f, and in it the
-cosine and sine of every leg direction and half turn. These identities are then checked modulo f:
+No ball can show that a number is zero. But at rational a, which every double is, the orbits through joints
+that occur are algebraic of low degree. Balls suggest a field Q(gamma), where gamma is a real root of a
+polynomial f, and elements of this field for the cosine and sine of every leg direction and half turn. The
+following identities are then checked modulo f:
 
     cos^2 + sin^2 = 1                         for each of these angles,
     e^{2 k i half} = -e^{-i d (in + out)}     for every run,
     dL/dalpha = 0                             for every leg,
-    e^{2 i slack} = 1                         for every slack that should be zero;
+    e^{2 i slack} = 1                         for every slack that should be zero.
 
-Balls only decide between an angle and its shifts by pi.
+Beyond this, balls are only needed to distinguish an angle from its shifts by multiples of pi.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,14 +22,14 @@ from orbitdb.orbits.balls.path import BallPath, Condition
 
 _DEGREES = (1, 2, 3, 4, 6, 8)
 _SPARE = 24
-"""Bits by which the coefficients of a relation must be shorter than the numbers."""
+"""Number of bits by which the coefficients of a relation must be shorter than the numbers."""
 
 _ALIKE = 20
-"""Digits that two numbers must share to be taken as equal."""
+"""Number of digits that two numbers must share to be considered equal."""
 _GENERATORS = 16
 
 Turn = tuple[fmpq_poly, fmpq_poly]
-"""Cosine and sine of an angle, in the field."""
+"""Cosine and sine of an angle, as elements of the field."""
 
 _ZERO = fmpq_poly([])
 _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
@@ -38,15 +39,15 @@ _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 class Field:
     """The field of rational numbers extended by a real number gamma."""
 
-    f: fmpq_poly  # a polynomial with the root gamma; it need not be irreducible
-    gamma: arb  # a ball across which f changes its sign
+    f: fmpq_poly  # a polynomial with the root gamma, which need not be irreducible
+    gamma: arb  # a ball in which f changes its sign
 
     def ball(self, x: fmpq_poly) -> arb:
-        """Return a ball that holds an element."""
+        """Return a ball that contains the given element."""
         return arb_poly(x)(self.gamma)
 
     def angle(self, x: Turn) -> arb:
-        """Return a ball that holds the angle in (-pi, pi]."""
+        """Return a ball that contains the given angle, in (-pi, pi]."""
         return arb.atan2(self.ball(x[1]), self.ball(x[0]))
 
     def sum(self, x: Turn, y: Turn) -> Turn:
@@ -65,15 +66,15 @@ class Field:
 
 @dataclass(frozen=True)
 class ExactPath:
-    """A path with exact angles, as suggested by the balls of another path."""
+    """A path with exact angles, as suggested by the enclosed path of the same word."""
 
-    path: BallPath  # the word, the stadium, and the limits
+    path: BallPath  # the enclosed path, with the word, the stadium and the limits
     field: Field
     alpha: list[Turn]  # directions of the legs
     half: list[Turn]  # half turns of the runs
 
     def arriving(self, run: int) -> Turn:
-        """Return the slope at its end of the leg before a run."""
+        """Return the direction, at its end, of the leg before a run."""
         return self.field.times(self.path.parity[run - 1], self.alpha[run - 1])
 
     def is_maximum(self) -> bool:
@@ -87,7 +88,7 @@ class ExactPath:
         return circle and inside and all(self._turns(i) and self._is_level(i) for i in legs)
 
     def _turns(self, i: int) -> bool:
-        """Tell whether 2 k half is pi - d (in + out), both being in (0, 2 pi)."""
+        """Tell whether 2 k half equals pi - d (in + out), given that both are in (0, 2 pi)."""
         path, field = self.path, self.field
         both = field.sum(self.arriving(i), self.alpha[i])
         turned = field.sum(field.times(2 * path.k[i], self.half[i]), field.times(path.d[i], both))
@@ -96,7 +97,7 @@ class ExactPath:
         return turned == _HALF_TURN and bool(abs(excess) < 1)
 
     def _is_level(self, i: int) -> bool:
-        """Tell whether the derivative of the length in a direction is zero."""
+        """Tell whether the derivative of the length with respect to direction i is zero."""
         path, (cos, sin), after = self.path, self.alpha[i], (i + 1) % self.path.m
         a = fmpq(*float(path.a).as_integer_ratio())
         pull, next_pull = (-path.d[run] * self.half[run][0] for run in (i, after))
@@ -104,7 +105,7 @@ class ExactPath:
         return bool(slope % self.field.f == _ZERO)
 
     def is_zero(self, condition: Condition, slack: arb) -> bool:
-        """Tell whether a slack inside a ball is proved to be zero at the maximum."""
+        """Tell whether a slack, which lies in the given ball, is proved to be zero at the maximum."""
         path, field, run = self.path, self.field, condition.run
         middle = field.sum(self.arriving(run), field.times(-1, self.alpha[run]))
         spread = field.times(2 * condition.end * path.d[run] * (path.k[run] - 1), self.half[run])
@@ -114,9 +115,9 @@ class ExactPath:
 
 
 def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
-    """Tell whether slacks are proved to be exactly zero at the maximum of the length.
+    """Tell whether the given slacks are proved to be exactly zero at the maximum of the length.
 
-    The path is enclosed at its maximum; the slacks come with their enclosures.
+    The path encloses its maximum, and each slack comes with its enclosure.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
     for field, found in _suggestions(numbers):
@@ -128,9 +129,9 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
 
 
 def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
-    """Yield fields that seem to contain some numbers, with the numbers as elements.
+    """Yield fields that seem to contain the given numbers, with the numbers as their elements.
 
-    The generator is one of the numbers, or a sum of multiples of all.
+    The generator of a field is one of the numbers, or a sum of multiples of all of them.
     """
     bits = min(_bits(x) for x in numbers)
     keys = [str(abs(x).mid().str(_ALIKE, radius=False)) for x in numbers]
@@ -144,7 +145,7 @@ def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
 
 
 def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> dict[str, fmpq_poly] | None:
-    """Return numbers as polynomials in gamma, None if one of them does not seem to be one."""
+    """Return the numbers as polynomials in gamma, or None if one of them does not seem to be a polynomial."""
     powers, found = [gamma**i for i in range(degree)], {}
     for key, x in numbers.items():
         relation = _relation([x, *powers], bits)
@@ -155,7 +156,7 @@ def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> di
 
 
 def _field(gamma: arb, bits: int) -> Field | None:
-    """Return the field that a number seems to generate, None if no polynomial is found."""
+    """Return the field that a number seems to generate, or None if no polynomial is found."""
     width = arb(2) ** (-bits // 2)
     for degree in _DEGREES:
         relation = _relation([gamma**i for i in range(degree + 1)], bits)
@@ -167,7 +168,10 @@ def _field(gamma: arb, bits: int) -> Field | None:
 
 
 def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
-    """Return small integers, not all zero, for which a combination of numbers seems to vanish, by LLL."""
+    """Return the small integer coefficients, not all zero, of a sum of the numbers that seems to vanish.
+
+    LLL finds them; the result is None if they are not small enough.
+    """
     size = len(numbers)
     rows = [[int(i == j) for j in range(size)] for i in range(size)]
     for row, x in zip(rows, numbers, strict=True):
@@ -180,9 +184,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
 
 
 def _bits(x: arb) -> int:
-    """Return the accurate binary places of a ball, a little less than all at most.
+    """Return the number of accurate binary places of a ball, at most a little less than the precision.
 
-    0 for an exact ball; lengths and directions never are exact.
+    The result is 0 for an exact ball, which no cosine or sine of a path is.
     """
     mantissa, exponent = x.rad().man_exp()
     return min(-int(exponent) - int(mantissa).bit_length(), ctx.prec - 16)

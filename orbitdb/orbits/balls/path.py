@@ -1,4 +1,4 @@
-"""The unfolded path of one word in ball arithmetic.
+"""The unfolded path of a single word in ball arithmetic.
 
 Every number is an interval that contains the true value (Arb, through python-flint). The formulas are those
 of `orbitdb.billiard.legs`, for one word at any precision.
@@ -21,13 +21,13 @@ _SMALL = 1e-8
 
 
 class Condition(NamedTuple):
-    """One of the slacks, pi/2 - sign t - 2 tilt alpha, t the angle of an end of a run."""
+    """A slack pi/2 - sign t - 2 tilt alpha, where t is the angle at one end of a run."""
 
     run: int
-    end: int  # of the run: -1 its first bounce, +1 its last
+    end: int  # the end of the run: -1 for its first bounce, +1 for its last
     sign: int  # +1 or -1
     leg: int = 0
-    tilt: int = 0  # +1 or -1, the leg's first wall; 0 for a bounce on the semicircle
+    tilt: int = 0  # +1 or -1, the first wall of the leg; 0 for a bounce on the semicircle
 
 
 def _largest(change: Balls) -> arb:
@@ -35,18 +35,18 @@ def _largest(change: Balls) -> arb:
 
 
 class BallPath:
-    """The unfolded path of one word of a batch, with directions in balls.
+    """The unfolded path of one word of a batch, whose directions are balls.
 
     Parameters
     ----------
     legs : Chain
-        Cut words; runs may be endless.
+        Words cut into runs and legs; runs may be infinitely long.
     column : int
         The index of the word.
     a : float
         The half length, taken as exact.
     limits : sequence of (float, float)
-        Limits of each direction (`orbitdb.billiard.legs.direction_limits`).
+        Lower and upper limit of each direction (`orbitdb.billiard.legs.direction_limits`).
     """
 
     def __init__(self, legs: Chain, column: int, a: float, limits: Sequence[tuple[float, float]]) -> None:
@@ -59,16 +59,16 @@ class BallPath:
         self.m = len(self.k)
 
     def arriving(self, run: int) -> arb:
-        """Return the slope at its end of the leg before a run."""
+        """Return the direction, at its end, of the leg before a run."""
         return self.alpha[run - 1] if self.parity[run - 1] > 0 else -self.alpha[run - 1]
 
     def half_turn(self, run: int) -> arb:
-        """Return psi / 2k of a run."""
+        """Return psi / 2k of the given run."""
         turned = self.arriving(run) + self.alpha[run]
         return (arb.pi() - turned if self.d[run] > 0 else arb.pi() + turned) / (2 * self.k[run])
 
     def go_to(self, alpha: Balls) -> None:
-        """Compute the turns, the gradient and the curvatures at some directions."""
+        """Set the directions, and compute the half turns, the gradient and the curvatures there."""
         self.alpha, base = alpha, 2 * self.a
         self.half, pull, self.stiffness = [], [], []
         for run, (d, k) in enumerate(zip(self.d, self.k, strict=True)):
@@ -90,11 +90,11 @@ class BallPath:
             self.gradient.append(lean + pull[i] + (pull[i + 1] if self.parity[i] > 0 else -pull[i + 1]))
 
     def climb(self) -> int:
-        """Move the directions to the maximum by Newton's method between their limits.
+        """Move the directions to the maximum by Newton's method, within the limits; return the steps taken.
 
-        A long step that does not lengthen the path is halved until it does. Because L is concave, this brings
-        every word to its maximum, even outside the stadium. After a step of half the digits, the next one
-        would be rounding.
+        A long step that does not lengthen the path is halved until it does. Because L is concave, every word
+        then reaches its maximum, even outside the stadium. The iteration stops after a step that changes only
+        the last half of the digits, because the next step would be only rounding.
         """
         target = arb(2) ** (8 - ctx.prec // 2)
         steps = 0
@@ -111,7 +111,7 @@ class BallPath:
         return steps
 
     def between_limits(self, origin: Balls, change: Balls) -> Balls:
-        """Return the middles of origin + change, held between the limits."""
+        """Return the midpoints of origin + change, kept between the limits."""
         moved = [(x + dx).mid() for x, dx in zip(origin, change, strict=True)]
         return [
             x if low < x < high else arb(low) if x <= low else arb(high)
@@ -119,14 +119,14 @@ class BallPath:
         ]
 
     def pressed(self) -> list[bool]:
-        """Tell which directions are at a limit that the gradient surely pushes against."""
+        """Tell which directions are at a limit and surely pushed against it by the gradient."""
         return [
             bool((x <= low and g < 0) or (x >= high and g > 0))
             for x, g, (low, high) in zip(self.alpha, self.gradient, self.limits, strict=True)
         ]
 
     def newton_step(self) -> Balls:
-        """Solve the cyclic tridiagonal system for the step; pressed directions stay."""
+        """Solve the cyclic tridiagonal system for Newton's step; pressed directions do not move."""
         m, w, pressed = self.m, self.stiffness, self.pressed()
         held = [pressed[i] or pressed[i - 1] for i in range(m)]
         rows = [
@@ -139,7 +139,7 @@ class BallPath:
         return step
 
     def widen(self) -> None:
-        """Give the directions the radius within which the maximum is proved to lie."""
+        """Give the directions radii within which the maximum is proved to lie."""
         total = arb(0)
         for g, beyond, pressed in zip(self.gradient, self.beyond, self.pressed(), strict=True):
             total += arb(0) if pressed else g.abs_upper() ** 2 / beyond
@@ -160,7 +160,7 @@ class BallPath:
         return first, last
 
     def conditions(self) -> list[Condition]:
-        """Return the conditions for every end of a run or leg to be on its semicircle or wall."""
+        """Return the conditions that each end of a run or leg is on its semicircle or wall."""
         found = [Condition(i, end, sign) for i in range(self.m) for end in (-1, 1) for sign in (-1, 1)]
         for i, (n, s, parity) in enumerate(zip(self.n, self.s, self.parity, strict=True)):
             if n:
@@ -169,7 +169,7 @@ class BallPath:
         return found
 
     def slacks(self, conditions: Sequence[Condition]) -> tuple[Balls, Balls]:
-        """Return the slacks of conditions in radians, and the same in coordinate units."""
+        """Return the slacks of the conditions, in radians and in coordinate units."""
         first, last = self.ends()
         half_pi, slack, distance = arb.pi() / 2, [], []
         for each in conditions:
@@ -186,7 +186,10 @@ class BallPath:
         return slack, distance
 
     def coordinates(self, legs: Legs) -> Balls:
-        """Return the coordinates of all bounces in the order of the word, which is in the same column."""
+        """Return the coordinates of all bounces in the order of the word.
+
+        `legs` must have the word in the same column.
+        """
         first, last = self.ends()
         turned = [2 * d * half for d, half in zip(self.d, self.half, strict=True)]
         on_walls = [self._on_walls(i, first, last) if n else (arb(0), arb(0)) for i, n in enumerate(self.n)]
@@ -198,7 +201,7 @@ class BallPath:
         return found
 
     def _on_walls(self, leg: int, first: Balls, last: Balls) -> tuple[arb, arb]:
-        """Return the coordinate of a leg's first bounce, and the distance of successive ones."""
+        """Return the coordinate of the first wall bounce of a leg, and the step from each to the next."""
         start_y, start_x = last[leg].sin_cos()
         end_y, end_x = first[(leg + 1) % self.m].sin_cos()
         lean = (2 * self.a + start_x + end_x) / (
@@ -209,14 +212,14 @@ class BallPath:
         return (x, step) if leg % 2 == 0 else (-x, -step)
 
     def length(self) -> arb:
-        """Return L at the directions."""
+        """Return the length L at the directions."""
         total = arb(0)
         for k, beyond, stiffness in zip(self.k, self.beyond, self.stiffness, strict=True):
             total += beyond + 4 * k**2 * stiffness
         return total
 
     def exponent(self) -> arb:
-        """Return lambda from the product of drifts and kicks."""
+        """Return lambda, from the product of drifts and kicks."""
         p = [arb(1), arb(0), arb(0), arb(1)]
         for drift, stiffness in zip(self.beyond, self.stiffness, strict=True):
             p[0], p[2] = p[0] + p[1] / stiffness, p[2] + p[3] / stiffness

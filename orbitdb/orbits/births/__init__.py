@@ -1,1 +1,1 @@
-"""Births and deaths: the *a* at which words begin and cease to be orbits, with a proof of completeness."""
+"""Births and deaths: the *a* at which words begin and cease to be orbits, proved to be complete."""

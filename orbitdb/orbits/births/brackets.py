@@ -1,8 +1,8 @@
 """Proof that a word begins or ceases to be an orbit inside a narrow bracket of a.
 
 At both ends of the bracket, error bounds decide whether the word is an orbit. The slacks are continuous in a,
-so the change lies between, however it was found. If rounding hides a side, the bracket is widened, and then
-decided in ball arithmetic.
+so the change lies in the bracket, however it was found. If rounding hides the status at one end, the bracket
+is widened; if this does not help, the status is decided in ball arithmetic.
 """
 
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ Signs = NDArray[np.int8]
 _WIDER = 4.0
 _NARROWEST = 2.0**-51
 _WIDEST = 1e-11
-"""Relative width from which on balls decide."""
+"""Relative width above which brackets are not widened but decided in ball arithmetic."""
 _SAFETY = 1.05
 _POLISH = 1e-9
-"""Largest step in ln a at a converged zero."""
+"""Largest step in ln a when a converged zero is polished."""
 
 _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 
@@ -38,19 +38,19 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, as a structure of arrays of shape (K,)."""
 
-    word: Places  # the word that changes
-    a: Floats  # where
+    word: Places  # the index of the word that changes
+    a: Floats  # the value of a at which it changes
     error: Floats  # proved bound on the error of a
     born: Marks  # True if it begins to be an orbit as a grows, False if it ceases
     slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
-    slope: Floats  # of the slack in ln a (radians)
+    slope: Floats  # derivative of this slack with respect to ln a (radians)
 
 
 def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
-    """Put brackets around zeros of slacks; keep those in which words, shape (N, p), are proved to change."""
+    """Bracket zeros of slacks in a; keep those at which the words, shape (N, p), are proved to change."""
     part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
     x, alpha = np.exp(zeros.x), zeros.alpha
-    for _ in range(2):  # once to come as close to the zero as doubles can, and once more there
+    for _ in range(2):  # once to get as close to the zero as doubles allow, and again there
         step, drift = motion(part, x, alpha, direction_limits(part, x))
         alpha = alpha + step
         slack, slopes = slacks_and_slopes(part, alpha, drift)
@@ -84,9 +84,10 @@ def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits, each at its own a, shape (N,): 1, -1, or 0 if doubles do not decide.
+    """Return 1 for each word that is an orbit at its own a, -1 if it is not, 0 if doubles cannot decide.
 
-    The directions alpha, shape (m, N), are near the maximum; the verdicts do not depend on them.
+    The half lengths a have shape (N,). The directions alpha, shape (m, N), are near the maximum; the verdicts
+    do not depend on them.
     """
     limits = direction_limits(legs, a)
     here = np.clip(alpha, *limits)
@@ -96,7 +97,7 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
 
 
 def signs(words: Words, legs: Chain, a: Floats, alpha: Floats) -> Signs:
-    """Tell which words are orbits as `statuses` does, with ball arithmetic if doubles do not decide."""
+    """Return the same as `statuses`, but decide in ball arithmetic where doubles cannot."""
     found = statuses(legs, a, alpha)
     unknown = np.flatnonzero(found == 0)
     if len(unknown):
@@ -105,9 +106,10 @@ def signs(words: Words, legs: Chain, a: Floats, alpha: Floats) -> Signs:
 
 
 def proved_signs(words: Words, a: Floats) -> Signs:
-    """Tell in ball arithmetic which words are orbits, each at its own a, shape (N,).
+    """Decide in ball arithmetic which words are orbits, each at its own a, shape (N,).
 
-    1 for an orbit, -1 for none, 0 for an orbit exactly through a joint, or undecided.
+    Return 1 for an orbit and -1 if the word is not one; 0 for an orbit exactly through a joint, or if
+    undecided.
     """
     found = np.zeros(len(words), np.int8)
     for at in np.unique(a).tolist():

@@ -1,26 +1,27 @@
-"""The possible behaviour of a word in a cell of x = ln a: bounds that hold at every a in it.
+"""What a word can do in a cell of x = ln a: bounds that hold at every a in the cell.
 
-Around a solution in doubles at the middle of a cell, the first and second derivatives of its directions in x
-limit how the maximum of the length moves. A bound can thus prove for a whole cell that a word is an orbit
-throughout, or nowhere, or that all slacks that could vanish rise (it can be born once and cannot die) or
-fall. With A = -H,
+At the middle of a cell, the directions are solved in double precision. Their first and second derivatives in
+x limit how the maximum of the length moves in the cell. Such bounds can prove that, in the entire cell, a
+word is an orbit throughout, or nowhere, or that all slacks that could vanish increase (the word can be born
+once and cannot die) or decrease. With A = -H,
 
     A alpha'  = -2 a sin(alpha),
     A alpha'' = -2 a sin(alpha) - 4 a cos(alpha) alpha' - dD/dalpha alpha'^2 -+ ...,
 
-where the dots stand for cos(h) (alpha_in' + alpha')^2 / 4 k^2 of the two runs beside a leg. The absolute
-values of a solution of A u = b are no larger than v max(|b_i| / q_i), for any v > 0 with
+where the dots stand for a term cos(h) (alpha_in' + alpha')^2 / 4 k^2 for each of the two runs beside a leg.
+The absolute values of a solution of A u = b are at most v max(|b_i| / q_i), for any v > 0 with
 
     q_i = D_i v_i + w_i (v_i - v_{i-1}) + w_{i+1} (v_i - v_{i+1}) > 0,
 
-D and w the curvatures of leg and run: look at the row of the largest |u_i| / v_i. With D, w and b at their
-worst over the cell this bounds alpha' and alpha'' all over it. The bound on alpha' holds where directions are
-pressed against limits, too: the maximum on a box is still that of the largest row. The directions stay in the
-range over which the worst was taken, by the bound itself and continuity. Any v > 0 will do, so its rounding
-does not matter.
+where D and w are the curvatures of leg and run: consider the row with the largest |u_i| / v_i. With D, w and
+b at their worst in the cell, this bounds alpha' and alpha'' at all its points. The bound on alpha' also holds
+where directions are pressed against limits, because the argument about the largest row applies to the maximum
+on a box too. By this bound and continuity, the directions stay in the range over which the worst values were
+taken. Any v > 0 will do, so the rounding of v does not matter.
 
-Bounds are widened by 1e-10 and parts in 1e9, far more than the rounding of sums and products. Rounding of
-solutions can be larger: they are put into their equations, and the residual counts.
+Bounds are widened by 1e-10 and by a relative 1e-9, far more than the rounding of sums and products. Solutions
+may have larger rounding errors. They are therefore inserted into their equations, and the residuals are
+included in the bounds.
 """
 
 from enum import IntEnum
@@ -51,19 +52,19 @@ WIDER = 1 + 1e-9
 
 
 class Reach(NamedTuple):
-    """Bounds for all points of a cell, shape (m, N) each."""
+    """Bounds that hold at all points of a cell, each of shape (m, N)."""
 
-    beyond: Floats  # least D
-    stiff: Floats  # most w
-    soft: Floats  # least w
-    lean: Floats  # most of |dD/dalpha|
-    pull: Floats  # of 2 a |sin alpha|
-    drag: Floats  # of 2 a cos alpha
-    bend: Floats  # and of |dw/d(alpha_in + alpha_out)|
+    beyond: Floats  # lower bound on D
+    stiff: Floats  # upper bound on w
+    soft: Floats  # lower bound on w
+    lean: Floats  # upper bound on |dD/dalpha|
+    pull: Floats  # upper bound on 2 a |sin alpha|
+    drag: Floats  # upper bound on 2 a cos alpha
+    bend: Floats  # upper bound on |dw/d(alpha_in + alpha_out)|
 
 
 def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> Reach:
-    """Bound curvatures and forces for directions within some distance, and x within r."""
+    """Bound curvatures and forces for directions within `room` of alpha and x within r of ln a."""
     low, high = a * np.exp(-r), a * np.exp(r)
     size = np.abs(alpha)
     least, most = np.maximum(size - room, 0.0), np.minimum(size + room, HALF_PI)
@@ -86,7 +87,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
 
 
 def firmness(reach: Reach, v: Floats) -> Floats:
-    """Return the least q of the docstring above, reduced a little for rounding."""
+    """Return lower bounds on the q_i at the top of this module, reduced a little for rounding."""
     behind, ahead = v - preceding(v), v - following(v)
     stiff, soft = reach.stiff, reach.soft
     held = reach.beyond * v
@@ -97,32 +98,32 @@ def firmness(reach: Reach, v: Floats) -> Floats:
 
 
 def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
-    """Bound the change in the equations of the drift from an error of the directions."""
+    """Bound the change of the equations of the drift that is caused by an error `off` of the directions."""
     kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
     return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
 
 
 def forcing(reach: Reach, speed: Floats) -> Floats:
-    """Bound the right side of the equations of the second derivative, given the first."""
+    """Bound the right-hand side of the equations of the second derivative, given a bound on the first."""
     kicks = reach.bend * (preceding(speed) + speed) ** 2
     found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
     return found
 
 
 _TERMS = 1e-13
-"""Rounding of a sum of terms of A x = b, relative to the sizes of its parts."""
+"""Rounding error of a sum of terms of A x = b, relative to the size of its terms."""
 
 _EDGE = 1e-14
-"""Rounding of ln a, by which cells are widened."""
+"""Rounding error of ln a, by which cells are widened."""
 
 _BEYOND_LIMITS = 12
 _SHARE, _LEAST = 0.1, 0.01
 _ROOM = 1.25
-"""Factor beyond the expected motion of directions at which a cell is given up."""
+"""A cell is given up if its directions may move farther than this factor times the expected motion."""
 
 
 class Kind(IntEnum):
-    """What is proved for a word in a cell."""
+    """What is proved about a word in a cell."""
 
     OPEN = 0
     ALIVE = 1
@@ -132,7 +133,7 @@ class Kind(IntEnum):
 
 
 def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArray[np.int8], Floats, Floats]:
-    """Return what is proved for N words in their cells.
+    """Return what is proved about each of N words in its cell.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
     kind : ndarray of int8, shape (N,)
         Values of `Kind`.
     alpha, drift : ndarray, shape (m, N)
-        Directions in the middle, and d alpha/dx there if nothing is pressed.
+        The directions in the middle of the cell, and d alpha/dx there if no direction is pressed.
     """
     a, r = np.exp(x), radius + _EDGE
     box = _box(legs, a, r)
@@ -155,14 +156,14 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
 
 
 class _Middle(NamedTuple):
-    """Words in the middle of their cells, shape (m, N) each."""
+    """Words in the middle of their cells, as arrays of shape (m, N)."""
 
     alpha: Floats
-    off: Floats  # bound on the distance of the maximum from there
-    drift: Floats  # d alpha/dx if nothing is pressed
-    left_over: Floats  # bound on the residual of its equations
+    off: Floats  # bound on the distance of the maximum from alpha
+    drift: Floats  # d alpha/dx if no direction is pressed
+    left_over: Floats  # bound on the residual of the equations of the drift
     v: Floats  # positive vectors for the bounds on the first derivative
-    u: Floats  # and the second
+    u: Floats  # positive vectors for the bounds on the second derivative
 
 
 class _Bounds(NamedTuple):
@@ -170,13 +171,13 @@ class _Bounds(NamedTuple):
 
     sound: Marks  # whether the bounds hold, shape (N,)
     free: Marks  # whether no direction is pressed anywhere in the cell
-    speed: Floats  # most of the first derivative of the directions in x, shape (m, N)
-    second: Floats  # and, if free, of the second
+    speed: Floats  # bound on the first derivative of the directions in x, shape (m, N)
+    second: Floats  # bound on the second derivative, if free
     wrong: Floats  # bound on the error of the drift in the middle, if free
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
-    """Solve for the middle of the cells."""
+    """Solve the words in the middle of their cells."""
     alpha = _maximum(legs, a, start, box)
     slopes = derivatives(legs, a, alpha)
     off = direction_errors(legs, a, alpha, slopes, box)
@@ -195,7 +196,7 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
 def _left_over(
     legs: Chain, a: Floats, diagonal: Floats, beside: Floats, pull: Floats, drift: Floats
 ) -> Floats:
-    """Bound the residual of the equations of the drift, A drift = -pull, rounding included."""
+    """Bound the residual of the equations of the drift, A drift = -pull, including rounding."""
     size = np.abs(drift)
     neighbours = size + preceding(size) + following(size)
     rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
@@ -205,7 +206,7 @@ def _left_over(
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
-    """Bound the motion of the maximum in the cells."""
+    """Bound the motion of the maximum in each cell."""
     alpha, off, drift = middle.alpha, middle.off, np.abs(middle.drift)
     room = _ROOM * middle.v * r + 4 * off
     reach = reach_of(legs, a, r, alpha, room)
@@ -223,7 +224,7 @@ def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], midd
 
 
 def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[np.int8]:
-    """Return the behaviour of the slacks in the cells."""
+    """Return the `Kind` of each cell, which follows from the possible behaviour of its slacks."""
     slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.drift)
     moved = _spread(legs, middle.off + bounds.speed * r) + ROUNDING
     loose, bent = _spread(legs, bounds.wrong), _spread(legs, bounds.second)
@@ -243,7 +244,7 @@ def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[
 
 
 def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> Floats:
-    """Return directions near the maximum between some limits, wider than those at a, shape (m, N)."""
+    """Return directions near the maximum within `box`, whose limits are wider than those at a."""
     limits = direction_limits(legs, a)
     alpha = newton(legs, a, start=np.clip(start, *limits)).alpha
     held = np.flatnonzero(((alpha <= limits[0]) | (alpha >= limits[1])).any(axis=0))
@@ -257,22 +258,22 @@ def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) 
 
 
 def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
-    """Return right sides that leave room in every row for changes inside a cell."""
+    """Return right-hand sides that leave room in every row for changes within a cell."""
     return forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond
 
 
 def _largest(values: Floats) -> Floats:
-    """Return the largest value of each word, rounded up, shape (N,); infinite without values."""
+    """Return the largest value of each word, rounded up, shape (N,); infinite if a value is not finite."""
     found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
     return found
 
 
 def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
-    """Return limits for the directions of an orbit at any a in the cell."""
+    """Return limits that contain the directions of an orbit at any a in the cell."""
     near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
     return np.minimum(near[0], far[0]), np.maximum(near[1], far[1])
 
 
 def _spread(legs: Chain, bound: Floats) -> Floats:
-    """Bound the change of the smooth slacks, shape (6, m, N), for given changes of the directions."""
+    """Bound the change of the smooth slacks, shape (6, m, N), given bounds on that of the directions."""
     return slack_errors(legs, bound)[[0, 0, 1, 1, 2, 3]] * WIDER

@@ -1,8 +1,9 @@
 """Births and deaths: the values of a at which words begin and cease to be orbits.
 
-It is proved that a word changes inside its bracket (`orbitdb.orbits.births.brackets`), and whether it is an
-orbit at the lowest and highest a of the grid and at the smallest possible a. It is numerical that there is no
-further pair of changes between two points of the grid, below the smallest a or above the highest.
+Two things are proved: that a word changes inside its bracket (`orbitdb.orbits.births.brackets`), and whether
+it is an orbit at the smallest possible a and at the lowest and highest a of the grid. It is only numerical
+that there are no further pairs of changes between two points of the grid, below the smallest a or above the
+highest.
 """
 
 from dataclasses import dataclass, replace
@@ -23,10 +24,10 @@ from orbitdb.symbols.words import to_strings
 Stretch = tuple[float, float | None]
 
 JOINTS = ("bottom left", "bottom right", "top left", "top right")
-"""Where a straight wall and a semicircle meet."""
+"""The points at which a straight wall and a semicircle meet."""
 
 LOW = 1e-3
-"""Lowest a of the grid; below it, doubles show spurious zeros, because some slacks go like a^5."""
+"""Lowest a of the grid; below it, doubles show spurious zeros, because some slacks behave like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
 """The grid ends at the larger of 60 and 0.2 p^2; the largest birth of period p is near 0.13 p^2."""
 _CELL = 0.275
@@ -35,25 +36,24 @@ FINER = (1, 4, 16)
 """Refinement factors, tried in this order."""
 _NONE = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
 _BATCH = 1 << 14
-"""Words to follow at once; fewer take almost as long, and the arrays of more do not fit the cache."""
+"""Number of words followed at once: fewer take almost as long, and more do not fit into the cache."""
 
 
 @dataclass(frozen=True, eq=False)
 class Changes(ByValue):
-    """Births and deaths of N words, K in all, as a structure of arrays, by word and rising a."""
+    """Births and deaths of N words, K in total, as a structure of arrays sorted by word and ascending a."""
 
     always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)
-    word: Integers  # the word that changes, shape (K,)
-    a: Floats  # the place, shape (K,)
-    error: Floats  # the proved bound on its error, shape (K,)
+    word: Integers  # the index of the word that changes, shape (K,)
+    a: Floats  # the value of a at which it changes, shape (K,)
+    error: Floats  # proved bound on the error of this a, shape (K,)
     born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
-    # the bounce of the word, from 1, that passes through a joint; one of them if several do, shape (K,)
-    bounce: Integers
-    joint: Integers  # the joint, as a place in `JOINTS`, shape (K,)
+    bounce: Integers  # number, from 1, of a bounce that then passes through a joint, shape (K,)
+    joint: Integers  # index of the joint in `JOINTS`, shape (K,)
     slope: Floats  # speed of this bounce at the joint: d slack / d ln a (radians), shape (K,)
 
     def lives(self) -> list[list[Stretch]]:
-        """Return the ranges of a in which each word is an orbit, with None for no end."""
+        """Return the ranges of a in which each word is an orbit; the end is None if a range has no end."""
         births: list[list[float]] = [[0.0] if always else [] for always in self.always.tolist()]
         deaths: list[list[float | None]] = [[] for _ in births]
         for word, a, born in zip(self.word.tolist(), self.a.tolist(), self.born.tolist(), strict=True):
@@ -62,9 +62,9 @@ class Changes(ByValue):
 
 
 def find_changes(words: Words) -> Changes:
-    """Find where words begin and cease to be orbits, from a = 0 to where all of them are orbits.
+    """Find where words begin and cease to be orbits, from a = 0 up to where all of them are orbits.
 
-    The words, shape (N, p), are admissible and primitive, of one order, in any rotation.
+    The words, shape (N, p), are admissible and primitive and have the same period; any rotation will do.
 
     Raises
     ------
@@ -93,15 +93,15 @@ def find_changes(words: Words) -> Changes:
 
 
 def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
-    """Tell which words are orbits at one a; also return their directions there, found from nearby ones."""
+    """Tell which words are orbits at a given a; also return their directions, found from nearby ones."""
     alpha = newton(legs, a, start=np.clip(start, *direction_limits(legs, a))).alpha
     return signs(words, legs, np.full(len(words), a), alpha), alpha
 
 
 def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
-    """Return the bounce, from 1, and the joint of one smooth slack of each word, shape (N,).
+    """Return the bounce, counted from 1, and the joint that a smooth slack of each word belongs to.
 
-    The slacks are rows of `orbitdb.orbits.births.continuation.Station.slack`.
+    `slack`, shape (N,), contains the row of each slack in `orbitdb.orbits.births.continuation.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -119,7 +119,7 @@ def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
 
 
 def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Integers, level: int) -> Bracketed:
-    """Return the changes of some words; repeat inconsistent ones on a finer grid."""
+    """Return the changes of the given words; repeat those whose changes are inconsistent on a finer grid."""
     if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
         raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
@@ -143,7 +143,7 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
 
 
 def _merged(found: Bracketed) -> Bracketed:
-    """Merge changes of a word whose brackets overlap; keep the narrowest."""
+    """Merge changes of the same word and kind whose brackets overlap, keeping the narrowest bracket."""
     order = np.lexsort((found.a, found.word))
     found = found.rows(order)
     low, high = found.a - found.error, found.a + found.error
@@ -157,7 +157,7 @@ def _merged(found: Bracketed) -> Bracketed:
 
 
 def _inconsistent(found: Bracketed, always: Marks) -> Integers:
-    """Return the words whose changes do not alternate, or do not end with a life."""
+    """Return the words whose changes do not alternate, or after whose last change they are not orbits."""
     word, born = found.word, found.born
     before = np.empty_like(born)
     before[1:] = born[:-1]
@@ -170,9 +170,9 @@ def _inconsistent(found: Bracketed, always: Marks) -> Integers:
 
 
 def events(a: Floats, error: Floats) -> Integers:
-    """Number the events among changes of words of one order, shape (K,), from 1 by rising a.
+    """Number the events among changes of words of the same period, shape (K,), from 1 by ascending a.
 
-    Changes with touching brackets share an event. They may come in any order.
+    Changes whose brackets touch belong to the same event. The changes may be in any order.
     """
     order = np.argsort(a, kind="stable")
     reach = np.maximum.accumulate((a + error)[order])

@@ -1,8 +1,8 @@
 """Proof that no birth or death of a word is missing between two values of a.
 
-This is a second method, which shares only the equations with `orbitdb.orbits.births.changes`. It searches no
-zeros, but cuts ln a into cells in which a word can be born at most once, or die at most once, or neither
-(`orbitdb.orbits.births.cells`), and counts.
+This is a second method, which shares only the equations with `orbitdb.orbits.births.changes`. Instead of
+searching for zeros, it cuts ln a into cells in which a word can be born at most once, or die at most once, or
+neither (`orbitdb.orbits.births.cells`), and counts.
 """
 
 from collections.abc import Sequence
@@ -18,21 +18,22 @@ from orbitdb.orbits.births.cells import Kind, judge
 from orbitdb.orbits.newton import newton
 
 LOW, HIGH = 0.02, 1000.0
-"""Range of a in which a proof is tried."""
+"""Range of a in which a proof is attempted."""
 
 
 Segment = tuple[int, float, float]
-"""A value of `Kind`, and the ends of its range in ln a."""
+"""A value of `Kind`, and the two ends of the range of ln a in which it holds."""
 
 KnownChange = tuple[float, float, bool]
-"""The ends of a bracket in ln a, and whether the word is born there."""
+"""The two ends of a bracket in ln a, and whether the word is born there."""
 
 _CONSTANT = (Kind.ALIVE, Kind.DEAD)
 
 _FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
-"""Radius of the first cells in ln a, most halvings of a cell, and most cells of a word.
+"""Radius of the first cells in ln a, most halvings of a cell, and most undecided cells of a word at a time.
 
-As a goes to 0, some slacks go like a^5. Cells would be as small as a^(5/2) there, and are given up.
+As a goes to 0, some slacks behave like a^5. Cells would have to be as small as a^(5/2) there, so they are
+left undecided.
 """
 
 
@@ -50,9 +51,9 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[N
     Parameters
     ----------
     words : ndarray of uint8, shape (N, p)
-        Admissible primitive words of one order.
+        Admissible primitive words of the same period.
     changes : sequence of sequence of KnownChange
-        The changes of each word, by rising a.
+        The changes of each word, by ascending a.
 
     Returns
     -------
@@ -75,12 +76,13 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[N
 
 
 def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats, int]:
-    """Cut [low, high] in ln a into cells in which something is proved for each word, if possible.
+    """Cut [low, high] in ln a, for each word, into cells in which something is proved about it, if possible.
 
     Returns
     -------
     word, kind, low, high : ndarray, shape (K,)
-        Ranges by word and rising a: the word, values of `Kind`, and the ends in ln a.
+        Ranges sorted by word and ascending a: the index of the word, the value of `Kind`, and the two ends in
+        ln a.
     cells : int
         Number of cells examined.
     """
@@ -106,16 +108,16 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
     order = np.lexsort((begin, word))
     word, begin, end, kind = word[order], begin[order], end[order], kind[order]
     fresh = np.ones(len(word), bool)
-    fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])  # neighbours of one kind are joined
+    fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])  # neighbours of the same kind are joined
     first = np.flatnonzero(fresh)
     return word[first], kind[first], begin[first], end[np.append(first[1:], len(word)) - 1], cells
 
 
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
-    """Tell whether known changes are all changes that the segments allow.
+    """Tell whether the known changes are all the changes that the segments allow.
 
-    Segments, which are adjacent, and changes come by rising a; changes outside the segments do not matter.
-    `alive` tells whether the word is an orbit where the segments begin; None if unknown.
+    The segments, which are adjacent, and the changes are sorted by ascending a; changes outside the segments
+    are ignored. `alive` tells whether the word is an orbit where the segments begin; None means unknown.
     """
     left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
     sure = True

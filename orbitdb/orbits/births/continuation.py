@@ -1,11 +1,12 @@
-"""Follow orbits in a: the maxima of the length, and the slacks of their bounces.
+"""Follow orbits as a varies: the maxima of the length, and the slacks of their bounces.
 
-Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), one more right side of the solver's
-system. A word is an orbit if and only if the six *smooth slacks* of each run and its leg are positive: those
-of `orbitdb.billiard.bounces.slacks` without absolute values. They are linear in alpha and independent of a,
-so their slopes in x are the same map applied to d alpha/dx.
+Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), which takes one additional
+right-hand side in the solver's linear system. A word is an orbit if and only if the six *smooth slacks* of
+each run and its leg are positive, that is, the slacks of `orbitdb.billiard.bounces.slacks` without absolute
+values. They are linear in alpha and independent of a, so their slopes in x follow from d alpha/dx by the same
+linear map.
 
-Everything here is numerical; `orbitdb.orbits.births.brackets` proves each change that it finds.
+Everything here is numerical; `orbitdb.orbits.births.brackets` proves each change that is found.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,28 +21,28 @@ from orbitdb.equality import Batch
 from orbitdb.orbits.newton import newton, responses
 
 _ON_THE_WAY = 2e-3
-"""Newton steps stop at this size (radians); the error is then about its square, enough between zeros."""
+"""Step (radians) at which Newton's method stops; the error, about its square, is harmless between zeros."""
 _PLAIN_STEPS = 4
 
 
 @dataclass(frozen=True, eq=False)
 class Station(Batch):
-    """N words at one a of the grid."""
+    """State of N words at one grid point x = ln a."""
 
     x: float  # ln a
     alpha: Floats  # directions of the legs (radians), shape (m, N)
     drift: Floats  # d alpha/dx
-    slack: Floats  # the smooth slacks (radians), shape (6 m, N), infinite for missing ones
-    slope: Floats  # their slopes in x
+    slack: Floats  # the smooth slacks (radians), shape (6 m, N); missing slacks are infinite
+    slope: Floats  # derivatives of the slacks in x
 
     @classmethod
     def at(cls, legs: Chain, x: float, alpha: Floats, drift: Floats) -> "Station":
-        """Return it with the slacks of its directions."""
+        """Return a station with the slacks that belong to the given directions and drift."""
         return cls(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
 
 
 def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequence[Floats]) -> Floats:
-    """Return a cubic at the fraction t of an interval of width h, given values and slopes at the ends."""
+    """Return a cubic at fraction t of an interval of width h, given its values and slopes at the ends."""
     near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
     bent = h * t * (1 - t) * ((1 - t) * slopes[0] - t * slopes[1])
     value: Floats = near * ends[0] + far * ends[1] + bent
@@ -51,9 +52,9 @@ def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequenc
 def motion(
     legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """Return Newton's step and the drift of words at directions between their limits, shape (m, N) each.
+    """Return Newton's step and the drift of words at directions within their limits, each of shape (m, N).
 
-    The drift d alpha/dx, x = ln a, is zero for directions pressed against a limit.
+    The drift is d alpha/dx with x = ln a. It is zero for directions pressed against a limit.
     """
     slopes = derivatives(legs, a, alpha)
     pressed = pressed_directions(alpha, slopes, limits)
@@ -62,9 +63,9 @@ def motion(
 
 
 def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
-    """Follow N words along a grid of x = ln a; yield a station for each point.
+    """Follow N words along a grid of x = ln a; yield a station for each point of the grid.
 
-    Each solve starts from the last two stations.
+    Newton's method starts from an extrapolation of the last two stations.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha
@@ -81,7 +82,7 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
 
 
 def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Return directions and drift of words, shape (m, N) each, from directions near them."""
+    """Solve words from nearby directions; return directions and drift, each of shape (m, N)."""
     alpha, drift = start.copy(), np.empty_like(start)
     part, here, active = legs, start, np.arange(len(legs))
     for _ in range(_PLAIN_STEPS):
@@ -99,7 +100,7 @@ def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats])
 
 
 def slacks_and_slopes(legs: Chain, alpha: Floats, drift: Floats) -> tuple[Floats, Floats]:
-    """Return the smooth slacks and their slopes in x, shape (6 m, N) each."""
+    """Return the smooth slacks and their slopes in x, each of shape (6 m, N)."""
     slack, slope = smooth_slacks(legs, alpha), slack_changes(legs, drift)
     shape = (6 * len(alpha), len(legs))
     return slack.reshape(shape), slope.reshape(shape)

@@ -1,9 +1,9 @@
-"""Search cells of the grid of x = ln a for zeros of the smooth slacks.
+"""Search the cells of a grid in x = ln a for zeros of the smooth slacks.
 
-Between two stations, every slack is approximated by the cubic with its values and slopes there. If the number
-of zeros of the cubic is not clear, the cell is halved. The Illinois method then finds the zeros, solving the
-words again at every step. This is numerical: `orbitdb.orbits.births.brackets` proves the zeros, but their
-completeness rests on the grid.
+Between two stations, every slack is approximated by the cubic with the same values and slopes at both ends.
+If it is not clear how many zeros the cubic has, the cell is halved. The Illinois method then finds the zeros,
+solving the words again at every step. This is numerical: `orbitdb.orbits.births.brackets` proves the zeros,
+but whether they are complete depends on the grid.
 """
 
 from collections.abc import Iterable, Iterator
@@ -18,36 +18,36 @@ from orbitdb.orbits.births.continuation import Station, between, hermite, slacks
 from orbitdb.orbits.newton import newton
 
 _NEAR = 0.02
-"""A cubic that turns this close to zero (radians) is not trusted."""
+"""A cubic with an extremum this close to zero (radians) is not trusted."""
 _HALVINGS = 8
 _PLACES = np.linspace(0, 1, 9)[:, None, None]
 _STEPS = 80
 _SETTLED = 1e-12
-"""Steps in x of this size leave only rounding."""
+"""Steps in x smaller than this are only rounding."""
 _INNER = 1e-12
 """Error of the directions (radians) during the search for a zero."""
 _BEYOND = 1e-5
-"""Distance in x beyond a cell to search for zeros, because slacks of stations are not exact."""
+"""Distance in x that the search extends beyond a cell, because the slacks of stations are not exact."""
 _CLOSE = 1e-9
-"""A zero counts if all other slacks are above minus this (radians)."""
+"""A zero counts if all other slacks are greater than minus this (radians)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Zeros(Batch):
-    """K zeros of single slacks, or cells with one, as a structure of arrays of shape (K,)."""
+    """K zeros of single slacks, or cells that contain such a zero, as a structure of arrays of shape (K,)."""
 
-    word: Places  # which word
-    slack: Places  # the smooth slack, as a row of `Station.slack`
+    word: Places  # the index of the word
+    slack: Places  # the smooth slack, as a row index of `Station.slack`
     far: Floats  # one end of the cell in x = ln a
     x: Floats  # the other end, or the zero
-    alpha: Floats  # directions there (radians), shape (m, K)
+    alpha: Floats  # directions at x (radians), shape (m, K)
 
     def __len__(self) -> int:
         return len(self.word)
 
 
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
-    """Find the cells in which slacks of words change sign while no other slack is negative throughout.
+    """Find the cells in which a slack of a word changes its sign and no other is negative throughout.
 
     The stations are those of the N words along the grid (`orbitdb.orbits.births.continuation.follow`).
     """
@@ -61,7 +61,7 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
 
 
 def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
-    """Search one cell of some words; yield the slacks that cross zero in it."""
+    """Search the same cell for all given words; yield the slacks that cross zero in it."""
     turning = start.slope * end.slope < 0
     below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
     dull = (below & ~turning).any(axis=0) | (above & ~turning).all(axis=0)
@@ -84,7 +84,7 @@ def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int
 
 
 def _judge(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
-    """Tell which slacks cross zero, which words are outside throughout, and which are not clear."""
+    """Tell which slacks cross zero, which words are not orbits in the entire cell, and which are doubtful."""
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)
     with np.errstate(invalid="ignore"):
@@ -100,10 +100,10 @@ def _judge(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
 
 
 def refine(legs: Chain, cells: Zeros) -> Zeros:
-    """Find the zeros in cells, and keep those at which no slack is far below zero.
+    """Find the zeros in the cells, and keep those at which no slack is clearly negative.
 
-    The Illinois method stays in the cell. When a direction reaches or leaves a limit, the slope of a slack
-    jumps, and Newton's method in x can cycle.
+    The Illinois method does not leave the cell. Newton's method in x could cycle, because the slope of a
+    slack jumps when a direction reaches or leaves a limit.
     """
     part, beyond = legs.chain(cells.word), _BEYOND * np.sign(cells.x - cells.far)
     far, x = cells.far - beyond, cells.x + beyond
@@ -128,7 +128,7 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
 
 
 def _solved(legs: Chain, slack: Places, x: Floats, start: Floats) -> tuple[Floats, Floats]:
-    """Return one slack of each word at its own x, and the directions there, found from nearby ones."""
+    """Return the chosen slack of each word at its own x, and the directions there, found from nearby ones."""
     a = np.exp(x)
     alpha = newton(legs, a, _INNER, np.clip(start, *direction_limits(legs, a))).alpha
     return slacks_and_slopes(legs, alpha, alpha)[0][slack, np.arange(len(x))], alpha

@@ -223,7 +223,7 @@ def test_the_lines_state_everything_known_about_an_orbit():
 
 def test_a_pruned_word_and_a_long_one_show_what_is_known():
     texts = text_of(solve_word("00123", 1.6, exists=True))
-    assert any("hits one straight wall twice" in line for line in texts)
+    assert any("hits the same straight wall twice" in line for line in texts)
     assert not {"symmetry class", "bounces"} & set(texts)
     assert phase_points(solve_word("00123", 1.6)).shape == (0, 2)
     code = "1" * 40 + "3"
