@@ -19,14 +19,14 @@ def end_angles(legs: Chain, alpha: Floats) -> tuple[Floats, Floats]:
 
 
 def slacks(legs: Chain, alpha: Floats) -> Floats:
-    """Return how far each end of a run or leg is inside its wall or semicircle, radians, shape (4, m, N).
+    """Return how far inside its wall or semicircle each end of a run or leg is (radians), shape (4, m, N).
 
     For each run, the slacks are pi/2 - |t| of its first and of its last bounce. For each leg, they are
     pi/2 - s t - 2 |alpha| at its start and the same expression at its end with the leg reversed, where t is
     the angle of the adjacent bounce on the semicircle. This is the angle from the joint to the bounce that
     would follow if the semicircle were a full circle. A slack that does not exist is infinite: both slacks of
-    a leg without walls, and that of the last bounce of a run of one. All slacks of an orbit are positive; a
-    path through a joint has a slack of zero.
+    a leg without walls, and that of the last bounce of a run with only one. All slacks of an orbit are
+    positive; a path through a joint has a slack of zero.
     """
     low, high, later, latest, ahead, back = smooth_slacks(legs, alpha)
     return np.stack([np.minimum(low, high), np.minimum(later, latest), ahead, back])

@@ -46,7 +46,7 @@ class Chain(Batch):
 
     @cached_property
     def parity(self) -> Floats:
-        """(-1)^n of each leg, shape (m, N)."""
+        """The sign (-1)^n of each leg, shape (m, N)."""
         return 1.0 - 2.0 * (self.n - 2 * np.floor(self.n / 2))  # n % 2, but ten times faster
 
     @cached_property
@@ -163,7 +163,7 @@ def _slopes(n: Floats, a: float | Floats) -> tuple[Floats, Floats]:
 
 
 def centre_directions(legs: Chain, a: float | Floats) -> Floats:
-    """Return the directions of the lines between the unfolded circle centres, shape (m, N)."""
+    """Return the directions of the lines between the centres of the unfolded circles, shape (m, N)."""
     return np.arctan(legs.n * legs.s / a)
 
 

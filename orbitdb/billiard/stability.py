@@ -91,9 +91,9 @@ def hessian(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
 
 
 def couplings_of(links: "Links", tangents: Floats) -> Floats:
-    """Return b_i, the mixed second derivative of each link's length in its two ends, shape (N, p).
+    """Return b_i, the mixed derivative of each link's length with respect to its ends, shape (N, p).
 
-    The tangents are those at the bounces, shape (N, p, 2).
+    `tangents` contains the unit tangents at the bounces, shape (N, p, 2).
     """
     dot = (tangents * np.roll(tangents, -1, axis=1)).sum(axis=-1)
     found: Floats = (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after

@@ -1,7 +1,7 @@
 """The stadium: two straight walls of length 2a and two semicircles of radius 1.
 
-Coordinates of a bounce: on a straight wall (symbols 0 bottom, 2 top) the Cartesian x in (-a, a); on a
-semicircle (1 and 4 left, 3 and 5 right) the angle t in (-pi/2, pi/2) from the outward horizontal, so
+The coordinate of a bounce on a straight wall (symbols 0 bottom, 2 top) is the Cartesian x in (-a, a). On a
+semicircle (1 and 4 left, 3 and 5 right) it is the angle t in (-pi/2, pi/2) from the outward horizontal, so
 that y = sin t on both sides.
 """
 
@@ -55,7 +55,7 @@ class Stadium:
     Raises
     ------
     StadiumError
-        If a is not a number in `MIN_A`..`MAX_A`.
+        If a is not a number from `MIN_A` to `MAX_A`.
     """
 
     a: float = USUAL_A

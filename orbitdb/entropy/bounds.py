@@ -31,7 +31,7 @@ DOUBLES, BALLS = "doubles", "balls"
 """How windows are decided: in doubles with error bounds, or also confirmed in ball arithmetic."""
 
 FORBIDDEN, UNDECIDED = 1, 2
-"""Kinds of patterns."""
+"""Kinds of patterns that words can avoid, as bits."""
 
 MAX_WINDOW = 40
 """Greatest length of windows, in edges."""

@@ -46,7 +46,7 @@ _CLEAR = 8.0
 
 _SMALL = 1e-9
 ROUNDING = 12 * EPSILON
-"""Covers 4.3 units for psi/2k, 2.5 for the sum, and less than one for pi/2 as a double."""
+"""Bound on the rounding of f: 4.3 units for psi/2k, 2.5 for the sum, less than 1 for pi/2 as a double."""
 
 
 @dataclass(frozen=True, eq=False)

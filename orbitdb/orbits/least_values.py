@@ -58,7 +58,7 @@ def least_exponent(p: int, a: float) -> float:
     and otherwise at least 2k / sin(pi / 2(k - 1)). D is concave on the box, so it is least at an end of the
     range of its direction. Both bounds increase with k, and with n from n = 1 on.
     """
-    best = [math.inf] * (p + 2)  # best[q]: least sum of one leg, later of any, with q or more bounces
+    best = [math.inf] * (p + 2)  # best[q]: least sum over one leg, later over several, of q or more bounces
     for k in range(1, p + 2):
         kick = 2 * k / math.sin(math.pi / max(2 * (k - 1), 2))
         for n in range(p + 2 - k):

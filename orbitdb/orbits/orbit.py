@@ -106,7 +106,7 @@ class Orbit(Drawn):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Declare the columns with a formula for type checkers."""
+            """Declare, for type checkers, the columns that are computed by formulas."""
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return the contribution of this cyclic word to the density of levels at wavenumber k.

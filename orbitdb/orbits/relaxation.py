@@ -105,7 +105,7 @@ def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats
     point is unstable. A Runge-Kutta step takes the time `STEP`. A remaining force f means a deviation of
     f / rate.
     """
-    way = np.where(STRAIGHT[words], -1.0, 1.0)  # downhill in the length, or uphill
+    way = np.where(STRAIGHT[words], -1.0, 1.0)  # shortens the path on walls, lengthens it on semicircles
     jacobian = way[:, :, None] * hessian(stadium, words, coordinates)
     rates: Floats = -np.linalg.eigvals(jacobian).real.max(axis=1)
     return rates

@@ -174,7 +174,7 @@ def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Places:
     kept, table = automaton()
     rooted = np.array([state.left is not None for state in kept])  # never for 02, which rule 3 forbids
     state = states.astype(np.intp)
-    alive = rooted[state] if p > 1 else np.zeros(len(state), np.bool_)  # 1, 3, 4 and 5 stay on one side
+    alive = rooted[state] if p > 1 else np.zeros(len(state), np.bool_)  # one symbol stays on one side
     places = np.flatnonzero(alive)
     codes, state = codes[places], state[places]
     for place in range(p - 1, -1, -1):

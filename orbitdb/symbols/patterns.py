@@ -100,4 +100,4 @@ def words_containing(codes: Integers, stabiliser: Masks, p: int, factor: str) ->
     images = np.zeros(len(codes), dtype=np.int64)
     for image in packed_images(codes, p):
         images += Factor(factor).fitting(image, p)
-    return images * SIZES[stabiliser] // len(ELEMENTS)  # each word is an image under this many elements
+    return images * SIZES[stabiliser] // len(ELEMENTS)  # each word is an image under 8 / size elements

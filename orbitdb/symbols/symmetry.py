@@ -189,7 +189,7 @@ class SymmetryClass:
 
 
 def class_of(word: str) -> SymmetryClass:
-    """Find the symmetry class of one primitive word of any order, in any rotation."""
+    """Find the symmetry class of a primitive word of any period, in any rotation."""
     own = least_rotation(word)
     images = [least_rotation(image) for image in images_of(word)]
     representative = min(images)

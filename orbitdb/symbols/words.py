@@ -233,7 +233,7 @@ def unpack(codes: Integers, p: int) -> Words:
 
 def least_rotations(codes: Integers, p: int) -> Integers:
     """Return the least rotation of each packed word of period p."""
-    spare = 64 - BITS * p  # the bits below the words, which do not affect the order
+    spare = 64 - BITS * p  # number of unused low bits, which do not affect the order
     whole = codes.astype(np.uint64) << np.uint64(spare)
     least, head, tail = whole.copy(), np.empty_like(whole), np.empty_like(whole)
     for shift in range(BITS, BITS * p, BITS):

@@ -1,4 +1,4 @@
-"""Runs and legs: cutting words, the length as a function of directions, and its derivatives."""
+"""Runs and legs: how words are cut, and the length as a function of directions with its derivatives."""
 
 import mpmath as mp
 import numpy as np
@@ -30,13 +30,13 @@ def pieces(max_p: int = 7):
 
 
 def directions(legs: Legs, a: float, seed: int) -> np.ndarray:
-    """Random directions between the limits."""
+    """Return random directions between the limits."""
     low, high = direction_limits(legs, a)
     return np.random.default_rng(seed).uniform(low, high)
 
 
 def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
-    """The Hessian of L built from `derivatives`, shape (N, m, m)."""
+    """Return the Hessian of L, built from `derivatives`, shape (N, m, m)."""
     slopes = derivatives(legs, a, alpha)
     m, count = alpha.shape
     matrix = np.zeros((count, m, m))
@@ -79,7 +79,7 @@ def test_every_word_is_cut_once():
 
 @pytest.mark.parametrize("a", [1e-3, 0.5, 1.6, 50.0])
 def test_gradient_is_the_derivative_of_the_length(a):
-    """Complex steps have no cancellation, so they are exact to rounding."""
+    """Complex steps do not suffer from cancellation, so they are exact to rounding."""
     for _, legs in pieces():
         alpha = directions(legs, a, 1)
         found = derivatives(legs, a, alpha).gradient
@@ -104,7 +104,7 @@ def test_curvatures_are_the_derivatives_of_the_gradient(a):
 
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 0.5, 1.6, 50.0, 1e6])
 def test_length_is_strictly_concave_between_the_limits(a):
-    """So no word has two orbits. The corners of the box are the worst places."""
+    """Therefore no word has two orbits. The corners of the box are the worst points."""
     for _, legs in pieces():
         corners = np.where(directions(legs, a, 3) > directions(legs, a, 4), *direction_limits(legs, a))
         for alpha in (directions(legs, a, 5), corners):
@@ -117,7 +117,7 @@ def test_length_is_strictly_concave_between_the_limits(a):
 
 @pytest.mark.parametrize("a", [1e-6, 1e-3, 0.1, 1.6, 1e3, 1e6])
 def test_limits_enclose_every_orbit_by_more_than_rounding(a):
-    """Exact limits: (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
+    """The exact limits are (n - 1)/(a + 1) <= s tan alpha <= (n + 1)/a, the latter 1e-12 from pi/2."""
     n = np.array([0, 1, 2, 3, 1000, 45_000, 135_002, 999_997.0])
     one = np.ones_like(n)[:, None]
     for s in (-1.0, 1.0):
@@ -144,8 +144,8 @@ def test_slack_errors_bound_the_effect_of_a_change_of_direction():
         assert (change <= bound[walled]).all()
 
 
-def test_the_rounding_of_a_gradient_is_the_same_read_backwards():
-    """Each leg has a run at either end. Read backwards, the first leg is the last but one."""
+def test_the_rounding_of_a_gradient_is_the_same_for_the_reversed_word():
+    """Each leg has a run at either end. In the reversed word, the first leg is the last but one."""
     rng = np.random.default_rng(2)
     k, n, alpha = (rng.uniform(*ends, (6, 1)) for ends in ((1, 50), (0, 4), (-1, 1)))
     one = np.ones_like(k)
@@ -158,8 +158,8 @@ def test_the_rounding_of_a_gradient_is_the_same_read_backwards():
     np.testing.assert_allclose(again, back(there), rtol=1e-14)
 
 
-def test_sums_over_many_legs_keep_their_bound():
-    """A batch of long words, where a plain loop over the legs would lose five digits."""
+def test_sums_over_many_legs_stay_within_their_bound():
+    """In a batch of long words, a plain loop over the legs would lose five digits."""
     word = "13" * 20_000 + "3"
     ((_, legs),) = cut(from_strings([word, word[1:] + word[:1]]))
     alpha = newton(legs, 0.7).alpha

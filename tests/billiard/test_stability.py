@@ -17,7 +17,7 @@ VALUES = [0.1, 0.5, 1.6, 5.0]
 
 
 def orbits_of(p: int, a: float):
-    """Return the orbits among the representatives: words, coordinates, lambda and its bound."""
+    """Return words, coordinates, lambda and its error bound of the orbits among the representatives."""
     orbits = solve(representatives(p), Stadium(a))
     found = real(orbits)
     return (
@@ -29,7 +29,7 @@ def orbits_of(p: int, a: float):
 
 
 def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.ndarray:
-    """The trace of the product of the paper's corrected matrices, last bounce on the left."""
+    """Return the trace of the product of the paper's corrected matrices, with the last bounce on the left."""
     product = np.eye(2)[None]
     for n in range(words.shape[1]):
         product = bounce_matrices(stadium, words, coordinates)[:, n] @ product
@@ -38,7 +38,7 @@ def traces(stadium: Stadium, words: np.ndarray, coordinates: np.ndarray) -> np.n
 
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
-def test_lambda_is_that_of_the_product_of_bounce_matrices(p, a):
+def test_lambda_agrees_with_the_product_of_bounce_matrices(p, a):
     words, x, exponents, _ = orbits_of(p, a)
     trace = traces(Stadium(a), words, x)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
@@ -50,7 +50,7 @@ def test_lambda_is_that_of_the_product_of_bounce_matrices(p, a):
 @pytest.mark.parametrize("a", slow_but([0.1, 1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but(range(2, 8), range(2, 9)))
 def test_the_determinant_of_the_hessian_follows_from_lambda(p, a):
-    """det H = prod(-b_i) (tr M - 2), signs included, with tr M from lambda alone."""
+    """det H = prod(-b_i) (tr M - 2) holds with its sign if tr M is computed from lambda alone."""
     stadium = Stadium(a)
     words, x, exponents, _ = orbits_of(p, a)
     straight = np.count_nonzero(STRAIGHT[words], axis=1)
@@ -62,7 +62,7 @@ def test_the_determinant_of_the_hessian_follows_from_lambda(p, a):
 
 @pytest.mark.parametrize("p", [2, 3, 5, 7])
 def test_hessian_and_forces_equal_the_reference(p):
-    """At the orbit, where the library's Hessian is valid."""
+    """They are compared at the orbit, where the library's Hessian is valid."""
     words, x, _, _ = orbits_of(p, 1.6)
     matrices = hessian(Stadium(1.6), words, x)
     for i in range(0, len(words), 3):
@@ -84,7 +84,7 @@ def test_forces_are_derivatives_of_the_length_everywhere():
 
 
 def test_a_batch_can_mix_words_in_and_out_of_range():
-    """Drifts and kicks of any size against 50 digits. Rescaling one word must not affect the others."""
+    """Drifts and kicks of any size agree with 50 digits; rescaling one word does not affect the others."""
     rng = np.random.default_rng(5)
     drift, kick = 10.0 ** rng.uniform(-3, 3, (2, 60, 4)) * [1e-6, 1.0, 1e3, 1e5]
     found = exponent(Derivatives(np.zeros_like(drift), np.zeros_like(drift), drift, 1 / kick))

@@ -88,7 +88,7 @@ def test_the_growth_bounds_enclose_the_spectral_radius(states, steps):
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     found = growth(origin, target, states)
     reached = np.linalg.matrix_power(np.eye(states) + matrix, states) > 0
-    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # each component has a simple one
+    radius = max(abs(np.linalg.eigvals(matrix * (reached & reached.T))))  # simple in each component
     if radius < 0.5:  # nilpotent: no cycle
         assert found.lower == found.upper == -math.inf
     else:
@@ -98,7 +98,7 @@ def test_the_growth_bounds_enclose_the_spectral_radius(states, steps):
 
 
 def test_the_growth_rate_is_enclosed_at_every_step(monkeypatch):
-    """The first step bounds by the numbers of steps from a state, not to it."""
+    """After the first step, the bounds are the numbers of steps from a state, not to a state."""
     steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     exact = growth(origin, target, 4)
@@ -109,7 +109,7 @@ def test_the_growth_rate_is_enclosed_at_every_step(monkeypatch):
 
 
 def test_growth_bounds_are_rounded_outward():
-    """The golden mean, ln 2 and ln 3 to forty digits; doubles are on either side."""
+    """The golden mean, ln 2 and ln 3 are known to forty digits, with doubles on either side."""
     with localcontext() as context:
         context.prec = 40
         golden, two, three = ((1 + Decimal(5).sqrt()) / 2).ln(), Decimal(2).ln(), Decimal(3).ln()
@@ -126,7 +126,7 @@ def test_growth_bounds_are_rounded_outward():
 
 
 def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
-    """Return the forbidden windows up to a length, and the undecided ones of that length."""
+    """Return the forbidden windows up to a given length, and the undecided windows of that length."""
     windows, found = first_windows(), []
     while True:
         decision = decide(windows, a)
@@ -165,7 +165,7 @@ def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longe
 
 @pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
 def test_bounds_at_the_usual_a_agree_with_longer_windows(edges, width, most):
-    """Windows of 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23."""
+    """Windows have 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23 letters."""
     found = list(search(Stadium(1.6), window=edges))
     assert [level.window for level in found] == list(range(2, edges + 1))
     lower, upper = [level.lower for level in found], [level.upper for level in found]
@@ -222,7 +222,7 @@ def test_extended_windows_keep_their_mark():
 
 
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
-def test_the_search_ends_at_its_limits_of_size(monkeypatch, name, value):
+def test_the_search_ends_at_its_size_limits(monkeypatch, name, value):
     monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
     *before, last = levels(Stadium())
     size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]

@@ -1,4 +1,4 @@
-"""Verdicts on windows in ball arithmetic: exactly the verdicts of doubles are proved."""
+"""Verdicts on windows in ball arithmetic, which prove exactly those of doubles."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
 
 @pytest.mark.parametrize(("a", "edges", "least"), slow_but(1, [(0.5, 6, 150), (0.5, 8, 400), (1.6, 8, 400)]))
 def test_balls_prove_every_verdict_and_nothing_else(a, edges, least):
-    """They prove neither the opposite verdict, nor any verdict on an undecided window."""
+    """Balls prove neither the opposite verdict nor any verdict on an undecided window."""
     decided = 0
     for windows, decision in levels(a, edges):
         some = decision.verdict != Verdict.UNDECIDED
@@ -82,9 +82,9 @@ def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
 @pytest.mark.parametrize("a", [1e-3, 0.3, 1.6])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 def test_balls_are_right_from_any_starting_directions(way, a):
-    """Starting anywhere, the ball contains f at the clamped directions.
+    """The ball contains f at the clamped directions, whatever the starting directions are.
 
-    Directions that are all off by as much, some up and some down, need the whole radius of the proof.
+    Directions that are all off by the same amount, some up and some down, need the full radius of the proof.
     """
     random = np.random.default_rng(1)
     for windows, _ in levels(a, 5):

@@ -82,8 +82,8 @@ LENGTHS = (0.05, 1.6)
 class Junctions:
     """Conditions at the end of each run, at the maximum of the length of cyclic words, orbit or not.
 
-    `holds` is the smaller slack of the run's end and the leg's start. `value` is h + d o where that is the
-    condition and the run has several bounces. Both are NaN elsewhere, shape (N, p).
+    `holds` is the smaller slack of the run's end and the leg's start. `value` is h + d o if this is
+    the condition and the run has several bounces. Both have shape (N, p) and are NaN elsewhere.
     """
 
     holds: np.ndarray
@@ -118,7 +118,7 @@ def stretches(words: np.ndarray, before: int, after: int) -> tuple[Windows, np.n
 
 
 def ranges(windows: Windows, a: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return bounds of f over all continuations; f rises with both pushes."""
+    """Return bounds on f over all continuations; f increases with both pushes."""
     low, high = np.empty(len(windows)), np.empty(len(windows))
     for rows, chains in open_chains(windows):
         exact = np.zeros(len(chains))
@@ -150,7 +150,7 @@ def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.nda
 
 @pytest.mark.parametrize("a", slow_but([1.6], LENGTHS))
 def test_no_word_contradicts_a_window(a):
-    """All words of up to six bounces, around every junction: verdicts, and the range of f."""
+    """Verdicts and the range of f are checked around every junction of all words of up to six bounces."""
     extents = [(1, 1), (2, 3), (1, 5), (5, 2), (4, 6)]
     counts = np.sum([check(words_of(p), a, extents) for p in (2, 3, 4, 5, 6)], axis=0)
     assert counts.min() > 30
@@ -217,7 +217,7 @@ def test_windows_too_close_to_call_are_undecided(monkeypatch):
 
 def test_windows_are_cut_into_legs():
     (_, chains), *_ = open_chains(windows_of("wBUUXDD|bvAU"))
-    assert len(chains.k) == 4  # two whole legs, and one at each end
+    assert len(chains.k) == 4  # two entire legs, and one at each end
     assert chains.k[1:, 0].tolist() == [3, 3, 2]
     assert chains.d[1:, 0].tolist() == [1, -1, 1]
     assert chains.n[:, 0].tolist() == [2, 0, 2, 0]

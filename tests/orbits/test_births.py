@@ -1,4 +1,4 @@
-"""Births and deaths against solutions at single a, exact numbers, and 50-digit arithmetic."""
+"""Births and deaths compared with solutions at single a, exact numbers, and 50-digit arithmetic."""
 
 import math
 from typing import Any
@@ -29,7 +29,7 @@ from orbitdb.symbols.words import from_strings, to_strings
 
 @pytest.fixture(scope="module")
 def found() -> dict[int, tuple[NDArray[np.uint8], Changes]]:
-    """Words and changes of p = 2..7."""
+    """Words of p = 2..7 and their changes."""
     return {p: (words, find_changes(words)) for p in range(2, 8) for words in [representatives(p)]}
 
 
@@ -72,7 +72,7 @@ def test_following_a_word_agrees_with_solving():
     [(6, 0.3, (0.4, 0.2), 8), (6, 0.3, (3, 2), None), (7, -2.5, (8, 3), None), (6, -4.5, (6, 3), None)],
 )
 def test_interpolation_between_stations_agrees_with_solving(p, at, widths, order):
-    """Between close stations the error is quartic, squared by a Newton step; others take several steps."""
+    """Between close stations the error is quartic and a Newton step squares it; others take several steps."""
     for _, legs in cut(representatives(p)):
         off = []
         for h in widths:
@@ -86,7 +86,7 @@ def test_interpolation_between_stations_agrees_with_solving(p, at, widths, order
 
 
 def test_every_change_between_two_stations_is_found(found):
-    """Includes words that are orbits at both stations but not between, and a station at a birth."""
+    """This includes words that are orbits at both stations but not between them, and a station at a birth."""
     dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)
     for words, changes in [(dying, find_changes(dying)), *found.values()]:
         drawn = rng.uniform((-1.7, 0.1), (-0.4, 1), (8 if words is dying else 3, 2))
@@ -114,12 +114,12 @@ def test_a_word_dies_and_is_reborn():
     assert other == [(pytest.approx(0.390890513418), ends[0]), (ends[1], None)]
 
 
-def test_some_words_are_orbits_at_every_a_or_at_none():
+def test_some_words_are_orbits_at_every_a_and_others_at_none():
     assert existence("13") == [(0.0, None)]
     assert existence("02") == existence("0131") == existence("1313") == []
 
 
-def test_the_numbers_of_births_are_known(found):
+def test_the_numbers_of_births_are_correct(found):
     assert {p: int(changes.always.sum()) for p, (_, changes) in found.items()} == {
         2: 1, 3: 2, 4: 8, 5: 4, 6: 14, 7: 6
     }  # fmt: skip
@@ -130,7 +130,7 @@ def test_the_numbers_of_births_are_known(found):
 
 
 @pytest.mark.parametrize("p", [5, 6, 7])
-def test_births_are_known_to_rounding(found, p):
+def test_births_are_exact_to_rounding(found, p):
     _, changes = found[p]
     relative = changes.error / changes.a
     assert np.finfo(float).eps < np.median(relative) < 1e-13
@@ -160,7 +160,7 @@ def test_the_bounce_of_a_change_is_at_the_stated_joint(found):
 
 @pytest.mark.parametrize("p", slow_but([5, 7], [5, 6, 7]))
 def test_births_are_within_their_bounds_of_50_digit_values(found, p):
-    """The reference is full p x p Newton in plane geometry, without legs and slacks."""
+    """The reference is Newton's method on all p coordinates in plane geometry, without legs and slacks."""
     words, changes = found[p]
     for i in np.random.default_rng(p).choice(len(changes.a), 2, replace=False):
         word, a = words[changes.word[i]], float(changes.a[i])
@@ -180,7 +180,7 @@ def test_events_are_chains_of_touching_brackets(places, error):
     assert found.tolist() == [sum(begin <= place for begin in first) for place in places]
 
 
-def test_words_up_to_the_limit_of_length_are_followed():
+def test_words_up_to_the_maximum_length_are_followed():
     assert existence("13" * (LONGEST // 2)) == []  # a repetition has no life
     for long in ("01" + "5" * 25 + "202", "01" + "5" * 45 + "202"):  # born near 0.13 p^2
         ((born, died),) = existence(long)
@@ -191,8 +191,8 @@ def test_words_up_to_the_limit_of_length_are_followed():
         existence("1" * LONGEST + "3")
 
 
-def test_words_of_one_event_share_one_path(found):
-    """They have the same length at their common birth."""
+def test_words_of_the_same_event_share_a_path(found):
+    """They have the same length at the birth that they share."""
     words, changes = found[6]
     numbers = events(changes.a, changes.error)
     assert np.bincount(numbers).max() == 7

@@ -1,8 +1,8 @@
 """Every term of every error bound is needed by some row, and each row comes close to its bound.
 
-Well-solved orbits would satisfy bounds of half the size. So directions are deliberately moved here, or
-rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in balls. Each row names
-the terms without which it fails.
+Well-solved orbits would satisfy bounds of half the size. Directions are therefore moved deliberately here, or
+rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in ball arithmetic. Each
+row names the terms without which it would fail.
 """
 
 import math
@@ -38,8 +38,8 @@ from orbitdb.orbits.balls.path import BallPath
 class Row:
     """A word with directions away from its maximum, and how close an error comes to its bound.
 
-    `shift` is added to the directions of the maximum. If `at` is given, it holds the directions, and the true
-    path is `shift` away, for bounds that hold between any two paths.
+    `shift` is added to the directions of the maximum. If `at` is given, it contains the directions, and the
+    true path is `shift` away, for bounds that hold between any two paths.
     """
 
     needs: str
@@ -67,7 +67,7 @@ def rows_of(rows: "Sequence[Row | Rounded]") -> pytest.MarkDecorator:
 
 
 LIMIT = "4^100 0 3^100 0"
-"""At a = 0.001 its second leg is clamped at a limit, and D of its first leg falls to a tenth on the way."""
+"""At a = 0.001 its second leg is clamped at a limit, and D of its first leg drops to a tenth on the way."""
 
 
 @rows_of([
@@ -100,7 +100,7 @@ def test_bounds_hold_and_are_sharp_for_moved_directions(row):
     Row("last bounce of a run", "place", "4^1000 3", 2400, (-4e-4, 0), 0.9),
 ])  # fmt: skip
 def test_bounds_from_known_direction_errors_hold_and_are_sharp(row):
-    """Bounds on derived numbers, from bounds on directions that are as sharp as possible."""
+    """Bounds on derived numbers follow from bounds on directions that are as sharp as possible."""
     alpha, path = row.paths()
     errors = errors_of(path, row.word, row.a, alpha)
     found = share(
@@ -130,13 +130,13 @@ def test_bounds_between_any_two_paths_hold_and_are_sharp(row):
     assert row.at_least <= found <= 1
 
 
-def test_lambda_has_no_bound_where_a_drift_may_vanish():
+def test_lambda_has_no_bound_if_a_drift_may_vanish():
     alpha = np.array([[1.52], [0.1]])
     assert bounds_of(BENT, 0.05, alpha, np.array([[1.5], [0.0]]))["lambda"] == [np.inf]
 
 
 class Worse:
-    """NumPy with sine, cosine and arcsinh rounded one way, by as much as is assumed."""
+    """NumPy with sine, cosine and arcsinh rounded up or down by as much as `orbitdb.arithmetic` assumes."""
 
     def __init__(self, sin: int, cos: int, arcsinh: int = 0):
         self.ways = {"sin": sin, "cos": cos, "arcsinh": arcsinh}
@@ -165,7 +165,7 @@ class Worse:
 
 @dataclass(frozen=True)
 class Rounded:
-    """Exact directions at which a number is rounded badly; `ways` are those of sine, cosine, arcsinh."""
+    """Exact directions at which a number is rounded badly; sine, cosine and arcsinh are rounded by `ways`."""
 
     needs: str
     number: str
@@ -222,7 +222,7 @@ def test_bounds_hold_and_are_sharp_for_the_worst_rounding(row, monkeypatch):
 
 
 def test_balls_enclose_a_distant_maximum():
-    """D falls to a tenth on the way, so the bound with the initial D would not reach."""
+    """D drops to a tenth on the way, so a bound with the initial D would be too small."""
     row = Row("", "", LIMIT, 0.001, (-0.485, 0), 0)
     alpha, found = row.paths()
     with ctx.workprec(BITS):
@@ -239,7 +239,7 @@ def test_a_distance_from_a_ball_is_rounded_up():
 
 
 def test_sums_over_long_words_are_within_their_bounds(monkeypatch):
-    """NumPy's sums satisfy their bound, and the length satisfies its own even with the worst such sums."""
+    """NumPy's sums satisfy their bound, and the length satisfies its bound even with the worst such sums."""
     rng = np.random.default_rng(0)
     for m in (3, 7, 20, 128, 1000, 20_000):
         terms = rng.uniform(1, 2) * np.ones((m, 1)) + rng.choice([0, 1e-3]) * rng.random((m, 1))
@@ -257,7 +257,7 @@ def test_sums_over_long_words_are_within_their_bounds(monkeypatch):
 
 @given(seed=st.integers(0, 10**6), order=st.integers(3, 25), a=st.floats(-6, 6), size=st.floats(-16, 0))
 def test_no_bound_is_smaller_than_the_error(seed, order, a, size):
-    """For any word, moved by any amount in any way."""
+    """This holds for any word whose directions are moved by any amount in any way."""
     word, a, rng = random_word(seed, order), 10**a, np.random.default_rng(seed)
     path = maximum(word, a)
     row = Row("", "", word, a, tuple(10**size * rng.choice([-1, 1, 0, rng.random()], path.m)), 0)

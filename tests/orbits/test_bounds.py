@@ -1,4 +1,4 @@
-"""On thousands of rows, stored bounds exceed the true errors, and the errors are small."""
+"""For thousands of rows, the stored bounds exceed the true errors, and the errors are small."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -24,7 +24,7 @@ VALUES = [0.5, 1.6, 5.0]
 
 
 def test_rounding_may_hide_that_a_direction_is_not_pressed():
-    """A gradient that presses by less than its rounding may point inward; a larger one may not."""
+    """A gradient that pushes outward by less than its rounding may point inward; a larger one cannot."""
     ((_, legs),) = cut(from_strings(["0103"]))
     slopes = derivatives(legs, 1.6, centre_directions(legs, 1.6))
     slopes = replace(slopes, gradient=np.array([[1e-17], [-0.5]]))
@@ -40,7 +40,7 @@ def sample(p: int, a: float, count: int) -> Orbits:
 
 
 def check_bounds(orbits: Orbits, errors: Iterable[np.ndarray]) -> None:
-    """Check the errors of coordinates, length and lambda, one each per orbit."""
+    """Check the errors of coordinates, length and lambda, given one of each per orbit."""
     for name, each in zip(("error", "length_error", "lyapunov_error"), errors, strict=True):
         assert (each <= getattr(orbits, name)).all(), (name, to_strings(orbits.words))
 
@@ -51,7 +51,7 @@ def enclosed_errors(orbits: Orbits, a: float) -> tuple[np.ndarray, np.ndarray, n
 
 @pytest.mark.parametrize("a", slow_but([1.6], VALUES))
 @pytest.mark.parametrize("p", slow_but((2, 3, 4, 5, 7), range(2, 12)))
-def test_bounds_hold_and_errors_are_small_in_fifty_digits(p, a):
+def test_bounds_hold_and_errors_are_small_compared_with_fifty_digits(p, a):
     """The reference is Newton's method in mpmath on all p coordinates, with lambda from p bounces."""
     orbits = sample(p, a, 8)
 
@@ -77,7 +77,7 @@ def test_bounds_hold_at_any_a(a):
 
 @pytest.mark.parametrize("tolerance", slow_but([1e-2, 1e-8], [1e-2, 1e-4, 1e-8]))
 def test_bounds_hold_for_rough_solutions(tolerance):
-    """They follow from concavity and need no solution nearby."""
+    """The bounds follow from concavity and do not need a solution nearby."""
     worst = 0.0
     for p in (3, 5, 6, 7):
         orbits = solve(representatives(p), Stadium(1.6), tolerance)
@@ -90,7 +90,7 @@ def test_bounds_hold_for_rough_solutions(tolerance):
 
 @pytest.mark.parametrize("a", VALUES)
 def test_bounds_are_not_much_larger_than_necessary(a):
-    """Useful for deciding a status, and within four orders of the errors for all words to p = 8."""
+    """They can decide a status, and are at most 10^4 times the errors for all words up to p = 8."""
     for p in range(2, 9):
         orbits = solved(p, a)
         found = real(orbits)
@@ -128,14 +128,14 @@ def test_bounds_hold_for_long_words(text, a):
     ],
 )
 def test_steep_legs_are_not_clamped_at_their_limits(text, margin):
-    """At a = 1e-6 they are within 1e-11 of pi/2. The second margin is from bounces in 70 digits."""
+    """At a = 1e-6 the limits are within 1e-11 of pi/2. The second margin was computed with 70 digits."""
     orbits = solve(from_strings([parse(text)]), Stadium(1e-6))
     assert orbits.status[0] == Status.ORBIT
     assert orbits.margin[0] == pytest.approx(margin, rel=1e-4, abs=0)
 
 
 @pytest.mark.parametrize("a", slow_but([0.05, 1.6], [1e-3, 0.05, 0.3, 1.0, 1.6, 3.0, 12.0, 1e4]))
-def test_no_longer_word_is_below_the_least_lambda_and_length(a):
+def test_longer_words_exceed_the_least_lambda_and_length(a):
     least = []
     for p in range(3, 9):
         orbits = solve(words_of(p), Stadium(a))
@@ -147,14 +147,14 @@ def test_no_longer_word_is_below_the_least_lambda_and_length(a):
 
 
 def test_the_least_lambda_and_length_are_useful():
-    """At a = 1.6 within a twelfth of the true minima, 6.075 at p = 12 and 12.35 at p = 9."""
+    """At a = 1.6 they are within a twelfth of the true minima, 6.075 at p = 12 and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
 
 
 @pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 20.0])
 def test_the_least_lambda_comes_from_the_least_kicks_and_drifts(a):
-    """Each run and leg is taken at its worst over the angles its docstring allows, in any number."""
+    """Any number of runs and legs is taken, each at its worst over the angles that the docstring allows."""
     share = np.linspace(0, 1, 4001)[1:]
 
     def least(k, n):

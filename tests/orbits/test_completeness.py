@@ -1,4 +1,4 @@
-"""The proof that no birth is missing: cells against solutions at single a, and the errors it finds."""
+"""The proof that no birth is missing: its cells agree with solutions at single a, and it finds errors."""
 
 from itertools import pairwise, product
 
@@ -57,11 +57,11 @@ WAYS: dict[Kind, list[tuple[bool, bool, tuple[bool, ...]]]] = {
         for count in range(4)
     ],
 }
-"""The possible courses of a segment: whether the word is an orbit at each end, and the births between."""
+"""The possible histories of a segment: whether the word is an orbit at each end, and the births between."""
 
 
 def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
-    """Return all lives that segments of some kinds allow, as births and deaths by segment."""
+    """Return all lives that segments of the given kinds allow, as births and deaths by segment."""
     found = set()
     for way in product(*[WAYS[kind] for kind in kinds]):
         begins = alive is None or way[0][0] == alive
@@ -71,7 +71,7 @@ def lives(kinds, alive) -> set[tuple[tuple[bool, ...], ...]]:
 
 
 def holds(some, every) -> bool:
-    """Tell whether some changes occur among others, in the same order."""
+    """Tell whether the given changes occur among others in the same order."""
     rest = iter(every)
     return all(any(each == other for other in rest) for each in some)
 
@@ -79,7 +79,7 @@ def holds(some, every) -> bool:
 @pytest.mark.parametrize("alive", [None, True, False])
 @pytest.mark.parametrize("length", [1, 2, 3])
 def test_verdicts_agree_with_the_lives_that_segments_allow(length, alive):
-    """PROVED: only one allowed life contains the known changes. WRONG: none consists of just them."""
+    """PROVED: only one allowed life contains the known changes. WRONG: none has exactly these changes."""
     verdicts = set()
     for kinds in product(WAYS, repeat=length):
         segments = [(kind, float(place), place + 1.0) for place, kind in enumerate(kinds)]
@@ -101,8 +101,8 @@ SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7,
 
 
 @pytest.mark.parametrize("a", [0.37, 3.04, *SLOW])
-def test_the_verdict_on_a_cell_holds_at_its_points(a):
-    """For all words of p = 6, cells that are all orbits or none."""
+def test_the_verdict_on_a_cell_agrees_with_solving_at_a_point(a):
+    """For all words of p = 6, cells that are proved to be orbits, or not, throughout."""
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -114,7 +114,7 @@ def test_the_verdict_on_a_cell_holds_at_its_points(a):
 
 
 @pytest.mark.parametrize("a", [1e-3, 0.37, 30.0])
-def test_a_cell_without_width_is_always_decided(a):
+def test_a_cell_of_zero_width_is_always_decided(a):
     words = representatives(6)
     status = solve(words, a).status
     for rows, legs in cut(words):
@@ -126,7 +126,7 @@ def test_a_cell_without_width_is_always_decided(a):
 
 @pytest.mark.parametrize(("a", "r"), [(0.1, 0.0), (0.4, 0.02), (1.2, 0.3)])
 def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
-    """They leave parts in 1e9, more than rounding takes, and no more in a cell of one point.
+    """They leave a relative 1e-9, more than rounding needs, and no more in a cell of a single point.
 
     The sine of a turn may be largest inside the range rather than at an end.
     """
@@ -156,7 +156,7 @@ def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
 
 @pytest.mark.parametrize("a", [0.4, 1.2])
 def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
-    """Compared with differences of the gradient: what drives alpha'', the effect of errors, and |A u|."""
+    """Bounds on the forcing of alpha'', on the effect of errors, and on |A u| from gradient differences."""
     step, rng, nearest = 1e-4, np.random.default_rng(1), np.zeros(3)
     for _, words in cut(representatives(7)):
         alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
@@ -191,7 +191,7 @@ def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
 
 
 def test_every_force_on_the_second_derivative_counts():
-    """With one kind of force alone, at speeds below and above 1."""
+    """Each kind of force is tested alone, at speeds below and above 1."""
     speed, one = np.array([[0.5], [3.0], [0.25]]), np.ones((3, 1))
     turning = (preceding(speed) + speed) ** 2
     expected = {"pull": one, "drag": 2 * speed, "lean": speed**2, "bend": turning + following(turning)}
@@ -202,7 +202,7 @@ def test_every_force_on_the_second_derivative_counts():
 
 @pytest.mark.parametrize("radius", [1e-3, 0.03, 0.3])
 def test_mirrored_words_get_the_same_verdicts(radius):
-    """Walls and senses swapped: directions change sign, and their limits change sides."""
+    """If walls and senses are swapped, the directions change sign and their limits change sides."""
     told = set()
     for _, legs in cut(representatives(7)):
         mirrored = Chain(legs.k, -legs.d, legs.n, -legs.s)

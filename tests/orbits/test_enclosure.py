@@ -1,4 +1,4 @@
-"""Ball arithmetic: orbits through joints, enclosures of the true value, and agreement with doubles."""
+"""Ball arithmetic: orbits through joints are proved, true values enclosed, and doubles never contradicted."""
 
 import mpmath as mp
 import numpy as np
@@ -25,7 +25,7 @@ JOINT = {
     2.0: ["01102302", "01102552", "01105502", "01105552", "01202302", "01205552", "04442333"],
     2.5: ["01320202", "01330202", "02021133"],
 }
-"""All classes to p = 9 that run exactly through a joint, by a."""
+"""For each a, all classes up to p = 9 that run exactly through a joint."""
 
 CASES = [(a, word) for a, words in JOINT.items() for word in words]
 
@@ -52,7 +52,7 @@ def test_orbits_through_a_joint_are_proved_to_be_boundary(a, word):
 
 
 @pytest.mark.parametrize(("a", "word"), CASES)
-def test_an_orbit_through_a_joint_needs_walls_of_that_length(a, word):
+def test_an_orbit_goes_through_a_joint_at_no_other_a_nearby(a, word):
     """In a longer stadium it is an orbit; in a shorter one the bounce leaves its wall."""
     below, above = enclosed(word, a - 1e-9), enclosed(word, a + 1e-9)
     assert (below.status, above.status) == (Status.DYNAMICAL, Status.ORBIT)
@@ -67,7 +67,7 @@ def test_an_orbit_through_a_joint_needs_walls_of_that_length(a, word):
     [
         (2.0, "0102020203"),  # directions of slope 3, cosines in Q(sqrt 10)
         (3.0, "0211102333"),
-        (1.0, "011032 011033"),  # one path twice, its joint written in both ways
+        (1.0, "011032 011033"),  # the same path twice, with its joint written in both ways
         (0.5, "(01032123)^9 01032155"),
     ],
 )
@@ -76,7 +76,7 @@ def test_longer_orbits_through_a_joint_are_proved_to_be_boundary(a, text):
 
 
 def enclosed_path(word: str, a: float) -> BallPath:
-    """The path of a word at its maximum, in balls of the current precision."""
+    """Return the path of a word at its maximum, in balls of the current precision."""
     ((_, legs),) = cut(from_strings([word]))
     limits = [
         (low, high)
@@ -91,7 +91,7 @@ def enclosed_path(word: str, a: float) -> BallPath:
 
 @pytest.mark.parametrize(("a", "word"), slow_but(CASES[::4], CASES))
 def test_only_zero_slacks_are_proved_to_be_zero(a, word):
-    """Each is only said to be within 1/2 of zero, for algebra knows slacks up to multiples of pi."""
+    """Each slack is only given to within 1/2 of zero, because algebra knows it up to multiples of pi."""
     with ctx.workprec(128):
         path = enclosed_path(word, a)
         conditions = path.conditions()
@@ -102,14 +102,14 @@ def test_only_zero_slacks_are_proved_to_be_zero(a, word):
 
 
 def test_numbers_that_only_look_algebraic_prove_nothing():
-    """Just above a = 1, 011032 misses the joint by 1e-16. Algebra denies that it meets it."""
+    """Just above a = 1, 011032 misses the joint by 1e-16, so the exact identities fail."""
     with ctx.workprec(128):
         path = enclosed_path("011032", 1 + 2.0**-52)
         assert not any(joins(path, [(each, arb(0, 0.5))]) for each in path.conditions())
 
 
-def test_runs_that_turn_by_another_angle_prove_nothing():
-    """The half turns of 13 are right angles. Less pi they satisfy all equations, tilted alike all but one."""
+def test_runs_that_turn_by_the_wrong_angle_prove_nothing():
+    """The half turns of 13 are right angles. Minus pi, they satisfy all equations; tilted, all but one."""
     with ctx.workprec(128):
         path = enclosed_path("13", 1.0)
         assert joins(path, [])
@@ -120,7 +120,7 @@ def test_runs_that_turn_by_another_angle_prove_nothing():
 
 
 def test_numbers_off_the_unit_circle_prove_nothing():
-    """Doubling the ones and halving the others of 13 keeps all equations but that of the circle."""
+    """Doubling the ones and halving the other numbers of 13 violates only the equation of the circle."""
     with ctx.workprec(128):
         path, rational = enclosed_path("13", 1.0), Field(fmpq_poly([0, 1]), arb(0, 1e-30))
         for size in (1, 2):
@@ -129,13 +129,13 @@ def test_numbers_off_the_unit_circle_prove_nothing():
             assert ExactPath(path, rational, [alpha] * 2, [half] * 2).is_maximum() == (size == 1)
 
 
-def test_a_slack_whose_ball_contains_zero_is_not_taken_for_zero():
-    """At 53 bits the ball of a slack of 1e-16 is small and contains zero; algebra denies that it is zero."""
+def test_a_slack_is_not_zero_just_because_its_ball_contains_zero():
+    """At 53 bits the ball of a slack of 1e-16 is small and contains zero, but the exact identities fail."""
     word, stadium = from_strings(["011032"])[0], Stadium(1 + 2.0**-52)
     assert enclose(word, stadium, precision=53).status == enclose(word, stadium).status == Status.ORBIT
 
 
-def test_an_orbit_that_shadows_a_joint_orbit_is_an_orbit():
+def test_an_orbit_that_shadows_one_through_a_joint_is_an_orbit():
     """It comes within e^(-lambda / 2) of the joint."""
     text = "(02021133)^80 13"
     assert solve(from_strings([parse(text)]), Stadium(2.5)).status[0] == Status.ORBIT
@@ -187,7 +187,7 @@ def test_enclosures_contain_the_mpmath_solution(p, a):
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.2, 1.0, 2.5])
 def test_doubles_never_contradict_balls(a):
-    """All classes to p = 7, and a third of p = 8."""
+    """All classes up to p = 7 and a third of those of p = 8 are compared."""
     for p in range(2, 9):
         words = representatives(p)[:: 3 if p == 8 else 1]
         orbits = solve(words, Stadium(a))
@@ -200,7 +200,7 @@ def test_a_row_from_an_enclosure_includes_rounding_in_its_bounds():
     found = enclosed("011032", 1.0)
     row = as_orbits(word, Stadium(1.0), [found])
     assert row.status[0] == Status.BOUNDARY
-    assert row.margin[0] == 0  # exactly, as is proved
+    assert row.margin[0] == 0  # exactly, because this is proved
     for x, ball in zip(row.coordinates[0].tolist(), found.coordinates, strict=True):
         assert abs(ball - x) <= row.error[0]
     assert abs(found.length - float(row.length[0])) <= row.length_error[0]

@@ -1,4 +1,4 @@
-"""Solved orbits: the paper's table, known answers, the law of reflection, and very long words."""
+"""Solved orbits against the paper's table, known answers and the law of reflection; very long words."""
 
 import math
 
@@ -75,7 +75,7 @@ def test_every_word_is_decided_and_orbits_obey_the_law_of_reflection(a):
 @given(a=st.floats(1e-6, 1e6), n=st.integers(0, 40))
 @example(a=1.6, n=0)
 def test_orbits_at_right_angles_to_both_semicircles_are_known_exactly(a, n):
-    """Back and forth over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""
+    """They go back and forth over n walls along the line of the unfolded centres: L = 4 (1 + hypot(a, n))."""
     there = "20" * (n // 2) + "2" * (n % 2)
     orbit = solve(from_strings([f"1{there}3{there[::-1]}"]), Stadium(a))
     drift = 2 * math.hypot(a, n)
@@ -86,8 +86,8 @@ def test_orbits_at_right_angles_to_both_semicircles_are_known_exactly(a, n):
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.5, 1.0, 1.6]))
-def test_a_fill_measures_only_orbits_with_the_same_results(a):
-    """At a = 1 some words run through joints, and balls decide them."""
+def test_orbits_are_the_same_if_other_words_are_not_measured(a):
+    """At a = 1 some words run through joints and are decided in ball arithmetic."""
     for p in range(2, 8):
         every = solve(representatives(p), Stadium(a))
         orbits = solve_admissible(every.words, Stadium(a), every=False)
@@ -102,7 +102,7 @@ def test_a_fill_measures_only_orbits_with_the_same_results(a):
 
 @pytest.mark.parametrize("a", slow_but([0.2], [1e-4, 0.2, 0.5, 1.6, 5.0]))
 def test_newton_reaches_the_same_orbit_from_any_start(a):
-    """Random starts between all allowed directions, as the paper used to test uniqueness."""
+    """The starts are random in the allowed ranges, as in the paper's test of uniqueness."""
     rng = np.random.default_rng(11)
     for p in range(2, 9):
         for _, legs in cut(representatives(p)):
@@ -117,19 +117,19 @@ def test_newton_reaches_the_same_orbit_from_any_start(a):
 
 
 def own_errors(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
-    """Return how far directions are from the maximum, by their own bounds."""
+    """Return bounds on the distance of directions from the maximum."""
     slopes = derivatives(legs, a, alpha)
     return direction_errors(legs, a, alpha, slopes)
 
 
 @pytest.mark.parametrize("word", ["13", "0103", "0103155", "12" + "02" * 3 + "31" * 40 + "3"])
-def test_responses_solve_the_equations_and_hold_pressed_directions(word):
+def test_responses_solve_the_equations_and_do_not_move_pressed_directions(word):
     ((_, legs),) = cut(from_strings([word]))
     alpha, m = newton(legs, 1.6).alpha, len(legs.k)
     slopes, rng = derivatives(legs, 1.6, alpha), np.random.default_rng(2)
     forces, pressed = rng.normal(size=(2, m, 1)), rng.random((m, 1)) < 0.3
     minus_h = np.diag(slopes.beyond[:, 0])
-    for run in range(m):  # each run ties the leg before it to the one after it
+    for run in range(m):  # each run couples the leg before it to the leg after it
         tie = np.zeros(m)
         tie[run - 1], tie[run] = legs.parity[run - 1, 0], 1
         minus_h += slopes.stiffness[run, 0] * np.outer(tie, tie)
@@ -148,7 +148,7 @@ def test_an_empty_batch_can_be_solved():
 
 @pytest.mark.parametrize("a", slow_but([1e-6, 1e6], [1e-6, 0.1, 1.6, 1e6]))
 def test_random_words_of_two_thousand_bounces_are_solved(a):
-    """Overflow would warn, and every warning is an error."""
+    """An overflow would cause a warning, and every warning is an error."""
     for seed in range(4):
         word = random_word(seed, 2000)
         assert rules_of(word) == []
@@ -171,8 +171,8 @@ def test_a_hundred_thousand_bounces_on_each_semicircle_are_solved():
     assert np.abs(np.diff(orbits.coordinates[0, :100_000]) - (last - first) / 99_999).max() < 1e-13
 
 
-def test_words_can_have_different_stadiums():
-    """The maximum of each word equals, bit by bit, that from a batch of its own stadium."""
+def test_words_can_be_in_different_stadiums():
+    """The maximum of each word is the same, bit for bit, as in a batch with only its own stadium."""
     _, legs = cut(words_of(6))[1]
     a = np.geomspace(0.1, 9.0, len(legs))
     together = newton(legs, a)

@@ -1,4 +1,4 @@
-"""One orbit from the library: its matrix, images, repr and recognised numbers."""
+"""A single orbit in Python: its matrix, its images, its repr, and numbers that are recognised."""
 
 import math
 
@@ -39,7 +39,7 @@ def test_images_are_the_orbits_of_the_class(word):
             np.testing.assert_allclose(there(each.coordinates), there(solved.coordinates), atol=1e-12)
 
 
-def test_the_reverse_visits_the_same_points_backwards():
+def test_the_reverse_visits_the_same_points_in_reverse_order():
     orbit = solve_word("1232131", 1.6)
     back = orbit.reverse()
     np.testing.assert_allclose(there(back.points), there(orbit.points)[::-1], atol=1e-12)

@@ -1,4 +1,4 @@
-"""The paper's artificial dynamics, an independent way to every orbit."""
+"""The paper's artificial dynamics, an independent method that finds every orbit."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_coordinates_length_and_exponent_agree_with_newton():
     np.testing.assert_allclose(relaxed.lyapunov[orbits], solved.lyapunov[orbits], rtol=1e-8)
 
 
-def test_the_dynamics_stop_when_all_forces_are_below_epsilon():
+def test_the_dynamics_stops_when_all_forces_are_below_epsilon():
     words, _ = representatives(5)
     stadium = Stadium(0.5)
     relaxed = relax(words, stadium, 1e-5)
@@ -43,8 +43,8 @@ def test_the_dynamics_stop_when_all_forces_are_below_epsilon():
     np.testing.assert_allclose(force, relaxed.residual, rtol=1e-6)
 
 
-def test_the_way_to_rest_follows_the_differential_equation():
-    """Eq. (2) solved by another method; a scheme below fourth order would be off by 1e-5 or more."""
+def test_the_relaxation_follows_the_differential_equation():
+    """Eq. (2) is solved by another method. A scheme of lower order than 4 would be off by 1e-5 or more."""
     words, stadium = representatives(4)[0], Stadium(0.5)
     relaxed = relax(words, stadium, 0.1)
 
@@ -68,7 +68,7 @@ def test_a_word_that_does_not_converge_is_unresolved():
 
 
 @pytest.mark.parametrize("a", [0.1, 1.0, 10.0])
-def test_every_atom_starts_inside_its_section(a):
+def test_every_atom_starts_on_its_wall_or_semicircle(a):
     words, _ = representatives(7)
     start = starting_points(words, Stadium(a))
     assert (np.abs(start) < np.where(STRAIGHT[words], a, HALF_PI)).all()

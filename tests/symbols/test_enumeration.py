@@ -1,4 +1,4 @@
-"""Enumeration, counts and pruning: brute force, and the transfer matrix."""
+"""Enumeration, counts and pruning, compared with brute force and with the transfer matrix."""
 
 from functools import cache
 from itertools import pairwise, product

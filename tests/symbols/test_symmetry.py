@@ -68,7 +68,7 @@ def test_images_of_two_words_are_known():
 
 
 @pytest.mark.parametrize("p", slow_but(range(2, 6), range(2, 9)))
-def test_a_batch_is_classified_like_its_words(p):
+def test_a_batch_is_classified_like_single_words(p):
     words = ALL[p]
     classes = classify(pack(words), p)
     representatives = to_strings(unpack(classes.representative, p))
@@ -80,7 +80,7 @@ def test_a_batch_is_classified_like_its_words(p):
 
 @settings(max_examples=settings().max_examples // 2)
 @given(admissible)
-def test_members_share_one_class(word):
+def test_members_share_a_class(word):
     family = class_of(word)
     found = members(word)
     assert min(found) == family.representative

@@ -1,4 +1,4 @@
-"""Words: reading and writing, rotations, and packed integers."""
+"""Words: how they are read, written, rotated and packed into integers."""
 
 import sqlite3
 from contextlib import closing, suppress
@@ -75,7 +75,7 @@ def test_parse_reads_run_notation(text, word):
         ("", "the code is empty"),
     ],
 )
-def test_errors_of_parse_name_symbol_and_place(text, message):
+def test_errors_of_parse_name_symbol_and_position(text, message):
     with pytest.raises(WordError) as error:
         parse(text)
     assert str(error.value).startswith(message)
@@ -113,7 +113,7 @@ def test_error_messages_stay_short():
 
 
 @given(st.one_of(words, powered))
-def test_run_notation_is_read_back(word):
+def test_run_notation_can_be_read_back(word):
     assert parse(run_notation(word)) == word
 
 

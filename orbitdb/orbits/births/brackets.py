@@ -41,7 +41,7 @@ class Bracketed(Batch):
     word: Places  # the index of the word that changes
     a: Floats  # the value of a at which it changes
     error: Floats  # proved bound on the error of a
-    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases
+    born: Marks  # True if it begins to be an orbit as a increases, False if it ceases
     slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.births.crossings.Zeros`)
     slope: Floats  # derivative of this slack with respect to ln a (radians)
 

@@ -1,6 +1,6 @@
 """What a word can do in a cell of x = ln a: bounds that hold at every a in the cell.
 
-At the middle of a cell, the directions are solved in double precision. Their first and second derivatives in
+At the middle of a cell, the directions are found in double precision. Their first and second derivatives in
 x limit how the maximum of the length moves in the cell. Such bounds can prove that, in the entire cell, a
 word is an orbit throughout, or nowhere, or that all slacks that could vanish increase (the word can be born
 once and cannot die) or decrease. With A = -H,

@@ -33,7 +33,7 @@ _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
 _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)
-"""Refinement factors, tried in this order."""
+"""Refinement factors of the grid, tried in this order."""
 _NONE = Bracketed(*(np.zeros(0, kind) for kind in (int, float, float, bool, int, float)))
 _BATCH = 1 << 14
 """Number of words followed at once: fewer take almost as long, and more do not fit into the cache."""
@@ -47,7 +47,7 @@ class Changes(ByValue):
     word: Integers  # the index of the word that changes, shape (K,)
     a: Floats  # the value of a at which it changes, shape (K,)
     error: Floats  # proved bound on the error of this a, shape (K,)
-    born: Marks  # True if it begins to be an orbit as a grows, False if it ceases, shape (K,)
+    born: Marks  # True if it begins to be an orbit as a increases, False if it ceases, shape (K,)
     bounce: Integers  # number, from 1, of a bounce that then passes through a joint, shape (K,)
     joint: Integers  # index of the joint in `JOINTS`, shape (K,)
     slope: Floats  # speed of this bounce at the joint: d slack / d ln a (radians), shape (K,)
