@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 DOUBLES, BALLS = "doubles", "balls"
-"""How windows are decided: in doubles with error bounds, or also confirmed in ball arithmetic."""
+"""How windows are decided: in double precision with error bounds, or also confirmed in ball arithmetic."""
 
 FORBIDDEN, UNDECIDED = 1, 2
 """Kinds of patterns that words can avoid, as bits."""
@@ -48,7 +48,7 @@ _BRIEF = 0.05
 
 @dataclass(frozen=True)
 class EntropyBounds(Record):
-    """Bounds on the topological entropy per bounce at one half length, proved by windows up to one length.
+    """Bounds on the topological entropy per bounce at a given a, proved by windows up to a given length.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ def search(
 
 
 class Enclosed(NamedTuple):
-    """Bounds on the entropy at one half length."""
+    """Bounds on the entropy at a given half length."""
 
     levels: tuple[EntropyBounds, ...]  # the bounds for each window length
     proof: "Proof | None"  # counts of decisions confirmed in ball arithmetic, if it was used
@@ -198,7 +198,7 @@ def enclose(
     seconds: float = math.inf,
     proof: "Proof | None" = None,
 ) -> Enclosed:
-    """Enclose the entropy at one half length with `search`, as a task that can run in another process.
+    """Enclose the entropy at a given half length with `search`, as a task that can run in another process.
 
     Parameters
     ----------

@@ -103,10 +103,10 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
 
 @dataclass
 class Proof:
-    """Decides windows in doubles, keeps the decisions that are proved in balls, and counts them."""
+    """Decides windows in double precision, keeps the decisions that balls prove, and counts them."""
 
-    proved: int = 0  # number of decisions in doubles that balls confirmed, up to mirror and reversal
-    left_open: int = 0  # number of decisions in doubles that balls did not confirm
+    proved: int = 0  # number of decisions that balls confirmed, up to mirror and reversal
+    left_open: int = 0  # number of decisions that balls did not confirm
     seconds: float = 0.0  # time spent on ball arithmetic
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:

@@ -25,7 +25,7 @@ def finite(number: np.float64) -> float | None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbits(ByValue):
-    """N words of one period p and the stationary points of their length.
+    """N words of the same period p, and the stationary points of their lengths.
 
     Attributes
     ----------

@@ -68,11 +68,11 @@ def _concave_bound(steep: Floats, firm: Floats) -> Floats:
 def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
     """Bound the errors of the coordinates of each word, shape (N,).
 
-    A leg is drawn between the ends of two runs. If such an end is off by e along the circle, its distance
-    from the true leg, which meets the circle at an angle within e of the computed psi/2k, is at most e
-    (sin(psi/2k) + 2 e). A point between the two ends is off by at most the larger of their distances, and a
-    bounce on a wall by at most this divided by |sin alpha| of the true leg. The rounding of the interpolation
-    is below 9 eps (a + 1), or 19 eps (a + 1) if the leg hits more than one wall.
+    A leg is drawn between the ends of two runs. Suppose that such an end is off by e along the circle. The
+    true leg meets the circle at an angle within e of the computed psi/2k, so its distance from that end is at
+    most e (sin(psi/2k) + 2 e). A point between the two ends is off by at most the larger of their distances,
+    and a bounce on a wall by at most this divided by |sin alpha| of the true leg. The rounding of the
+    interpolation is below 9 eps (a + 1), or 19 eps (a + 1) if the leg hits more than one wall.
     """
     first, last = slack_error[:2]
     across = np.sin(half_turns(legs, alpha))

@@ -24,13 +24,13 @@ def least_length(p: int, a: float) -> float:
 
     where theta and theta' belong to the legs beside the run; other signs of theta give no smaller value. The
     terms of runs increase with k. For four or more legs, cos((theta + theta') / 2), which is half of what a
-    single bounce adds, is at least the mean of both cosines. Each leg thus adds at least 2 (r + a / r), with
-    r = sqrt(a^2 + n^2), whatever p is. The slope of this in n, 2 (n / r) (1 - a / r^2), is not negative from
-    n = 1 on, because a^2 + 1 > a.
+    single bounce adds, is at least the mean of cos theta and cos theta'. Each leg thus adds 2 (r + a / r) or
+    more, with r = sqrt(a^2 + n^2), whatever p is. Its derivative in n, 2 (n / r) (1 - a / r^2), is not
+    negative from n = 1 on, because a^2 + 1 > a.
 
     For two legs of n and m straight bounces, where n >= m, the minimum is found by trying all n + m <= p. No
     other pair is shorter: both of its runs are single bounces, which add 4 cos((theta + theta') / 2)
-    together, so the slope in n is at least 2 (n / r) (1 - a / r^2), and twice as large along n = m.
+    together, so the derivative in n is at least 2 (n / r) (1 - a / r^2), and twice as large along n = m.
     """
     four = min(8 * (math.hypot(a, n) + a / math.hypot(a, n)) for n in (0, 1))
     two = min(_two_legs(p, a, n, m) for n in range(p + 1) for m in range(min(n, p - n) + 1))
@@ -52,11 +52,11 @@ def least_exponent(p: int, a: float) -> float:
     Notes
     -----
     Apart from its sign, M is the product of [[1, D], [K, 1 + K D]] over all legs, where K = 2k / sin(h) of
-    the run and D of the leg are positive. Its trace, e^lambda + e^-lambda, is thus at least 1 + prod (1 + K
-    D), and lambda is at least the sum of ln(1 + K D). The same holds for the sum of lambda over several
-    orbits that have more than p bounces together. In a run, (k - 1) h < pi/2, so K is at least 2k if k < 3,
-    and otherwise at least 2k / sin(pi / 2(k - 1)). D is concave on the box, so it is least at an end of the
-    range of its direction. Both bounds increase with k, and with n from n = 1 on.
+    the run and D of the leg are positive. Its trace, e^lambda + e^-lambda, is thus at least 1 plus the
+    product of all 1 + K D, and lambda is at least the sum of ln(1 + K D). The same holds for the sum of
+    lambda over several orbits that have more than p bounces together. In a run, (k - 1) h < pi/2, so K is at
+    least 2k if k < 3, and otherwise at least 2k / sin(pi / 2(k - 1)). D is concave on the box, so it is least
+    at an end of the range of its direction. Both bounds increase with k, and with n from n = 1 on.
     """
     best = [math.inf] * (p + 2)  # best[q]: least sum over one leg, later over several, of q or more bounces
     for k in range(1, p + 2):

@@ -1,4 +1,4 @@
-"""A word at one half length, with its orbit if it has one."""
+"""A word in a given stadium, with its orbit if it has one."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ _SHOWN = 40
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit(Drawn):
-    """A word at one half length, with its orbit if it has one.
+    """A word in a given stadium, with its orbit if it has one.
 
     Two of them are equal if they have the same cyclic word, in any rotation, and the same a. `plot` draws the
     orbit in its stadium, as in the paper's Fig. 1.
@@ -53,7 +53,7 @@ class Orbit(Drawn):
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
-        In the order of ``code``; read-only, so that an orbit can be a dictionary key.
+        Coordinates in the order of ``code``; read-only, so that an orbit can be a dictionary key.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool

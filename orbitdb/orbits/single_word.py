@@ -14,7 +14,7 @@ from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
 from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
 
 LONGEST = 200
-"""Greatest number of bounces of a word that is followed as a varies."""
+"""Largest number of bounces of a word that is followed as a varies."""
 
 
 def existence(word: str) -> list[Stretch]:

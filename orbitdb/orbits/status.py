@@ -29,7 +29,7 @@ class Status(StrEnum):
 
     @property
     def sentence(self) -> str:
-        """The status in words."""
+        """The status as a phrase."""
         return _SENTENCES[self]
 
 

@@ -71,7 +71,7 @@ def _outline(a: str, r: str) -> str:
 
 
 def _walls(stadium: Stadium, scale: float, width: int) -> str:
-    """Return the stadium, and faintly its continued walls and circles, as SVG, as in the paper's Fig. 1."""
+    """Return the stadium and, faintly, its continued walls and circles as SVG, as in the paper's Fig. 1."""
     a, r = f"{stadium.a * scale:.2f}", f"{scale:.2f}"
     beyond = f"M{-width / 2:g} -{r}h{width}M{-width / 2:g} {r}h{width}"
     circles = f'<circle cx="-{a}" r="{r}"/><circle cx="{a}" r="{r}"/>'

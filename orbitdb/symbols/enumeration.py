@@ -101,7 +101,7 @@ def prefixes(
 
 
 _LAST_SYMBOLS = 5
-"""Number of final symbols left open when a period is cut into spans: a few hundred words per prefix."""
+"""Number of final symbols left open when a period is cut into spans; a prefix has a few hundred words."""
 
 _CLASSES = {0o0103: 100, 0o0110: 40, 0o0112: 75, 0o0120: 45, 0o0200: 13, 0o10000: 2}
 """Approximate number of representatives per prefix, keyed by an upper bound on its first four symbols."""
@@ -133,13 +133,13 @@ def least_words(span: Span) -> Iterator[LeastWords]:
 
 
 def all_least_words(span: Span) -> LeastWords:
-    """Return all the representatives in a span at once."""
+    """Return the representatives in a span as a single batch."""
     none = LeastWords(np.zeros(0, np.int64), np.zeros(0, np.uint8))
     return LeastWords(*map(np.concatenate, zip(none, *least_words(span), strict=True)))
 
 
 def representatives(p: int) -> tuple[Words, Integers]:
-    """Return the representatives of period p that are admissible, shape (N, p), and their class sizes."""
+    """Return the admissible representatives of period p, shape (N, p), and the sizes of their classes."""
     found = all_least_words(Span.whole(p))
     return unpack(found.codes, p), SIZES[found.stabiliser]
 

@@ -55,7 +55,7 @@ def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
 
 
 def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
-    """Return all words of each class as one text, with p symbols for each word.
+    """Return all words of each class as a single string, with p symbols for each word.
 
     `codes` contains the packed representatives, of period p <= 20, and `stabilisers` their stabilisers, each
     of shape (C,).
@@ -68,7 +68,7 @@ def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
 
 
 def joined_members(word: str) -> str:
-    """Return all words of a class as one text, given its representative, which may have any period."""
+    """Return all words of a class as a single string, given its representative, which may be long."""
     return "".join(members(word))
 
 

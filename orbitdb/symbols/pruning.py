@@ -40,7 +40,7 @@ RULES = (
 
 
 def rules_broken(words: Words) -> Masks:
-    """Return the rules that each word, shape (N, p), breaks as a bit mask, with bit n - 1 for rule n."""
+    """Return bit masks of the rules that words, shape (N, p), break; bit n - 1 stands for rule n."""
     before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
     sides = SIDE[words]
     curved, other = sides != 0, words != after
@@ -89,7 +89,7 @@ def need_admissible(words: Words) -> None:
     Raises
     ------
     WordError
-        If it is not an array of words, or for its first word that is not admissible.
+        If the argument is not an array of words, or for the first word that is not admissible.
     """
     if not isinstance(words, np.ndarray) or words.ndim != 2 or words.dtype.kind not in "iu":
         raise WordError(

@@ -33,7 +33,7 @@ _CLOSE = 32
 
 @dataclass(frozen=True)
 class Enclosure:
-    """The stationary point of a word in balls, with its status."""
+    """The stationary point of a word, enclosed in balls, with the status of the word."""
 
     status: Status  # `Status.BOUNDARY` if some slacks are proved to be 0 and the others positive
     precision: int  # number of bits of the arithmetic that decided it
@@ -113,7 +113,7 @@ def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status
 
 
 def _most_bits(path: BallPath) -> int:
-    """Return the bits after which a word stays unresolved, which increase with lambda and decrease with m."""
+    """Return the bits after which a word stays unresolved: more for larger lambda, fewer for more legs."""
     hope = path.exponent().abs_upper() / arb.const_log2()
     bits = _ENOUGH + float(hope) if hope.is_finite() else MAX_PRECISION
     return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))

@@ -168,7 +168,7 @@ def _field(gamma: arb, bits: int) -> Field | None:
 
 
 def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
-    """Return the small integer coefficients, not all zero, of a sum of the numbers that seems to vanish.
+    """Return small integer coefficients, not all zero, with which the sum of the numbers seems to vanish.
 
     LLL finds them; the result is None if they are not small enough.
     """

@@ -35,7 +35,7 @@ def _largest(change: Balls) -> arb:
 
 
 class BallPath:
-    """The unfolded path of one word of a batch, whose directions are balls.
+    """The unfolded path of one word of a batch; its directions are balls.
 
     Parameters
     ----------
