@@ -104,7 +104,7 @@ plot lyapunov -o x.svg --status orbit,unresolved | 2 | leave out status unresolv
 export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
 export - | 2 | name a file
-export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
+export z.npz --format csv | 2 | z.npz ends in .npz, but --format says csv: leave one
 export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
 export orbits.csv -c colour | 2 | colour
 fill --p 3 --db nowhere/new.db | 3 | no folder nowhere

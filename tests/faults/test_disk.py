@@ -122,7 +122,7 @@ def test_a_dataset_without_room_leaves_no_folder(filled, disk, tmp_path):
     fails(run("export", folder / "data", "--dataset", "--db", filled), "no room")
     assert list(folder.iterdir()) == []
     done = run("export", tmp_path / "data", "--dataset", "--db", filled, preexec_fn=room(40_000))
-    fails(done, "data cannot be written (File too large); nothing was kept")
+    fails(done, "data cannot be written (File too large); nothing was saved")
     assert not list(tmp_path.glob("*data*"))
 
 

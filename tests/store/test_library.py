@@ -67,7 +67,7 @@ def test_words_are_keys_in_any_rotation(catalogue):
         assert catalogue[word].symmetry == solve_word(word, 1.6).symmetry is not None
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
-    with pytest.raises(KeyError, match="1313 repeats 13: ask for that"):
+    with pytest.raises(KeyError, match="1313 repeats 13: ask for the shorter word"):
         catalogue["1313"]
 
 
