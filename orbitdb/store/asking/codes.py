@@ -102,7 +102,6 @@ def hint(where: str) -> str | None:
         for word in (each.text[1:-1] for each in beside if each.kind == "string"):
             if word and set(word) <= set(SYMBOLS) and least_rotation(root := primitive_root(word)) != word:
                 return (
-                    f"no row has {column.text} = '{word}', because codes are least rotations: "
-                    f"write code('{root}')"
+                    f"no row has {column.text} = '{word}', as codes are least rotations: write code('{root}')"
                 )
     return None

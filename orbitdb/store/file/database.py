@@ -175,9 +175,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
     if path.exists() and not os.access(path, os.W_OK):
-        raise StoreError(
-            remedy(path, "readonly")
-        )  # SQLite would report it, but leave an empty journal behind
+        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
@@ -238,7 +236,7 @@ def waiting(ask: Callable[[], object]) -> None:
 
 
 class _Connection(sqlite3.Connection):
-    """A connection that ends its queries before it closes; an interrupted one would keep the journal in use."""
+    """A connection that ends its queries before it closes; an interrupted one would keep the journal."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
