@@ -1,19 +1,20 @@
 """orbitdb: a certified catalogue of the unstable periodic orbits of the stadium billiard.
 
 The catalogue
-    `Catalogue`: a database file, to fill, to ask and to check; `Selection`: a chosen subset of it.
-    It returns a `Subset` (rows as arrays), a `Result` (a table by period), a `Spectrum`, `Levels`, an
-    `Assessment`, each `Fill`, `Sweep` and `Life`, `EntropyBounds`, a `Reference`, a `Verification`, or a
-    `Trajectory` with the orbits that it shadows as `Followed`, and each `Candidate` for a length.
+    `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
+    methods return a `Subset` (rows as arrays), a `Result` (a table by period), `EntropyBounds`, a
+    `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, or lists of `Fill`, `Sweep` and
+    `Life`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
+    is a `Candidate`.
 Orbits
-    `solve_word` solves one word, `solve` many as arrays; `existence` finds the ranges of a in which a word
-    is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
+    `solve_word` solves one word, and `solve` many words as arrays; `existence` finds the ranges of a in
+    which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `simulate` averages over random trajectories; the result is a `Reference`.
 Quantum levels
-    `levels` computes all levels of a stadium in a range of k, `waves` the `Wave` of each.
+    `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
 Errors
-    `InputError`, `StoreError`, `WorkError`: each says in one line what is wrong and what to do.
+    The messages of `InputError`, `StoreError` and `WorkError` say in one line what is wrong and what to do.
 
 Examples
 --------

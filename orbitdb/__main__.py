@@ -1,4 +1,4 @@
-"""``python -m orbitdb``: the command line."""
+"""Run the command line with ``python -m orbitdb``."""
 
 from orbitdb.cli.main import run
 

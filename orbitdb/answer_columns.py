@@ -1,141 +1,151 @@
-"""The columns of answers other than rows of the catalogue, by what they describe."""
+"""The columns of answers that are not rows of the catalogue, grouped by what they describe."""
 
 from orbitdb.column import NO_ORBIT, PLACE, Column
 
 OF_BOUNCES = [
-    Column("n", "integer", "number of the bounce; from 1, in the order of the code"),
-    Column("symbol", "integer", "the wall that is hit; 0 bottom, 2 top, 1 and 4 left, 3 and 5 right"),
+    Column("n", "integer", "number of the bounce, from 1; in the order of the code"),
+    Column("symbol", "integer",
+           "symbol of the bounce; 0 bottom, 2 top wall, 1 or 4 left, 3 or 5 right semicircle"),
     Column("coordinate", "number",
-           "the bounce on its wall; x on a straight wall, from -a to a, on a semicircle the angle from the "
-           "outward horizontal, from -pi/2 to pi/2", PLACE, "error"),
-    Column("x", "number", "its distance from the centre to the right", "radius", "error"),
-    Column("y", "number", "its distance from the centre upwards", "radius", "error"),
+           "position of the bounce on its wall or semicircle; on a straight wall x, from -a to a, on a "
+           "semicircle the angle from the outward horizontal, from -pi/2 to pi/2", PLACE, "error"),
+    Column("x", "number", "x of the bounce; from the centre of the stadium to the right", "radius", "error"),
+    Column("y", "number", "y of the bounce; from the centre of the stadium upwards", "radius", "error"),
     Column("arclength", "number",
-           "its place along the boundary; anticlockwise from the left end of the bottom wall",
+           "position of the bounce along the boundary; anticlockwise from the left end of the bottom wall",
            "radius", "error"),
     Column("sine", "number",
-           "sine of the angle between the path that leaves and the normal; positive where it goes "
-           "anticlockwise", "1"),
+           "sine of the angle between the outgoing path and the normal; positive if the path leads "
+           "anticlockwise along the boundary", "1"),
 ]  # fmt: skip
-"""Columns of a bounce; the bounds leave out the rounding of the last digit."""
+"""Columns of a bounce; their error bounds do not include the rounding of the last digit."""
 
 OF_ANSWERS = [
-    Column("coordinates", "numbers", "the coordinates of all bounces", PLACE, "error", NO_ORBIT),
-    Column("stored", "yes or no", "whether it comes from the catalogue; otherwise it was solved on the spot"),
+    Column("coordinates", "numbers", "coordinates of all bounces", PLACE, "error", NO_ORBIT),
+    Column("stored", "yes or no", "whether the word is in the catalogue; if not, it was solved on the spot"),
     Column("exists", "pairs",
-           "the ranges of a in which the word is an orbit; null for no end", "radius", "", "unknown"),
+           "ranges of a in which the word is an orbit; each as [from, to], with null if it has no end",
+           "radius", "", "unknown"),
 ]  # fmt: skip
-"""Further columns of `query --code`; files have the coordinates on request."""
+"""Further columns of `query --code`; files contain the coordinates only on request."""
 
 OF_TRAJECTORIES = [
     Column("first", "integer",
-           "number of the first bounce that is near the orbit; 1 is the first one after a start, or the "
-           "first point, 0 and less are before a start"),
-    Column("last", "integer", "number of the last bounce near the orbit"),
-    Column("bounces", "integer", "bounces in a row from the first to the last"),
-    Column("turns", "number", "how often the bounces go round the orbit; bounces/p", "1"),
-    Column("distance", "number", "least distance between one of the bounces and that of the orbit", "radius"),
+           "number of the first bounce that is near the orbit; bounce 1 is the first one after the start, or "
+           "the first given point, and numbers up to 0 are bounces at or before the start"),
+    Column("last", "integer", "number of the last bounce that is near the orbit"),
+    Column("bounces", "integer", "number of bounces from the first to the last"),
+    Column("turns", "number", "number of times that the bounces go round the orbit; bounces/p", "1"),
+    Column("distance", "number",
+           "least distance between a bounce and the corresponding bounce of the orbit", "radius"),
     Column("sequence", "text", "symbols of all bounces of the trajectory; not a cyclic word"),
-    Column("sequence_first", "integer", "number of its first bounce"),
+    Column("sequence_first", "integer", "number of the first bounce in the sequence"),
 ]  # fmt: skip
 """Further columns of an orbit that a trajectory shadows (`identify`)."""
 
 OF_LENGTHS = [
     Column("repetitions", "integer", "number of traversals, r"),
-    Column("total", "number", "length of all traversals, rL", "radius"),
-    Column("difference", "number", "total less the length that you asked for", "radius"),
+    Column("total", "number", "total length of all traversals, rL", "radius"),
+    Column("difference", "number", "total minus the length that you asked for", "radius"),
 ]  # fmt: skip
 """Further columns of an orbit with a given length (`identify`)."""
 
 OF_LEVELS = [
     Column("k", "number",
-           "a level; k^2 is an eigenvalue of minus the Laplacian with functions that are 0 on the boundary",
-           "1/radius", "error"),
+           "wavenumber of a level; k^2 is an eigenvalue of minus the Laplacian on functions that vanish at "
+           "the boundary", "1/radius", "error"),
     Column("parity", "text",
-           "two letters, 'e' for even and 'o' for odd; under x -> -x, then under y -> -y"),
-    Column("number", "integer", "number of a stored level in its parity; from 1"),
-    Column("error", "number", "estimate of the error of k", "1/radius"),
+           "parity in two letters, 'e' for even and 'o' for odd; first under x -> -x, then under y -> -y"),
+    Column("number", "integer", "number of a stored level among those of its parity; from 1"),
+    Column("error", "number", "estimated error of k", "1/radius"),
     Column("exact", "number",
-           "the stored level with the same number, beside one from orbits", "1/radius",
-           empty="none is stored"),
-    Column("after", "number", "the level of a list below a place where levels are missing", "1/radius",
-           empty="at the beginning"),
-    Column("before", "number", "the level of a list above that place", "1/radius", empty="at the end"),
+           "stored level with the same number; to compare with one computed from orbits", "1/radius",
+           empty="not stored"),
+    Column("after", "number", "level of the list just below a place where levels are missing", "1/radius",
+           empty="at the beginning of the list"),
+    Column("before", "number", "level of the list just above the same place", "1/radius",
+           empty="at the end of the list"),
     Column("missing", "integer",
-           "how many levels are missing there; a negative number counts spurious or double ones"),
+           "number of levels missing between the two; negative if levels are spurious or duplicated"),
     Column("strength", "number",
-           "how strongly an orbit scars a level; the mean of psi^2 along it times the area; with "
-           "'spectrum --peaks' |F| of the terms of one class alone", "1"),
+           "how strongly an orbit scars a level; the mean of psi^2 along the orbit times the area; in "
+           "'spectrum --peaks' |F| from the terms of one class alone", "1"),
     Column("above", "number",
-           "strength less the mean of the levels of its parity in the range, in standard deviations", "1",
-           empty="fewer than five levels"),
+           "excess of strength over its mean, in standard deviations; both taken over the levels of the same "
+           "parity in the range", "1", empty="fewer than five levels"),
 ]  # fmt: skip
 """Columns of `levels`, `assess` and `scars`."""
 
 OF_STATISTICS = [
     Column("balls", "text",
-           "'in' for levels unfolded with Weyl's law, 'out' with the bouncing balls taken out, too"),
-    Column("levels", "integer", "number of levels", empty="random matrices and numbers"),
-    Column("gap_ratio", "number", "mean of min/max of neighbouring gaps", "1", "gap_ratio_error"),
-    Column("gap_ratio_error", "number", "its standard error", "1", empty="random matrices and numbers"),
-    Column("spacing_variance", "number", "variance of the spacings, in their mean", "1"),
-    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3 in stretches of L = {n} mean spacings", "1",
+           "'in' if the levels are unfolded with Weyl's law alone, 'out' if the bouncing balls are removed, "
+           "too"),
+    Column("levels", "integer", "number of levels", empty="random matrices and random numbers"),
+    Column("gap_ratio", "number", "mean ratio of neighbouring gaps, the smaller to the larger", "1",
+           "gap_ratio_error"),
+    Column("gap_ratio_error", "number", "standard error of gap_ratio", "1",
+           empty="random matrices and random numbers"),
+    Column("spacing_variance", "number", "variance of the spacings; unfolded, so that their mean is 1", "1"),
+    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3 over L = {n} mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
-    *(Column(f"variance_{n}", "number", f"variance of the number of levels in L = {n} mean spacings", "1",
+    *(Column(f"variance_{n}", "number", f"variance of the number of levels within L = {n} mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
 ]  # fmt: skip
 """Columns of `assess --statistics`."""
 
 OF_SPECTRA = [
     Column("quantum_re", "number",
-           "real part of F at a length, of the levels; the Fourier transform of their density less the "
-           "smooth one, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
-    Column("quantum_im", "number", "its imaginary part", "1", empty="no levels"),
-    Column("orbits_re", "number", "real part of F by the trace formula; orbits and bouncing balls", "1"),
-    Column("orbits_im", "number", "its imaginary part", "1"),
-    Column("height", "number", "|F| at a peak; of levels if there are some, else of orbits", "1"),
+           "real part of F from the levels; F is the Fourier transform of the level density minus its smooth "
+           "part, at a given length, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
+    Column("quantum_im", "number", "imaginary part of F from the levels", "1", empty="no levels"),
+    Column("orbits_re", "number",
+           "real part of F from the trace formula; with the orbits and the bouncing balls", "1"),
+    Column("orbits_im", "number", "imaginary part of F from the trace formula", "1"),
+    Column("height", "number", "|F| at a peak; from the levels if there are any, otherwise from orbits", "1"),
 ]  # fmt: skip
-"""Columns of `spectrum`, for lengths and peaks."""
+"""Columns of `spectrum`, for lengths and for peaks."""
 
 OF_COUNTS = [
-    Column("N_t", "integer", "words that the geometric rules allow"),
-    Column("N_c", "integer", "words that are orbits"),
-    Column("N", "integer", "points on orbits of period p or a divisor of p", empty="a divisor not filled"),
-    Column("K_0", "number", "topological entropy by period, ln N / p", "1", empty="N is empty or 0"),
-    Column("classes", "integer", "orbits up to symmetry"),
-    Column("boundary", "integer", "orbits through a joint of wall and semicircle; not counted in N_c"),
-    Column("unresolved", "integer", "words that are not decided"),
-]
-"""What `table` tells of a period, as in the paper's Table 1."""
+    Column("N_t", "integer", "number of words that the geometric rules allow"),
+    Column("N_c", "integer", "number of words that are orbits"),
+    Column("N", "integer", "number of points on orbits of period p or a divisor of p",
+           empty="a divisor is not counted"),
+    Column("K_0", "number", "estimate of the topological entropy, ln N / p", "1", empty="N is empty or 0"),
+    Column("classes", "integer", "number of orbits up to symmetry"),
+    Column("boundary", "integer", "number of orbits through a joint of wall and semicircle; not in N_c"),
+    Column("unresolved", "integer", "number of words whose status is not decided"),
+]  # fmt: skip
+"""Columns of `table`, which describe a period as in the paper's Table 1."""
 
 OF_LIVES = [
-    Column("born", "number", "where the class begins to be an orbit as a grows", "radius", "born_error",
-           "an orbit from a = 0 on"),
+    Column("born", "number", "value of a at which the class becomes an orbit as a grows", "radius",
+           "born_error", "an orbit from a = 0 on"),
     Column("born_error", "number", "bound on the error of born", "radius", "itself"),
-    Column("dies", "number", "where the class next ceases to be one", "radius", "dies_error", "no end"),
-    Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "no end"),
+    Column("dies", "number", "value of a at which the class next ceases to be an orbit", "radius",
+           "dies_error", "never dies"),
+    Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "never dies"),
 ]  # fmt: skip
-"""What the view ``life`` tells of a stretch of a over which a class is an orbit."""
+"""Columns of the view ``life``, which describe a range of a in which a class is an orbit."""
 
 OF_BOUNDS = [
-    Column("window", "integer", "edges of the longest windows"),
+    Column("window", "integer", "number of edges of the longest windows"),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
-    Column("upper", "number", "proved upper bound", "1", "proved"),
-    Column("windows", "integer", "windows examined; mirror images and reversals count once"),
-    Column("undecided", "integer", "windows of the longest length that are not decided"),
-    Column("proof", "text", "what decided the windows; 'doubles' with error bounds or 'balls'"),
+    Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
+    Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
+    Column("undecided", "integer", "number of the longest windows that are not decided"),
+    Column("proof", "text", "arithmetic of the proof; 'doubles' with error bounds, or 'balls'"),
 ]
-"""What `bounds` tells of the entropy at one a."""
+"""Columns of `bounds`, which describe the entropy at one value of a."""
 
 OF_ENSEMBLES = [
-    Column("lambda_d", "number", "lambda per bounce, mean over random trajectories", "1"),
-    Column("lambda_d_error", "number", "its standard error", "1"),
-    Column("lambda_c", "number", "lambda per length, mean over them", "1/radius"),
-    Column("lambda_c_error", "number", "its standard error", "1/radius"),
-    Column("mean_free_path", "number", "mean path between bounces", "radius"),
-    Column("mean_free_path_error", "number", "its standard error", "radius"),
+    Column("lambda_d", "number", "lambda per bounce, averaged over random trajectories", "1"),
+    Column("lambda_d_error", "number", "standard error of lambda_d", "1"),
+    Column("lambda_c", "number", "lambda per unit length, averaged over random trajectories", "1/radius"),
+    Column("lambda_c_error", "number", "standard error of lambda_c", "1/radius"),
+    Column("mean_free_path", "number", "mean distance between successive bounces", "radius"),
+    Column("mean_free_path_error", "number", "standard error of mean_free_path", "radius"),
     Column("bounces", "integer", "total number of bounces"),
     Column("groups", "integer", "number of independent starts"),
     Column("seed", "integer", "seed of the random numbers"),
 ]
-"""What `simulate` stores of random trajectories."""
+"""Columns of `simulate`, which describe averages over random trajectories."""

@@ -1,10 +1,10 @@
-"""What decides the bits of a result besides the program, and all that is assumed of it.
+"""The arithmetic that decides the bits of a result, and all that the error bounds assume of it.
 
-Error bounds in doubles assume IEEE 754: sums, products, quotients and square roots correctly rounded.
-Of NumPy they assume that sums over contiguous rows go in pairs (`orbitdb.billiard.legs.summation_rounding`),
-and of its elementary functions what `UNITS` says, for arguments between -pi and pi (sin, cos) or above 0.
-`check_functions` tries that, once a process, on arguments that are hard to round or close to pi/2,
-where a careless reduction of the argument would show.
+Error bounds in double precision assume IEEE 754: sums, products, quotients and square roots are correctly
+rounded. They assume that NumPy sums contiguous rows pairwise (`orbitdb.billiard.legs.summation_rounding`),
+and that its elementary functions are as accurate as `UNITS` says, for arguments between -pi and pi (sin, cos)
+or above 0. `check_functions` tests this once per process, with arguments whose results are hard to round and
+with arguments close to pi/2, where a careless reduction of the argument would show.
 """
 
 import platform
@@ -15,16 +15,16 @@ from importlib.metadata import version
 from orbitdb.errors import WorkError
 
 BOUNDS = 3
-"""Counts the changes of any formula that decides the bits of a stored number."""
+"""Version of the formulas that decide the bits of stored numbers; raise it if one of them changes."""
 
 EPSILON = sys.float_info.epsilon
-"""Twice the largest relative rounding error of one operation."""
+"""Twice the largest relative rounding error of a single operation."""
 
 ABOVE = 1 + 2.0**-40
-"""Factor that covers the rounding of a bound's own evaluation: up to 4096 operations on positive numbers."""
+"""Factor that covers the rounding in computing a bound, by up to 4096 operations on positive numbers."""
 
 UNITS = {"sin": 1, "cos": 1, "arctan": 1, "log": 1, "arcsinh": 2, "tanh": 2}
-"""Largest error of NumPy's functions in units in the last place of the result, as is assumed."""
+"""Largest error that is assumed of NumPy's functions, in units in the last place of the result."""
 
 # fmt: off
 HARD = {
@@ -64,18 +64,18 @@ HARD = {
     ),
 }
 # fmt: on
-"""Arguments, exact, and the results rounded correctly (by 300-bit arithmetic)."""
+"""Exact arguments, and the correctly rounded results (from 300-bit arithmetic)."""
 
 
 class RoundingError(WorkError):
-    """This machine's elementary functions are worse than the error bounds assume."""
+    """This machine's elementary functions are less accurate than the error bounds assume."""
 
 
 @cache
 def arithmetic() -> str:
-    """Name what computes here; where it is the same, the same words give the same bits.
+    """Return a text that identifies this machine's arithmetic; if it is equal, so are the bits of results.
 
-    NumPy chooses its sines and logarithms by the processor's vector instructions.
+    The processor's vector instructions decide which sines and logarithms NumPy uses.
     """
     import numpy as np
 
@@ -89,15 +89,14 @@ def arithmetic() -> str:
 
 @cache
 def check_functions() -> None:
-    """Check, the first time it is called, what is assumed of NumPy's elementary functions.
+    """Check on the first call that NumPy's elementary functions are as accurate as `UNITS` says.
 
-    A result may differ from the correctly rounded one by no more units than `UNITS` says. Whole arrays
-    are tried, forwards and backwards, since vector instructions compute them.
+    The arguments are passed as arrays, in both orders, because vector instructions then compute the results.
 
     Raises
     ------
     RoundingError
-        If one is worse.
+        If a function is less accurate.
     """
     import numpy as np
 
@@ -108,6 +107,6 @@ def check_functions() -> None:
             worst = (np.abs(found - exact) / np.spacing(np.abs(exact))).max()
             if not worst <= UNITS[name]:
                 raise RoundingError(
-                    f"NumPy's {name} is off by {worst:.3g} units in the last place here, and error bounds"
+                    f"NumPy's {name} is off by {worst:.3g} units in the last place here, but error bounds"
                     f" assume at most {UNITS[name]}: install another build or version of NumPy"
                 )

@@ -1,4 +1,4 @@
-"""The types of arrays that all wings share."""
+"""The types of arrays that the whole package uses."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,10 +14,10 @@ Places = NDArray[np.intp]
 """Indices into other arrays."""
 
 Words = NDArray[np.uint8]
-"""Symbols 0 to 5 of words, one row a word."""
+"""Symbols 0 to 5 of words, one row per word."""
 
 Masks = NDArray[np.uint8]
-"""Sets of up to eight members, a bit for each."""
+"""Sets of up to eight members, one bit per member."""
 
 Values = Floats | Sequence[Any]
-"""A column: numbers with NaN, or plain values or arrays with None, for a missing value."""
+"""A column: numbers, with NaN for a missing one, or any values, with None for a missing one."""

@@ -1,4 +1,4 @@
-"""`Catalogue`, the roof of the library: a database of periodic orbits to make, ask and check."""
+"""`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from orbitdb.verification.verify import Verification
 
 _SHOWN = 4
-"""Most further values of a in a repr."""
+"""Maximum number of further values of ``a`` in a repr."""
 
 
 class Catalogue:
@@ -51,15 +51,15 @@ class Catalogue:
     Parameters
     ----------
     path : path-like, optional
-        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
+        The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
     a : float, optional
-        The default stadium of all methods; if not given, the only one with orbits in the catalogue,
-        else 1.6.
+        Half length of the stadium that all methods use by default. If you give none, it is the only
+        one with stored orbits, or else 1.6.
 
     Raises
     ------
     StoreError
-        If there is no catalogue there, or this version cannot read it.
+        If there is no catalogue at the path, or this version cannot read it.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class Catalogue:
     >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    A ``with`` block closes it; the next question opens it again:
+    A ``with`` block closes the file at its end; the next query opens it again:
 
     >>> with Catalogue("orbits.db") as catalogue:
     ...     catalogue.count(p=7, status="orbit")
@@ -84,7 +84,7 @@ class Catalogue:
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
-        """Open a catalogue; make it if there is none, or bring it to the newest schema."""
+        """Open a catalogue; create it first if there is none, or upgrade it to the latest schema."""
         from orbitdb.store.file.migrate import migrate
 
         path = Path(path) if path is not None else default_path()
@@ -93,17 +93,17 @@ class Catalogue:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """Path of the file."""
         return self._file.path
 
     @property
     def a(self) -> float:
-        """The default stadium, which stays the same once it is known.
+        """Half length of the default stadium; it does not change once it has been determined.
 
         Raises
         ------
         InputError
-            If none was given, and the catalogue has orbits at several values of a, but not at 1.6.
+            If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         if self._a is None:
             with self._file.moment() as moment:
@@ -117,11 +117,11 @@ class Catalogue:
         self.close()
 
     def close(self) -> None:
-        """Close the file; the next question opens it again."""
+        """Close the file; the next query opens it again."""
         self._file.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
-        """Pickle the path and a; the copy opens the file again."""
+        """Pickle only the path and ``a``; the copy opens the file itself."""
         return type(self), (self.path.absolute(), self._a)
 
     def __repr__(self) -> str:
@@ -133,7 +133,7 @@ class Catalogue:
         return f"<Catalogue {self.path.name}: {known}>"
 
     def _contents(self, moment: Moment) -> str:
-        """Say in one line what is filled, first at the default a."""
+        """Return one line that says which periods are filled, beginning with the default ``a``."""
         values = moment.a_values(orbits=True)
         try:
             own = [meant(values) if self._a is None else self._a]
@@ -146,19 +146,19 @@ class Catalogue:
     # one word
 
     def find(self, word: str, a: float | None = None) -> Orbit | None:
-        """Return the stored orbit of a primitive word, in the rotation given, or None.
+        """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
 
         Parameters
         ----------
         word : str
-            Symbols 0..5, or run notation, in any rotation.
+            Symbols 0 to 5, or run notation, in any rotation.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Raises
         ------
         WordError
-            If it is not a word.
+            If the text is not a word.
         """
         symbols = parse(word)
         with self._file.moment() as moment:
@@ -172,35 +172,35 @@ class Catalogue:
         return solve_word(word, a)
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether a word is stored, in any rotation and with any status."""
+        """Tell whether a word is stored, whatever its rotation and status."""
         try:
             return isinstance(word, str) and self.find(word) is not None
         except WordError:
             return False
 
     def __getitem__(self, word: str) -> Orbit:
-        """Return the orbit of a word, in the rotation given, whatever its status.
+        """Return the orbit of a word, in the given rotation, whatever its status.
 
-        A word that is not stored is solved now, with ``stored`` false.
+        A word that is not stored is solved on the spot; its orbit has ``stored`` false.
 
         Raises
         ------
         KeyError
-            If it repeats a shorter word.
+            If the word repeats a shorter one.
         WordError
-            If it is not a word.
+            If the text is not a word.
         """
         symbols = parse(word)
         if not is_primitive(symbols):
-            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for that")
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
         return self._find_or_solve(symbols, self.a)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the stored words as least rotations, by period."""
+        """Yield the stored words, as least rotations, in order of period."""
         return (word for (word,) in self.rows(columns=("code",)))
 
     def __len__(self) -> int:
-        """Return the number of stored words, without geometrically pruned ones."""
+        """Return the number of stored words, not counting geometrically pruned ones."""
         return self.count()
 
     def __bool__(self) -> bool:
@@ -218,19 +218,19 @@ class Catalogue:
         offset: int = 0,
         **criteria: Unpack[Criteria],
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows of a chosen subset, one per word.
+        """Yield the rows of a chosen subset, one per word.
 
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or give criteria, as in `select`.
+            The subset; you can give criteria instead, as in `select`.
         columns : sequence of str, optional
-            Columns of the view ``catalogue``.
+            Names of columns of the view ``catalogue``.
         order : str, optional
-            Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among equal
-            rows, the lower period, representative and element come first.
+            Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
+            order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
-            Most rows to yield, and how many to skip first.
+            Maximum number of rows to yield, and number of rows to skip first.
 
         Raises
         ------
@@ -249,9 +249,9 @@ class Catalogue:
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
-        """Return the counts of the paper's Table 1 at any a: from a fill, a sweep, or births.
+        """Return the counts of the paper's Table 1, taken from a fill, a sweep, or births.
 
-        Of the parameters of `select`, only a and periods matter; by default, all periods that are stored.
+        Of the parameters of `select`, only ``a`` and ``p`` matter; by default, it counts all stored periods.
         """
         from orbitdb.answers.counts import count
 
@@ -272,28 +272,28 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or give the criteria below.
+            The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
-            Whether to read the coordinates, too.
+            Whether to read the coordinates as well.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
         p : int, str or iterable of int, optional
-            A period, several such as ``range(2, 6)``, or text such as ``2,3,5-7``.
+            A period, several periods such as ``range(2, 6)``, or a text such as ``2,3,5-7``.
         status : Status, str or iterable of them, optional
-            One or several, also as text such as ``orbit,boundary``.
+            One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
         exists, not_at : float or iterable of float, optional
-            Values of a at which the words are orbits, and at which they are not.
+            Values of ``a`` at which the words must be orbits, and at which they must not be.
         length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
-            Least and greatest value, such as ``length=(3, None)``.
+            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
 
         Raises
         ------
         SelectionError
-            If a criterion cannot be used.
+            If a criterion is invalid.
 
         Examples
         --------
@@ -307,14 +307,14 @@ class Catalogue:
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
-        """Return the symmetry classes of chosen orbits, each with the number of its chosen words.
+        """Return the symmetry classes of chosen orbits, each with the number of its words in the subset.
 
-        The parameters are those of `select`. Orbits through a joint are included if you name their status.
+        The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
 
         Raises
         ------
         SelectionError
-            If you name a status without length and lambda.
+            If you ask for a status whose words have no length and lambda.
         """
         from orbitdb.answers.whole_periods import read_classes
 
@@ -323,10 +323,10 @@ class Catalogue:
 
     @with_criteria
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
-        """Return the paper's Table 1: counts of words and orbits by period, and the entropy K_0.
+        """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        Of the parameters of `select`, only a and periods matter. Without a fill, counts come from a sweep or
-        from births.
+        Of the parameters of `select`, only ``a`` and ``p`` matter. If a period is not filled, its counts come
+        from a sweep or from births.
 
         Examples
         --------
@@ -340,7 +340,7 @@ class Catalogue:
 
     @with_criteria
     def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
-        """Return the topological entropy of chosen orbits by period, with proved bounds.
+        """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
         The parameters are those of `select`.
 
@@ -363,16 +363,16 @@ class Catalogue:
         cut: float | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Result":
-        """Return the Lyapunov exponents averaged over chosen orbits, by period and by every method.
+        """Return the Lyapunov exponents averaged over chosen orbits, for every period and by every method.
 
         Parameters
         ----------
         selection : Selection, optional
-            The subset; or give the criteria, as in `select`.
+            The subset; you can give criteria instead, as in `select`.
         weight : str, optional
-            ``exp``: weights e^-lambda, as in the paper; ``det``: ``1/|det(1 - M)|``.
+            ``exp`` for weights e^-lambda, as in the paper; ``det`` for weights ``1/|det(1 - M)|``.
         cut : float, optional
-            Return one zeta average instead, over all pseudo-cycles with a lambda up to this.
+            Return instead a single zeta average, over all pseudo-cycles with lambda up to this value.
         """
         from orbitdb.answers.lyapunov import lyapunov
 
@@ -391,39 +391,39 @@ class Catalogue:
     ) -> "Trajectory":
         """Find the orbits that a trajectory shadows, given its start or its bounces.
 
-        The trajectory is turned into symbols. Its pieces between near returns, of up to 24 bounces, are
-        solved as words, stored or not. The result has the orbits that the trajectory follows for at least two
-        bounces.
+        The trajectory is converted to symbols. Each piece between near returns, up to 24 bounces long, is
+        looked up as a word, or solved if it is not stored. The result contains the orbits that the trajectory
+        follows for at least two bounces.
 
         Parameters
         ----------
         start : (float, float, float), optional
-            x and y from the middle of the stadium, inside it or on its boundary, and the angle of the path
-            with the x axis in radians. The trajectory is followed forwards and backwards.
+            Position x, y relative to the centre of the stadium, inside it or on its boundary, and the angle
+            in radians between path and x axis. The trajectory is followed forwards and backwards.
         points : array-like, shape (N, 2), optional
-            Instead, x and y of 3 to 1000 successive bounces; the last may repeat the first. All of them
-            together are one more word to try, of any period. If a point is closer to a joint of wall and
-            semicircle than its error, it may be taken for the wrong side, and the word is not found.
+            Instead of a start, x and y of 3 to 1000 successive bounces; the last may repeat the first. The
+            whole sequence is also tried as a word, whatever its period. If a point is closer to a joint of
+            wall and semicircle than its error, it may be assigned to the wrong side; its word is not found.
         tolerance : float, optional
-            Largest distance of a bounce from that of the orbit, and of a point from the boundary, at most 1;
-            0.01 by default.
+            Largest distance between a bounce and the corresponding bounce of the orbit, and between a point
+            and the boundary; at most 1, by default 0.01.
         bounces : int, optional
-            Bounces to follow from a start, each way; 60 by default. The trajectory ends where rounding may
-            have moved a bounce by the tolerance.
+            Number of bounces to follow in each direction from a start; 60 by default. The trajectory ends
+            where rounding may have moved a bounce by as much as the tolerance.
         limit : int, optional
-            Most orbits to return; 10 by default.
+            Maximum number of orbits to return; 10 by default.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Returns
         -------
         Trajectory
-            The orbit that the trajectory goes round most often comes first.
+            Its orbits are in order: the one that the trajectory goes round most often comes first.
 
         Raises
         ------
         InputError
-            If you give both or neither of start and points, or an invalid value.
+            If you give both or neither of ``start`` and ``points``, or if a value is invalid.
 
         Examples
         --------
@@ -444,18 +444,18 @@ class Catalogue:
         limit: int | None = None,
         a: float | None = None,
     ) -> "tuple[Candidate, ...]":
-        """Find the stored orbits that have a length, once or repeated; the nearest come first.
+        """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
 
         Parameters
         ----------
         length : float
-            In units of the radius.
+            Total length of all traversals, in units of the radius.
         tolerance : float, optional
-            Largest difference, at most 1; 0.001 by default. The error bounds of stored lengths are added.
+            Largest difference, at most 1; 0.001 by default. The error bound of each stored length is added.
         limit : int, optional
-            Most orbits to return; by default all.
+            Maximum number of orbits to return; by default all.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Examples
         --------
@@ -477,27 +477,27 @@ class Catalogue:
         parity: str | None = None,
         a: float | None = None,
     ) -> "Spectrum":
-        """Return the length spectrum of the stored orbits and of the levels.
+        """Return the length spectra of the stored orbits and of the quantum levels.
 
         Parameters
         ----------
         lengths : (float, float), optional
-            The range, in units of the radius.
+            Range of lengths, in units of the radius.
         points : int, optional
-            Number of lengths.
+            Number of lengths in the range.
         k_max : float, optional
-            End of the window, in 1/radius; by default the end of the levels, or 30 without levels.
+            End of the window in k, in 1/radius; by default where the levels end, or 30 if there are none.
         levels : array-like, shape (N,), optional
-            All levels k from the lowest on; by default those in the catalogue.
+            All levels k, beginning with the lowest; by default the stored ones.
         parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo``; by default all levels together.
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default the levels of all parities together.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Raises
         ------
         InputError
-            If there are no orbits, or an argument cannot be used.
+            If no orbits are stored, or an argument is invalid.
         """
         from orbitdb.answers.spectrum import read_spectrum
 
@@ -518,9 +518,9 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "list[Fill]":
-        """Store all words of some periods with their orbits, or single words.
+        """Store all words of the given periods, or the given words, with their orbits.
 
-        An interrupted fill resumes where it stopped; finished periods are skipped.
+        A fill that was interrupted resumes where it stopped; finished periods are skipped.
 
         Parameters
         ----------
@@ -529,30 +529,30 @@ class Catalogue:
         words : iterable of str, optional
             Primitive words of any period, to store with their symmetry classes.
         jobs : int or None, optional
-            Number of processes; None for one per core if there is enough work. With more than one, a script
-            needs the usual ``if __name__ == "__main__":``.
+            Number of processes; None for one per core if there is enough work. A script that uses more than
+            one needs the usual ``if __name__ == "__main__":``.
         geometric : bool, optional
-            Whether to store the geometrically pruned words of the periods, too.
+            Whether to store the geometrically pruned words of the periods as well.
         method : str, optional
-            ``newton``, or ``relaxation``, the paper's, which is slow.
+            ``newton``, or ``relaxation`` for the paper's method, which is slow.
         workers : Workers, optional
-            An open `orbitdb.filling.cluster.Cluster`, in place of processes.
+            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
         progress : callable, optional
-            Called with the amount done, the total, and a text. By default, a notebook shows a bar.
+            Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Returns
         -------
         list of Fill
-            How far the periods are filled, and their counts.
+            The progress and the counts of the given periods.
 
         Raises
         ------
         InputError
-            If you name neither periods nor words, or a value cannot be used.
+            If you give neither periods nor words, or if a value is invalid.
         StoreError
-            If the file cannot be written, or the disk is too full.
+            If the file cannot be written, or the disk does not have enough room.
 
         Examples
         --------
@@ -575,7 +575,7 @@ class Catalogue:
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
 
-        The other parameters are those of `fill`. The family 02 is not stored.
+        The other parameters are those of `fill`. The bouncing-ball family 02 is never stored.
         """
         from orbitdb.filling.fill import fill_word
 
@@ -588,7 +588,7 @@ class Catalogue:
         jobs: int | None = 1,
         progress: Tell | None = None,
     ) -> "list[BirthFill]":
-        """Find and store the values of a at which each word begins or ceases to be an orbit.
+        """Find and store the values of ``a`` at which each word begins or ceases to be an orbit.
 
         The parameters are those of `fill`.
         """
@@ -610,16 +610,16 @@ class Catalogue:
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "list[Sweep]":
-        """Count the orbits of periods and sum what averages need, without storing rows.
+        """Count the orbits of the given periods and compute the sums for averages, without storing rows.
 
-        `table`, `entropy` and `lyapunov` use a sweep where there is no fill.
+        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled.
 
         Parameters
         ----------
         periods, jobs, workers, progress : optional
             As for `fill`.
         selection : Selection, optional
-            The orbits, by default all; or give criteria, as in `select`.
+            The orbits to sweep, by default all; you can give criteria instead, as in `select`.
 
         Raises
         ------
@@ -643,7 +643,7 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Reference":
-        """Average over random trajectories, and store the result (`reference`).
+        """Average over random trajectories, and store the result, which `reference` returns.
 
         Parameters
         ----------
@@ -652,9 +652,9 @@ class Catalogue:
         seed : int, optional
             The same seed gives the same result.
         rng : numpy.random.Generator, optional
-            Draws the seed.
+            Generator that draws the seed; ``seed`` is then ignored.
         legwise : bool, optional
-            Whether to sample leg by leg and use exact means, which gives much smaller errors.
+            Whether to sample leg by leg and use exact means, which makes the errors much smaller.
         progress, a : optional
             As for `fill`.
         """
@@ -676,23 +676,23 @@ class Catalogue:
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "EntropyBounds":
-        """Prove bounds on the topological entropy per bounce, and store them (`entropy_bounds`).
+        """Prove bounds on the topological entropy per bounce, and store them; `entropy_bounds` returns them.
 
         Parameters
         ----------
         edges : int, optional
-            Edges of the longest windows; 14 if nothing limits the search.
+            Number of edges of the longest windows; 14 if nothing else limits the search.
         width, seconds : float, optional
-            Stop when the bounds are this close, or after about this time.
+            Stop when the bounds differ by at most this width, or after about this many seconds.
         balls : bool, optional
-            Whether to check every decision in ball arithmetic, and use only what it proves.
+            Whether to check every decision in ball arithmetic, and use only those that it proves.
         progress, a : optional
             As for `fill`.
 
         Returns
         -------
         EntropyBounds
-            Those of the longest windows.
+            The bounds that follow from the longest windows.
         """
         from orbitdb.filling import records
 
@@ -720,7 +720,7 @@ class Catalogue:
         k_max, k_min : float
             The range of wavenumbers, in 1/radius.
         parities : sequence of str, optional
-            ``ee``, ``eo``, ``oe``, ``oo``: even or odd in x, then in y.
+            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y.
         jobs, progress, a : optional
             As for `fill`.
         """
@@ -740,25 +740,25 @@ class Catalogue:
         method: str = "elements",
         a: float | None = None,
     ) -> "Levels":
-        """Return the quantum levels from k = 0 on: the stored ones, or those that follow from the orbits.
+        """Return the quantum levels from k = 0 up, either the stored ones or those computed from orbits.
 
         Parameters
         ----------
         k_max : float, optional
-            End of the range, in 1/radius; by default the first gap or, with ``orbits``, where the rms error
-            reaches a fifth of the mean spacing.
+            End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
+            orbits where the rms error reaches a fifth of the mean spacing.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
         method : str, optional
-            ``elements``: those that `fill_levels` stored; ``orbits``: from N_X(k), with errors that hold for
-            nine of ten levels (`orbitdb.quantum.levels_from_orbits`).
+            ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
+            errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Raises
         ------
         InputError
-            If levels are not stored up to there, or there are too few orbits.
+            If the levels are not stored up to ``k_max``, or too few orbits are stored.
         """
         from orbitdb.answers.judging import levels_from_orbits
         from orbitdb.answers.spectrum import levels_from_zero
@@ -781,23 +781,23 @@ class Catalogue:
         fit_radius: bool = False,
         a: float | None = None,
     ) -> "Assessment":
-        """Tell from the stored orbits which levels a list lacks, and which are spurious.
+        """Use the stored orbits to find where levels are missing from a list, and where some are spurious.
 
         Parameters
         ----------
         k : array-like, shape (N,), optional
-            All levels from the lowest on, in 1/radius; by default the stored ones.
+            The levels, beginning with the lowest, in 1/radius; by default the stored ones.
         parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have it; by default they have any.
+            ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have this parity; by default, all four are mixed.
         fit_radius : bool, optional
-            Whether to fit the radius, if it is known only to half a per cent.
+            Whether to fit the radius, in case it is known only to within half a per cent.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Raises
         ------
         InputError
-            If these cannot be levels of the stadium, or there are too few orbits.
+            If the values cannot be levels of the stadium, or too few orbits are stored.
         """
         from orbitdb.answers.judging import assess_levels
         from orbitdb.quantum.levels import parities_of
@@ -815,24 +815,24 @@ class Catalogue:
         *,
         a: float | None = None,
     ) -> "list[Scar]":
-        """Tell how strongly orbits scar the quantum levels with k_min <= k < k_max.
+        """Measure how strongly orbits scar the quantum levels with k_min <= k < k_max.
 
         Parameters
         ----------
         k_max, k_min : float
             The range of wavenumbers, in 1/radius.
         word : str, optional
-            An orbit; all levels are returned, the most scarred first. By default, each level has the five of
-            the twenty shortest stored orbits that scar it most.
+            An orbit: the result has the scar that it makes on each level, the strongest first. By default,
+            each level has the five orbits, of the twenty shortest stored ones, that scar it most.
         parities : sequence of str, optional
             As for `fill_levels`.
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
 
         Raises
         ------
         InputError
-            If the range cannot be used, or the word is not an orbit.
+            If the range is invalid, or the word is not an orbit.
         """
         from orbitdb.answers.scarring import scars_of, scars_of_shortest
         from orbitdb.quantum.levels import parities_of
@@ -858,20 +858,20 @@ class Catalogue:
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Verification":
-        """Recompute the catalogue from its words alone and compare.
+        """Recompute the catalogue from its words alone, and compare the results with the stored ones.
 
         Parameters
         ----------
         selection : Selection, optional
-            What to check, by default everything at every a; or give criteria, as in `select`.
+            What to check, by default everything at every ``a``; or give criteria, as in `select`.
         sample : int, optional
             Check only this many classes, drawn at random.
         restarts : int, optional
-            Solve every word again from this many random starts.
+            Number of random starts from which every word is solved again.
         seed, rng : optional
-            For sample and restarts, as for `simulate`.
+            Seed of the sample and the restarts, as for `simulate`.
         births : bool, optional
-            Whether to prove that no birth or death is missing between a = 0.02 and 1000.
+            Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
         rigorous : bool, optional
             Whether to prove every row in ball arithmetic, and store the certificates.
         jobs, progress : optional
@@ -895,66 +895,66 @@ class Catalogue:
     # what else is stored
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in order; with `orbits`, only those with stored orbits or sweeps."""
+        """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
         with self._file.moment() as moment:
             return moment.a_values(orbits)
 
     def fills(self, a: float | None = None) -> "list[Fill]":
-        """Return what is filled at one a, by period."""
+        """Return the fills at a given ``a``, in order of period."""
         with self._file.moment() as moment:
             return moment.fills(self._at(a))
 
     def birth_fills(self) -> "list[BirthFill]":
-        """Return which periods have stored births and deaths, and how completely."""
+        """Return how far births and deaths are stored, period by period."""
         with self._file.moment() as moment:
             return moment.birth_fills()
 
     def births(self, p: int) -> "list[Life]":
-        """Return the ranges of a in which the classes of a period are orbits, by birth.
+        """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
 
-        Empty if no births of the period are stored (`fill_births`).
+        The list is empty if no births of the period are stored (`fill_births`).
         """
         with self._file.moment() as moment:
             return moment.births(p)
 
     def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
-        """Return the closest stored bounds on the topological entropy at one a, or None (`prove_bounds`).
+        """Return the tightest bounds on the topological entropy stored by `prove_bounds`, or None.
 
         Parameters
         ----------
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
         proof : str, optional
-            ``doubles`` or ``balls``: only bounds proved in this arithmetic; by default the closest.
+            ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
         with self._file.moment() as moment:
             return moment.entropy_bounds(self._at(a), proof)
 
     def reference(self, a: float | None = None) -> "Reference | None":
-        """Return the stored averages over trajectories with the smallest error, or None (`simulate`)."""
+        """Return the averages over trajectories with the smallest error stored by `simulate`, or None."""
         with self._file.moment() as moment:
             return moment.reference(self._at(a))
 
     def entropy_curve(self, proof: str | None = None) -> "list[EntropyBounds]":
-        """Return the closest stored bounds on the topological entropy at every a (`entropy_bounds`)."""
+        """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         with self._file.moment() as moment:
             return moment.entropy_curve(proof)
 
     def sweeps(self, a: float | None = None, selection: Selection | None = None) -> "list[Sweep]":
-        """Return the counts and sums of sweeps at one a, by period.
+        """Return the sweeps at a given ``a``, with their counts and sums, in order of period.
 
         Parameters
         ----------
         a : float, optional
-            The stadium, by default the catalogue's.
+            Half length of the stadium; by default the catalogue's.
         selection : Selection, optional
-            The orbits that were swept, by default all; its a and periods are ignored.
+            The swept subset, by default all orbits; its ``a`` and periods are ignored.
         """
         with self._file.moment() as moment:
             return moment.sweeps(self._at(a), selection)
 
     def swept_subsets(self, a: float | None = None) -> list[Selection]:
-        """Return the subsets, other than all orbits, that are swept at one a."""
+        """Return the subsets, other than that of all orbits, that have been swept at a given ``a``."""
         with self._file.moment() as moment:
             return moment.swept_subsets(self._at(a))
 
@@ -962,7 +962,7 @@ class Catalogue:
     def _question(
         self, selection: Selection | None, criteria: Criteria
     ) -> Iterator[tuple[Moment, Selection]]:
-        """Open one moment of the file for a question about a chosen subset."""
+        """Open a moment of the file, and yield it together with the chosen subset."""
         chosen = self._chosen(selection, criteria)
         with self._file.moment() as moment:
             yield moment, chosen
@@ -971,7 +971,7 @@ class Catalogue:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
         if not isinstance(selection, Selection | None):
-            raise TypeError(f"name a subset by criteria such as p=3 or a Selection, not by {selection!r:.40}")
+            raise TypeError(f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.40}")
         if selection is not None:
             return selection
         named = criteria.copy()
@@ -988,5 +988,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
 
 
 def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return the seed, drawn from the generator if there is one."""
+    """Return the seed; if a generator is given, it draws one."""
     return seed if rng is None else int(rng.integers(2**63))

@@ -1,4 +1,4 @@
-"""A column of rows, files and JSON: what it holds."""
+"""`Column`, the description of a column of rows, files and JSON."""
 
 import re
 from collections.abc import Sequence
@@ -6,36 +6,36 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 Row: TypeAlias = Sequence[Any]
-"""One value per column; None for a missing one."""
+"""One value per column; None if it is missing."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """What a column holds.
+    """The description of a column.
 
     Attributes
     ----------
     name : str
     kind : str
-        ``text``, ``integer`` or ``number``; ``integers`` or ``numbers`` for a list of them; else in words.
+        ``text``, ``integer`` or ``number``; ``integers`` or ``numbers`` for lists; other kinds in words.
     means : str
-        Its meaning; a few words, then details after a semicolon.
+        The meaning in a few words, then details after a semicolon.
     unit : str
         Unit of a number; ``1`` for a pure number, empty if it is not a quantity.
     bound : str
-        The columns that bound its error, or ``exact``, ``proved``, ``itself``; empty without a bound.
+        The column that bounds its error, or ``exact``, ``proved`` or ``itself``; empty if none does.
     empty : str
-        When it has no value.
+        When the column has no value.
     sql : str
-        Of a column of the catalogue: its value in a row of the tables that the view ``class`` joins, or,
-        if `single`, the view ``catalogue``.
+        For a column of the catalogue: SQL for its value in a row of the tables that the view ``class``
+        or, if `single`, the view ``catalogue`` joins.
     formula : str
-        Instead of `sql`: the value from other columns, written with ``+ - * / ( )``, numbers and their
-        names, which SQLite and Python read alike.
+        Instead of `sql`, an expression that SQLite and Python read in the same way, made of names of
+        other columns, numbers and ``+ - * / ( )``.
     single : bool
-        Whether the words of one symmetry class differ in it.
+        Whether its value can differ between the words of a symmetry class.
     written : bool
-        Whether it is written where no columns are named.
+        Whether it is written if you name no columns.
     """
 
     name: str
@@ -51,20 +51,20 @@ class Column:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """The columns in the formula."""
+        """The columns that the formula uses."""
         return tuple(dict.fromkeys(NAME.findall(self.formula)))
 
     @property
     def brief(self) -> str:
-        """The meaning in a few words."""
+        """The meaning in a few words, without the details."""
         return self.means.partition(";")[0]
 
 
 NAME = re.compile(r"\b[a-z]\w*")
-"""A name in a formula."""
+"""A column name in a formula."""
 
 PRUNED = "geometrically pruned"
 NO_ORBIT = "no orbit"
 UNKNOWN = "no orbit; relaxation"
 PLACE = "radius, rad"
-"""When columns are empty, and the unit of a coordinate."""
+"""Reasons why a column is empty, and the unit of a coordinate."""

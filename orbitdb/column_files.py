@@ -1,4 +1,4 @@
-"""The files that hold columns: parquet and npz."""
+"""Write rows as columns, to parquet and npz files."""
 
 import json
 import zipfile
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 _ROWS = 20_000
 _LARGEST_TEXT = 2**31
 _LEVEL = 3
-"""Compression level; zlib's default takes three times as long for files a tenth smaller."""
+"""Compression level; zlib's default makes files a tenth smaller, but takes three times as long."""
 
 
 def _in_columns(rows: Iterable[Row]) -> Iterator[list[Sequence[Any]]]:
-    """Yield the columns of rows, some rows at a time."""
+    """Yield the rows as columns, one block of rows at a time."""
     rows = iter(rows)
     while block := list(islice(rows, _ROWS)):
         yield list(zip(*block, strict=True))
@@ -38,7 +38,7 @@ def write_parquet(
     metadata: Mapping[str, Any],
     compression: str = "snappy",
 ) -> int:
-    """Write typed columns, and each part of the metadata as JSON in the schema; return the number of rows."""
+    """Write typed columns, with the metadata in the schema (`arrow_schema`); return the number of rows."""
     parquet = load("pyarrow.parquet", "a parquet file", "parquet")
     schema, count = arrow_schema(columns, metadata), 0
     with parquet.ParquetWriter(file, schema, compression=compression) as writer:
@@ -49,7 +49,7 @@ def write_parquet(
 
 
 def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Schema":
-    """Return the schema of some columns, with each part of the metadata as JSON."""
+    """Return the Arrow schema of the named columns, with each part of the metadata as JSON."""
     import pyarrow as pa
 
     types = {
@@ -77,23 +77,23 @@ def arrow_batch(block: Sequence[Values], schema: "pa.Schema") -> "pa.RecordBatch
 def write_npz(
     file: IO[bytes], columns: Sequence[str], rows: Iterable[Row], metadata: Mapping[str, Any]
 ) -> None:
-    """Write one array per column, and ``metadata``, a text with JSON.
+    """Write one array per column, and an array ``metadata`` that contains a text in JSON.
 
-    Missing numbers are NaN, integers -1, texts empty. A column of lists is one flat array, and
-    ``<name>_start`` gives the beginning of each row in it and the end of the last.
+    Missing numbers are NaN, missing integers -1, and missing texts empty. A column of lists is one flat
+    array; ``<name>_start`` gives the index where each row begins in it, then the index where the last ends.
 
     Parameters
     ----------
     file : binary file
     columns : sequence of str
     rows : iterable of sequences
-        Plain Python values, lists or arrays; None for a missing one.
+        Plain Python values, lists or arrays; None for a missing value.
     metadata : mapping
 
     Raises
     ------
     ExportError
-        If the texts would be too large.
+        If an array of texts would be too large.
     """
     kept: list[list[Any]] = [[] for _ in columns]
     for block in _in_columns(rows):
@@ -119,7 +119,7 @@ _LISTS = {"numbers": np.float64, "integers": np.int64}
 
 
 def _as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return a column with one value per row as an array."""
+    """Return a column as an array with one value per row."""
     if kind_of(name) == "number":
         return np.array(values, np.float64)
     if kind_of(name) == "integer":

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 class ByValue:
     """Base of dataclasses with ``eq=False`` that are equal if all fields are equal bit by bit.
 
-    NaN equals NaN in the same place, and 0.0 differs from -0.0 in an array. Equal objects have equal hashes,
-    so do not change their arrays while they are keys.
+    NaN equals NaN at the same position, but 0.0 in an array differs from -0.0. The hash depends on the
+    arrays, so do not change them while the object is a key of a dictionary.
     """
 
     def __eq__(self, other: object) -> bool:
@@ -25,7 +25,7 @@ class ByValue:
         return hash(_key(_values(self)))
 
     def __repr__(self) -> str:
-        """Show the fields in one line, arrays by their shapes; for dataclasses with ``repr=False``."""
+        """Return one line with the fields, or shapes of arrays; for dataclasses with ``repr=False``."""
         named = zip((field.name for field in fields(self)), _values(self), strict=True)  # type: ignore[arg-type]
         return f"{type(self).__name__}({', '.join(f'{name}={_brief(value)}' for name, value in named)})"
 
@@ -33,16 +33,16 @@ class ByValue:
 class Batch(ByValue):
     """Base of dataclasses with ``eq=False`` whose arrays have N entries along the last axis.
 
-    Other fields apply to all N.
+    Fields that are not arrays apply to all N entries.
     """
 
     def rows(self, chosen: slice | NDArray[Any]) -> Self:
-        """Return some of the N entries, given by a slice, places or a mask."""
+        """Return a batch of some of the N entries, chosen by a slice, by indices or by a mask."""
         return type(self)(*(_chosen(value, chosen) for value in _values(self)))
 
     @classmethod
     def joined(cls, parts: Iterable[Self]) -> Self:
-        """Return the entries of one or more batches, all of whose fields are arrays."""
+        """Join one or more batches into one; all their fields must be arrays."""
         columns = zip(*(_values(part) for part in parts), strict=True)
         return cls(*(np.concatenate(column, axis=-1) for column in columns))
 
@@ -62,7 +62,7 @@ def _brief(value: Any) -> str:
 
 
 def _values(record: Any) -> list[Any]:
-    """Return the fields of a dataclass."""
+    """Return the values of a dataclass's fields."""
     return [getattr(record, field.name) for field in fields(record)]
 
 

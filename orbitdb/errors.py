@@ -1,4 +1,4 @@
-"""Errors for users: each message is one line with the remedy."""
+"""Errors that users see; each message is one line that says what to do."""
 
 import errno
 
@@ -15,12 +15,12 @@ class StoreError(Exception):
 
 
 class AlteredError(StoreError):
-    """The database holds something that no command of this program writes.
+    """The database contains something that no command of this program writes.
 
     Attributes
     ----------
     what : str
-        The value and its meaning.
+        What the value should be, and the value.
     """
 
     def __init__(self, what: str) -> None:

@@ -1,8 +1,8 @@
-"""Files for other tools: rows of numbers and text, to the last bit, as csv, jsonl, parquet or npz.
+"""Write rows for other tools, with all digits, as csv, jsonl, parquet or npz.
 
-A file appears under its name only when it is complete. Parquet and npz carry their provenance inside. csv and
-jsonl are pure data, readable by every tool; their provenance is in a second file, named as in the W3C's "CSV
-on the Web": ``orbits.csv-metadata.json``.
+A file appears under its name only when it is complete. Parquet and npz files contain their provenance. csv
+and jsonl files are pure data, which every tool can read; their provenance is in a second file, named as in
+the W3C's "CSV on the Web": ``orbits.csv-metadata.json``.
 """
 
 import contextlib
@@ -25,9 +25,9 @@ Metadata = Mapping[str, Any]
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
-    """Write one line per row under a line of names; return the number of rows.
+    """Write a line with the names of the columns, then one line per row; return the number of rows.
 
-    Lists are separated by blanks, None is empty, and no text is a formula (`orbitdb.plaintext.cell`).
+    The items of a list are separated by blanks, None is empty, and no text is a formula (`cell`).
     """
     writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
     writer.writerow(columns)
@@ -39,7 +39,7 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimit
 
 
 def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
-    """Write one JSON object per row; return their number."""
+    """Write one JSON object per row; return the number of rows."""
     count = 0
     for row in rows:
         file.write(json_object(columns, row) + "\n")
@@ -58,22 +58,22 @@ TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], int]] =
     "jsonl": write_jsonl,
 }
 FORMATS = (*TEXT_WRITERS, "parquet", "npz")
-"""The formats of rows."""
+"""The formats in which rows can be written."""
 
 FIGURES = ("png", "svg", "pdf")
-"""The formats of figures."""
+"""The formats in which figures can be written."""
 
 STDOUT = Path("-")
-"""Stands for standard output."""
+"""The path that means standard output."""
 
 
 def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
-    """Return the format of a file: the given one, or that of its ending.
+    """Return the format of a file: the given one, or the one that its ending names.
 
     Raises
     ------
     ExportError
-        If it is unknown, or contradicts the ending.
+        If the format is unknown, or contradicts the ending.
     """
     ending = path.suffix.lstrip(".").lower()
     found = form or ending
@@ -82,7 +82,7 @@ def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS)
             f"format {found!r} of {path}: end the name in .{', .'.join(known)}, or use --format"
         )
     if ending in known and ending != found:
-        raise ExportError(f"{path} ends in .{ending}, and --format says {form}: leave one of them out")
+        raise ExportError(f"{path} ends in .{ending}, but --format says {form}: leave one of them out")
     return found
 
 
@@ -99,14 +99,14 @@ def write_file(
     columns : sequence of str
         Names from `orbitdb.columns`.
     rows : iterable of sequences
-        Plain Python values; None for a missing one.
+        Plain Python values; None for a missing value.
     metadata : mapping
-        Provenance, in values that JSON can hold.
+        Provenance, as values that JSON can represent.
 
     Raises
     ------
     ExportError
-        If the path is a folder or a device, or the format cannot hold the rows.
+        If the path is a folder or a device, or if the rows do not fit into the format.
     StoreError
         If the system refuses to write the file.
     """
@@ -124,14 +124,14 @@ def write_file(
 
 
 def check_target(path: Path, replace: bool = True) -> None:
-    """Refuse a path that is not an ordinary file and, unless `replace`, an existing file.
+    """Raise an error unless a path is a new or, if `replace` is true, an existing ordinary file.
 
     Raises
     ------
     ExportError
-        With the reason.
+        If there is a folder or a device at the path, or a file that is not to be replaced.
     StoreError
-        If the path cannot be examined.
+        If the folder does not exist, or the path cannot be examined.
     """
     try:
         mode = path.stat().st_mode
@@ -148,15 +148,15 @@ def check_target(path: Path, replace: bool = True) -> None:
 
 
 def metadata_path(path: Path) -> Path:
-    """Return the path of the provenance of a csv or jsonl file."""
+    """Return the path of the file with the provenance of a csv or jsonl file."""
     return path.with_name(path.name + "-metadata.json")
 
 
 @contextmanager
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
-    """Yield a temporary path in the same folder, and rename it after a complete write.
+    """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
-    A path that cannot be written is refused at once. Errors name `wanted` if it is given.
+    A path that cannot be written is refused at once. Errors name `wanted`, if it is given, instead of `path`.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
             os.replace(draft, path)
         except OSError as error:
             raise StoreError(
-                f"{wanted or path} cannot be written ({error.strerror or error}); nothing was kept"
+                f"{wanted or path} cannot be written ({error.strerror or error}); nothing was saved"
             ) from error
     finally:
         with contextlib.suppress(OSError):

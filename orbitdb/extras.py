@@ -1,4 +1,4 @@
-"""Optional packages, imported on use, and what results do with them: data frames and figures."""
+"""Import optional packages when they are needed, and use them for the data frames and figures of results."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -11,15 +11,15 @@ if TYPE_CHECKING:
 
 
 def load(module: str, use: str, extra: str) -> Any:
-    """Import a module that needs a package of an extra.
+    """Import a module that needs an optional package.
 
     Parameters
     ----------
     module : str
     use : str
-        The feature that needs it, such as ``to_pandas()``.
+        The feature that needs the module, such as ``to_pandas()``.
     extra : str
-        The extra of orbitdb with that package.
+        The extra of orbitdb that installs the package.
 
     Raises
     ------
@@ -38,13 +38,13 @@ def load(module: str, use: str, extra: str) -> Any:
 
 
 def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataFrame":
-    """Return a pandas data frame of columns by name, or of rows with these names."""
+    """Return a pandas data frame, made from a mapping of columns or from rows with the given names."""
     frame: pandas.DataFrame = load("pandas", "to_pandas()", "pandas").DataFrame(values, columns=names)
     return frame
 
 
 def drawn(figure: str, what: Sequence[Any], title: str, ax: "Axes | None") -> "Axes":
-    """Draw a figure of `orbitdb.plots`, such as ``curves.draw_levels``, on axes or in a new figure."""
+    """Draw a figure of `orbitdb.plots`, such as ``curves.draw_levels``, on the axes or in a new figure."""
     module, name = figure.split(".")
     plots, paths = (load(f"orbitdb.plots.{each}", "plot()", "plot") for each in (module, "paths"))
     axes: Axes = paths.draw_titled(getattr(plots, name), what, title, ax)
@@ -52,10 +52,10 @@ def drawn(figure: str, what: Sequence[Any], title: str, ax: "Axes | None") -> "A
 
 
 class Record:
-    """Base of dataclasses that are one row of a table."""
+    """Base of dataclasses whose objects are rows of a table."""
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a data frame with this one row; ``pandas.concat`` joins those of several.
+        """Return a data frame with this single row; ``pandas.concat`` joins several of them.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Record:
         return data_frame([self.row()])
 
     def row(self) -> dict[str, Any]:
-        """Return the values by the names that they have in JSON."""
+        """Return the values under the names that they have in JSON."""
         return {_IN_JSON.get(name, name): value for name, value in asdict(self).items()}  # type: ignore[call-overload]
 
 
@@ -73,19 +73,19 @@ _IN_JSON = {"n_t": "N_t", "n_c": "N_c"}
 
 
 class Drawn:
-    """Base of results with one figure."""
+    """Base of results that can be drawn as a figure."""
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
-        """Return the function in `orbitdb.plots`, what it draws, and the title (`drawn`)."""
+        """Return arguments for `drawn`: the function in `orbitdb.plots`, what it draws, and the title."""
         raise NotImplementedError
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw it with matplotlib.
+        """Draw the result with matplotlib.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
+            The axes to draw on; by default those of a new figure.
 
         Returns
         -------

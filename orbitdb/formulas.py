@@ -1,4 +1,4 @@
-"""Columns that are computed from others: their formulas as SQL, and as properties of Python objects."""
+"""The formulas of columns that are computed from others, as SQL and as properties of Python objects."""
 
 import re
 from typing import Any, TypeVar
@@ -8,7 +8,7 @@ from orbitdb.columns import IN_CATALOGUE
 
 
 def sql_of(column: Column) -> str:
-    """Return the value of a column in a row of the joined tables, its formula written out."""
+    """Return SQL for the value of a column in a row of the joined tables, with any formula written out."""
     if not column.formula:
         return column.sql
     known = {each.name: each for each in IN_CATALOGUE}
@@ -24,10 +24,10 @@ _Class = TypeVar("_Class", bound=type)
 
 
 def with_formulas(cls: _Class) -> _Class:
-    """Give the objects of a class a property for each column with a formula.
+    """Add to a class a property for each column with a formula.
 
-    It is computed from the attributes that the formula names, numbers or arrays. It is None if one of them
-    is, or for a word without a symmetry class.
+    The value is computed from the attributes that the formula names, which can be numbers or arrays. It is
+    None if one of them is None, or if the word has no symmetry class.
     """
     for column in IN_CATALOGUE:
         if column.formula:

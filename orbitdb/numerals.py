@@ -1,6 +1,6 @@
-"""Read and write numbers as people do, and recognise closed forms numerically, without proof.
+"""Read and format numbers as people write them, and recognise closed forms numerically, without proof.
 
-Further notations of Python, such as ``1_6`` for 16, are refused.
+Notations that only programmers use, such as Python's ``1_6`` for 16, are refused.
 """
 
 import math
@@ -20,7 +20,7 @@ def real(text: str) -> float:
     Raises
     ------
     ValueError
-        If it is not a number.
+        If the text is not a number.
     """
     if not _REAL.fullmatch(text.strip()):
         raise ValueError(f"{shortened(text)!r} is not a number")
@@ -33,7 +33,7 @@ def whole(text: str) -> int:
     Raises
     ------
     ValueError
-        If it is not a whole number, or has more than a hundred digits.
+        If the text is not a whole number, or is too long.
     """
     if not _WHOLE.fullmatch(text.strip()) or (value := Fraction(text.strip())).denominator > 1:
         raise ValueError(f"{shortened(text)!r} is not a whole number")
@@ -41,43 +41,43 @@ def whole(text: str) -> int:
 
 
 def exact(a: float) -> str:
-    """Write a number in the shortest form that reads back as the same number."""
+    """Format a number in the shortest form that reads back as the same number."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 
 
 def between(lower: float, name: str, upper: float) -> str:
-    """Write a name between its proved bounds, rounded outward."""
+    """Format a name between the proved bounds on its value, rounded outward."""
     return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
 
 
 def outward(value: float, rounding: str) -> str:
-    """Return a proved bound as text, rounded in its own direction."""
+    """Format a proved bound with eight decimals, rounded in the given direction."""
     return f"{Decimal(value).quantize(Decimal('1e-8'), rounding):f}"
 
 
 def upwards(bound: float, more: float = 0.0) -> str:
-    """Return the sum of a bound and `more` with two digits, rounded up so that it stays a bound."""
+    """Format the sum of a bound and `more` with two digits, rounded up so that it remains a bound."""
     total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
     return f"{float(total):.1e}"
 
 
 def with_bound(value: float, bound: float, sign: str = "+-") -> str:
-    """Return a number in full, with a bound that also covers the rounding of its digits."""
+    """Format a number with all its digits, and with a bound that includes the rounding of the last digit."""
     return f"{value!r} {sign} {upwards(bound, math.ulp(value) / 2)}"
 
 
 def with_error(value: float, error: float, sign: str = "+-") -> str:
-    """Return a value with its standard error in one line."""
+    """Format a value with its standard error."""
     return f"{as_sure(value, error)} {sign} {upwards(error)}"
 
 
 def as_sure(value: float, error: float) -> str:
-    """Return a value with digits down to the second digit of its error, at least six."""
+    """Format a value with decimals down to the second digit of its error, but at least six."""
     return f"{value:z.{max(6, 1 - math.floor(math.log10(error)) if 0 < error < math.inf else 6)}f}"
 
 
 def concise(value: float | None, error: float | None) -> str | None:
-    """Return a value with two digits of its error, rounded up, in brackets: 0.88677(22) is +- 0.00022."""
+    """Format a value with two digits of its error, rounded up, in brackets; 0.88677(22) means +- 0.00022."""
     if value is None or error is None or not 0 < error < math.inf:
         return None if value is None else f"{value:z.6f}"
     digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
@@ -86,15 +86,15 @@ def concise(value: float | None, error: float | None) -> str | None:
 
 
 _RELATIVE = 1e-12
-"""Relative accuracy of births that closed forms require."""
+"""Relative accuracy that a birth must have before a closed form is sought."""
 _MOST = 60
-"""Largest leading and middle coefficient, for which chance hits are rarer than one in 10^5."""
+"""Largest leading and middle coefficient to try; chance hits are then rarer than one in 10^5."""
 _SQUARE = 200
-"""Largest denominator of a rational square."""
+"""Largest denominator to try for a rational square."""
 
 
 def closed_form(a: float) -> str | None:
-    """Return a as a rational number, the square root of one, or a quadratic number; None if none fits.
+    """Return `a` as a rational number, the square root of one, or a root of a quadratic; None if none fits.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def closed_form(a: float) -> str | None:
 
 
 def _root(rational: int, square: int, below: int) -> str:
-    """Write (rational + sqrt(square))/below in lowest terms, below of either sign."""
+    """Format (rational + sqrt(square))/below in lowest terms; `below` can have either sign."""
     factor = max(k for k in range(1, math.isqrt(max(square, 1)) + 1) if square % (k * k) == 0)
     square //= factor * factor
     if square == 1:

@@ -1,20 +1,20 @@
-"""Make text from others harmless for terminals and spreadsheets.
+"""Make text from other people harmless for terminals and spreadsheets.
 
-In a catalogue from elsewhere, a status or a label can be any text.
+In a catalogue that somebody else made, a status or a label can be any text.
 """
 
 from collections.abc import Iterable
 
 _FORMULA = tuple("=+-@＝＋－＠")
-"""Characters that begin a formula in a spreadsheet, full-width ones included."""
+"""Characters that begin a formula in a spreadsheet, including the full-width ones."""
 
 _LONGEST, _END = 1000, 300
 
 
 def printable(text: str) -> str:
-    """Return a text in one line, with control characters as escapes.
+    """Return a text on one line, with control characters escaped.
 
-    No text can then move the cursor, change colours, hide anything, or run from right to left.
+    The result cannot move the cursor, change colours, hide anything, or run from right to left.
     """
     if text.isprintable():
         return text
@@ -24,7 +24,7 @@ def printable(text: str) -> str:
 
 
 def line(text: str) -> str:
-    """Return a message as one line that fits a screen; its end stays, because it may hold the remedy."""
+    """Shorten a message to one line that fits on a screen, but keep its end, which may say what to do."""
     shown = printable(text)
     return shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - _END]} ... {shown[-_END:]}"
 
@@ -40,10 +40,10 @@ def several(count: int, one: str, many: str | None = None) -> str:
 
 
 def cell(value: object) -> object:
-    """Return a value for a cell of a csv or tsv file.
+    """Return a value as it is written in a cell of a csv or tsv file.
 
-    A text that a spreadsheet would read as a formula gets a leading apostrophe. Numbers stay numbers, lists
-    become numbers separated by blanks, and None is empty.
+    A text that a spreadsheet would read as a formula gets a leading apostrophe. A list becomes its items
+    separated by blanks. Numbers do not change, and None makes an empty cell.
     """
     if isinstance(value, list | tuple):
         return " ".join(str(cell(item)) for item in value)
@@ -54,7 +54,7 @@ def cell(value: object) -> object:
 
 
 def guess(name: str, known: Iterable[str]) -> str:
-    """Suggest the known name closest to a wrong one; empty if none is similar."""
+    """Return a question that suggests the known name closest to a wrong one; empty if none is similar."""
     from difflib import get_close_matches  # seldom needed
 
     return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))

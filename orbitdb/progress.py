@@ -1,4 +1,4 @@
-"""Progress reports of long work."""
+"""Progress reports for long computations."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -11,12 +11,12 @@ Tell: TypeAlias = Callable[[float, float, str], object]
 
 
 def nobody(done: float, total: float, text: str) -> None:
-    """Report to nobody."""
+    """Ignore a progress report."""
 
 
 @contextmanager
 def telling(progress: Tell | None, text: str) -> Iterator[Tell]:
-    """Yield what receives the progress: the given function, a bar in a notebook, or nobody."""
+    """Yield the function that receives progress reports: the given one, a bar in a notebook, or `nobody`."""
     if progress is not None or not _in_notebook():
         yield progress or nobody
     elif find_spec("tqdm") is not None:

@@ -72,7 +72,7 @@ def test_a_full_disk_is_reported_and_leaves_no_file(tmp_path, form):
     target = tmp_path / f"orbits.{form}"
     full = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (100_000, 100_000))
     done = run(target, form, command=[sys.executable, "-P", "-c", WRITE], preexec_fn=full)
-    assert done.stdout == f"{target} cannot be written ({os.strerror(errno.EFBIG)}); nothing was kept\n"
+    assert done.stdout == f"{target} cannot be written ({os.strerror(errno.EFBIG)}); nothing was saved\n"
     assert done.stderr == ""
     assert list(tmp_path.iterdir()) == []
 

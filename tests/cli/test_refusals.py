@@ -104,7 +104,7 @@ plot lyapunov -o x.svg --status orbit,unresolved | 2 | leave out status unresolv
 export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
 export - | 2 | name a file
-export z.npz --format csv | 2 | z.npz ends in .npz, and --format says csv: leave one
+export z.npz --format csv | 2 | z.npz ends in .npz, but --format says csv: leave one
 export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
 export orbits.csv -c colour | 2 | colour
 fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
@@ -123,11 +123,11 @@ export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of t
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
 
 sweep --db new.db --p 21 | 2 | 21
-sweep --db new.db --p 3 --where p>2 | 2 | a subset by where cannot be swept, as that needs stored rows: choose
-sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, range of born cannot be swept, as
-sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at cannot be swept, as
-sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | sums are over orbits alone
-sweep --db new.db --p 3 --contains 1^41 | 2 | contains 41 symbols | no swept word has more than 40
+sweep --db new.db --p 3 --where p>2 | 2 | a subset by where needs stored rows and cannot be swept: choose
+sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, range of born needs stored rows
+sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at needs stored rows
+sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | a sweep sums over orbits only
+sweep --db new.db --p 3 --contains 1^41 | 2 | contains has 41 symbols | at most 40 in a row
 sweep --db new.db --p 3 --contains 16 | 2 | symbol '6' at position 2
 sweep --db new.db --p 3 --reversal both | 2 | reversal 'both': use self or pair
 sweep --db new.db --p 3 --symmetry z | 2 | symmetry 'z': use 1, or
@@ -147,19 +147,19 @@ sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned and noth
 sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
 sql "SELECT * FROM pragma_table_info('orbit')" | 2 | nothing else
 sql 'SELECT 1; DELETE FROM orbit' | 2 | one statement
-sql 'DELETE FROM orbit' | 2 | write one SELECT
-sql 'EXPLAIN SELECT 1' | 2 | write one SELECT
-sql '' | 2 | write one SELECT
+sql 'DELETE FROM orbit' | 2 | write a single SELECT
+sql 'EXPLAIN SELECT 1' | 2 | write a single SELECT
+sql '' | 2 | write a single SELECT
 sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2 | WITH may not be used
 sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
-sql 'SELECT p, p FROM catalogue' | 2 | column 'p' comes twice
+sql 'SELECT p, p FROM catalogue' | 2 | column 'p' occurs twice
 sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
 sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
-sql LONG | 2 | it has 20008 characters with its values; 20000 are allowed
+sql LONG | 2 | it has 20008 characters with its values; at most 20000 are allowed
 """
 """A command, its exit code, and parts of its message."""
 

@@ -96,7 +96,7 @@ def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     assert found == (0, "n\n1\n", "")
     missed = cli("sql", f"{counted} code = '310'", "--format", "csv", "--db", str(varied))
     assert missed.out == "n\n0\n"
-    assert missed.err == "no row has code = '310', only least rotations: write code('310')\n"
+    assert missed.err == "no row has code = '310', as codes are least rotations: write code('310')\n"
     assert "symbol '9'" in cli("sql", f"{counted} code('19')", "--db", str(varied)).err
 
 

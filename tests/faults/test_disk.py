@@ -122,7 +122,7 @@ def test_a_dataset_without_room_leaves_no_folder(filled, disk, tmp_path):
     fails(run("export", folder / "data", "--dataset", "--db", filled), "no room")
     assert list(folder.iterdir()) == []
     done = run("export", tmp_path / "data", "--dataset", "--db", filled, preexec_fn=room(40_000))
-    fails(done, "data cannot be written (File too large); nothing was kept")
+    fails(done, "data cannot be written (File too large); nothing was saved")
     assert not list(tmp_path.glob("*data*"))
 
 
@@ -215,7 +215,7 @@ def test_a_reader_without_the_right_to_lock_notices_what_the_owner_writes(locked
         locked.chmod(0o644)
         assert run("fill", "--p", "3", "--a", "1", "--db", locked).returncode == 0
         out, _ = process.communicate("\n", timeout=60)
-    assert out == f"{locked} was written while it was read: ask again\n[1.0, 1.6]\n"
+    assert out == f"{locked} was written while it was being read: try again\n[1.0, 1.6]\n"
     assert [each.name for each in locked.parent.iterdir()] == [locked.name]
 
 
@@ -224,7 +224,7 @@ def test_the_data_folder_is_made_or_named_if_it_cannot_be(locked):
     deeper = locked.parent / "deeper"
     environment = {name: value for name, value in os.environ.items() if name != "ORBITDB_DB"}
     environment["XDG_DATA_HOME"] = str(deeper)
-    fails(run("fill", "--p", "3", env=environment, preexec_fn=drop_rights), "/orbitdb cannot be made")
+    fails(run("fill", "--p", "3", env=environment, preexec_fn=drop_rights), "/orbitdb cannot be created")
     locked.parent.chmod(0o755)
     assert run("fill", "--p", "3", env=environment).returncode == 0
     assert (deeper / "orbitdb" / "orbits.db").exists()

@@ -90,11 +90,11 @@ def test_a_bad_code_in_a_filter_is_refused(catalogue, where, said):
 @pytest.mark.parametrize(
     ("where", "told"),
     [
-        ("p = 2 and code = '31'", "no row has code = '31', only least rotations: write code('31')"),
-        ("code = '310245'", "no row has code = '310245', only least rotations: write code('310245')"),
+        ("p = 2 and code = '31'", "no row has code = '31', as codes are least rotations: write code('31')"),
+        ("code = '310245'", "no row has code = '310245', as codes are least rotations: write code('310245')"),
         (
             "\"code\" == 3 or word IN ('13', '1313')",
-            "no row has word = '1313', only least rotations: write code('13')",
+            "no row has word = '1313', as codes are least rotations: write code('13')",
         ),
         ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
     ],

@@ -67,7 +67,7 @@ def test_words_are_keys_in_any_rotation(catalogue):
         assert catalogue[word].symmetry == solve_word(word, 1.6).symmetry is not None
     for absent in ("1232131", "1313", "00", "9", "", 13):
         assert absent not in catalogue
-    with pytest.raises(KeyError, match="1313 repeats 13: ask for that"):
+    with pytest.raises(KeyError, match="1313 repeats 13: ask for the shorter word"):
         catalogue["1313"]
 
 
@@ -266,11 +266,11 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"colour": (1, 2)}, "these are a, p, status, time_reversal, .*, length, lyapunov"),
-        ({"reversal": "self"}, "reversal: not a criterion, use time_reversal; these are a, p, status"),
+        ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, lyapunov"),
+        ({"reversal": "self"}, "reversal: not a criterion, use time_reversal; criteria are a, p, status"),
         (
             {"range": "length=3:"},
-            r"range: not a criterion, use the name .* as in length=\(3, 10\); these are",
+            r"range: not a criterion, use the name .* as in length=\(3, 10\); criteria are",
         ),
         ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
         ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' describes it"),

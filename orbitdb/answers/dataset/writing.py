@@ -178,7 +178,7 @@ def _replacing(folder: Path) -> Iterator[Path]:
         os.rename(draft, folder)
     except OSError as error:
         raise StoreError(
-            f"{folder} cannot be written ({error.strerror or error}); nothing was kept"
+            f"{folder} cannot be written ({error.strerror or error}); nothing was saved"
         ) from error
     finally:
         if before.exists() and not folder.exists():

@@ -1,1 +1,1 @@
-"""Questions to a catalogue: selections, conditions in SQL, and confined SQL expressions."""
+"""Describe a subset of a catalogue: selections, SQL conditions, and SQL expressions within limits."""

@@ -1,7 +1,7 @@
 """Words in SQL expressions: ``code('1232131')`` finds a word in any rotation.
 
-Rows name a word by its least rotation, so ``code('...')`` is first replaced by a condition that SQLite can
-look up.
+Rows contain the least rotation of a word. So ``code('...')`` is replaced, before SQLite sees it, by a
+condition that SQLite can look up.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,8 +30,9 @@ _EQUAL = {"=", "IN", "(", ","}
 def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
     """Replace every ``code('...')`` in an expression by a condition on class and least rotation.
 
-    ``code`` takes quoted words or names (``:name``) of parameters, separated by commas, and is true for each
-    of them. Raises `ValueError` for anything else in the brackets, or if the result is compared with a value.
+    The brackets take quoted words or names (``:name``) of parameters, separated by commas; the condition is
+    true for each of these words. Raises `ValueError` if the brackets contain anything else, or if the
+    condition is compared with a value.
     """
     found = tokens(where)
     solid = [place for place, token in enumerate(found) if token.kind != "blank"]
@@ -43,7 +44,7 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
             continue
         closing = next((k for k in range(rank + 2, len(said)) if said[k].text == ")"), None)
         if closing is None:
-            break  # SQLite says what is missing
+            break  # SQLite will say what is missing
         _check_alone(said[max(rank - 1, 0) : rank] + said[closing + 1 : closing + 2])
         parts += [token.text for token in found[done:place]]
         parts.append(_condition(said[rank + 2 : closing], parameters))
@@ -52,7 +53,7 @@ def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def _check_alone(beside: Sequence[Token]) -> None:
-    """Raise `ValueError` if the condition, which is true or false, is compared with a code."""
+    """Raise `ValueError` if ``code(...)``, which is true or false by itself, is compared with a value."""
     if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
         raise ValueError("code('...') is a condition by itself: write it without a comparison")
 
@@ -67,7 +68,7 @@ def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | floa
 
 
 def _classes(words: Sequence[str]) -> list[str]:
-    """Return conditions on class ids, which SQLite looks up directly."""
+    """Return conditions on the class ids of the words, which SQLite can look up directly."""
     kinds = [(len(word) > MAX_KEYED, bool(rules_of(word))) for word in words]
     short = [word for word, kind in zip(words, kinds, strict=True) if kind == (False, False)]
     numbers = sorted({key(class_of(word).representative) for word in short})
@@ -77,7 +78,7 @@ def _classes(words: Sequence[str]) -> list[str]:
 
 
 def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
-    """Return the least rotation of a quoted or named word."""
+    """Return the least rotation of a word given in quotes or by the name of a parameter."""
     if token.kind == "value" and token.text[1:] not in parameters:
         raise ValueError(f"binding {token.text} has no value")
     given = parameters[token.text[1:]] if token.kind == "value" else token.text[1:-1]
@@ -90,7 +91,7 @@ def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
 
 
 def hint(where: str) -> str | None:
-    """Return a hint if an expression compares codes with a word that is not a least rotation, else None."""
+    """Return a hint if an expression compares a code with a word that is not a least rotation, else None."""
     found = meaningful(where)
     for place, (column, sign) in enumerate(pairwise(found)):
         if column.keyword not in _NAMED_BY_LEAST_ROTATION or sign.text == "(":
@@ -100,5 +101,7 @@ def hint(where: str) -> str | None:
         )
         for word in (each.text[1:-1] for each in beside if each.kind == "string"):
             if word and set(word) <= set(SYMBOLS) and least_rotation(root := primitive_root(word)) != word:
-                return f"no row has {column.text} = '{word}', only least rotations: write code('{root}')"
+                return (
+                    f"no row has {column.text} = '{word}', as codes are least rotations: write code('{root}')"
+                )
     return None

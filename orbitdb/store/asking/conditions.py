@@ -1,6 +1,6 @@
-"""Selections as SQL: conditions and sort keys over the view ``catalogue``.
+"""Turn selections into SQL conditions on the view ``catalogue``, and read the columns to sort by.
 
-`divide` splits the conditions of a subset into those for SQL and patterns for the packed words.
+`divide` splits the conditions of a subset into conditions for SQL and patterns for the packed words.
 """
 
 import math
@@ -25,7 +25,7 @@ COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
 
 NEAR = 2.0
-"""Within this many error bounds of a birth or death, it does not decide the status of a word."""
+"""A birth or death does not decide the status of a word within this many times its error bound."""
 
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
@@ -33,9 +33,9 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 def conditions_of(
     selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection, without `contains`, as conditions on a view or on columns of the same names.
+    """Return a selection, except for `contains`, as conditions on a view or on columns with the same names.
 
-    Raises `SelectionError` for a bad expression.
+    Raises `SelectionError` if the expression of the selection is invalid.
     """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
@@ -59,9 +59,10 @@ def conditions_of(
 
 
 def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
-    """Return the condition that the births and deaths of a class, given by id, make it an orbit at some a.
+    """Return the condition that a class, given by its id, is an orbit at a given a, from births and deaths.
 
-    It is not one if a is within the error of a birth or death, as for an orbit exactly through a joint.
+    A class does not count as an orbit if a is within the error of a birth or death, where the orbit may run
+    exactly through a joint.
     """
     reach = NEAR * change.c.error
     begun = sa.and_(change.c.kind == BORN, change.c.a + reach < a)
@@ -81,14 +82,14 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 def answering(
     connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
 ) -> AbstractContextManager[None]:
-    """Return a context for a query over a subset; it confines the expression, if there is one."""
+    """Return a context for the query for a subset, which limits what its expression, if any, can do."""
     if selection.where is None:
         return nullcontext() if cancelled is never else heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
 def parse_order(order: str) -> dict[str, bool]:
-    """Return the columns to sort by, each with whether it falls.
+    """Return the columns to sort by; the value of each tells whether its order is descending.
 
     Raises `SelectionError` if the text cannot be read or names an unknown column.
     """
@@ -106,14 +107,14 @@ def parse_order(order: str) -> dict[str, bool]:
 
 _NAMES = ("CODE", "WORD")
 _WILDCARDS = {"LIKE": ("%", "_"), "GLOB": ("*", "?")}
-"""The wildcards for any number of symbols and for one."""
+"""The wildcards for any number of symbols and for a single symbol."""
 
 
 @dataclass(frozen=True)
 class Divided:
-    """A subset as conditions for SQL and patterns that the packed words must fit.
+    """A subset, divided into conditions for SQL and patterns that the packed words must match.
 
-    `of_words` says whether the conditions can differ between the words of a class.
+    `of_words` tells whether the conditions can have different values for the words of a class.
     """
 
     conditions: Selection
@@ -122,7 +123,7 @@ class Divided:
 
 
 def divide(selection: Selection) -> Divided:
-    """Divide a subset into conditions and patterns; raise `SelectionError` for a bad expression."""
+    """Divide a subset into conditions and patterns; raise `SelectionError` if its expression is invalid."""
     factors = () if selection.contains is None else (Factor(selection.contains),)
     plain = replace(selection, contains=None)
     if _is_of_classes(plain):
@@ -151,7 +152,7 @@ def _joined(selection: Selection, parts: list[Selection]) -> Selection:
 
 
 def _parts_of(selection: Selection) -> list[Selection]:
-    """Return one subset per condition joined by AND, each with the values that it uses."""
+    """Return one subset for each condition that AND joins, with the values of the names in it."""
     found, given = [], selection.parameters
     for part in _joined_by_and(selection.where or "") or [selection.where or ""]:
         values = {name: given[name] for name in given.keys() & free.names_in(part)}
@@ -160,7 +161,7 @@ def _parts_of(selection: Selection) -> list[Selection]:
 
 
 def _joined_by_and(where: str) -> list[str]:
-    """Return the conditions that an expression plainly joins by AND; else none."""
+    """Return the conditions that an expression joins by AND; an empty list if it cannot be split safely."""
     parts, depth = [""], 0
     for token in tokens(where):
         depth += (token.text == "(") - (token.text == ")")
@@ -174,7 +175,7 @@ def _joined_by_and(where: str) -> list[str]:
 
 
 def _pattern(part: Selection) -> Like | None:
-    """Return the pattern of a condition such as ``code NOT LIKE '13%'``; None for others."""
+    """Return the pattern of a condition such as ``code NOT LIKE '13%'``, or None for other conditions."""
     found = meaningful(part.where or "")
     wanted = [token.keyword for token in found[1:2]] != ["NOT"]
     if not wanted:
@@ -189,6 +190,6 @@ def _pattern(part: Selection) -> Like | None:
 
 
 def _text(token: Token, part: Selection) -> str | None:
-    """Return the text of a string or of a named value; None for anything else."""
+    """Return the text of a quoted string or of a named value; None for anything else."""
     value = part.parameters.get(token.text[1:]) if token.kind == "value" else None
     return token.text[1:-1] if token.kind == "string" else value if isinstance(value, str) else None

@@ -1,6 +1,6 @@
 """Turn criteria, given as Python values or as texts, into a `Selection`.
 
-An unreadable value raises `SelectionError`, which says how to write it.
+A value that cannot be read raises `SelectionError`; the message says how to write it.
 """
 
 import re
@@ -27,7 +27,7 @@ from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 
 _AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
-"""Hints for options with other names than their criteria."""
+"""Hints for options whose names differ from those of their criteria."""
 
 
 class Criteria(TypedDict, total=False):
@@ -56,7 +56,7 @@ _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
 def with_criteria(method: _Method) -> _Method:
-    """Decorate a method so that help and completion list each of its ``**criteria``."""
+    """Decorate a method so that help and completion list all the criteria that ``**criteria`` stands for."""
     *kept, _ = signature(method).parameters.values()
     named = [
         Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
@@ -79,12 +79,12 @@ def chosen_by(
     not_at: float | Iterable[float] = (),
     **ranges: Bounds | None,
 ) -> Selection:
-    """Return a selection from the criteria of `Catalogue.select`; a is 1.6 by default.
+    """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
 
     Raises
     ------
     SelectionError
-        If one of them cannot be used.
+        If a criterion is invalid.
     """
     if unknown := sorted(set(ranges) - set(MEASURES)):
         raise _no_criterion(unknown)
@@ -107,32 +107,32 @@ def chosen_by(
 
 
 def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods to fill, in rising order.
+    """Return the periods to fill, in ascending order.
 
     Parameters
     ----------
     periods : int, str or iterable of int
-        A period, text such as ``2-11`` or ``2,3,5-7``, or several: ``range(2, 12)``, a list, an array.
+        A period, a text such as ``2-11`` or ``2,3,5-7``, or several periods as a range, list or array.
 
     Raises
     ------
     SelectionError
-        If there are none, or one cannot be filled.
+        If no period is given, or one of them cannot be filled.
     """
     return fillable(parse_periods(_listed(periods)))
 
 
 def _no_criterion(names: Sequence[str]) -> SelectionError:
-    """Return the error for unknown criteria; it suggests a name for the first."""
+    """Return the error for unknown criteria, which suggests a known name for the first of them."""
     known = tuple(Criteria.__annotations__)
     meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
     return SelectionError(
-        f"{', '.join(names)}: not a criterion{meant and f', use {meant}'}; these are {', '.join(known)}"
+        f"{', '.join(names)}: not a criterion{meant and f', use {meant}'}; criteria are {', '.join(known)}"
     )
 
 
 def _listed(value: object) -> str:
-    """Join values with commas; write a range as `parse_periods` reads it."""
+    """Join values with commas; format a range so that `parse_periods` can read it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
     if isinstance(value, str) or not isinstance(value, Iterable):
@@ -141,11 +141,11 @@ def _listed(value: object) -> str:
 
 
 def _pair(name: str, bounds: object) -> Bounds:
-    """Check that bounds are a pair, each a number or None."""
+    """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
     pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
-        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10), or None for one")
+        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
     low, high = pair
     if len(numbers) == len(pair) and low > high:
         raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
@@ -177,7 +177,7 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
 
 
 def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
-    """Read the periods to fill: a single number means all up to it; otherwise as `parse_periods`."""
+    """Read the periods to fill as `parse_periods` does, but take a single number to mean all up to it."""
     if "-" in text[1:] or "," in text:
         return parse_periods(text)
     try:
@@ -206,7 +206,7 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
 
 
 def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
-    """Read bounds on measures; several on the same measure all apply."""
+    """Read bounds on measures; if there are several bounds on the same measure, they all apply."""
     found: dict[str, Bounds] = {}
     for text in texts:
         name, bounds = parse_bound(text)
@@ -238,7 +238,7 @@ def parse_reversal(text: str) -> str:
 
 
 def parse_symmetry(text: str) -> str:
-    """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for none."""
+    """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for no symmetry."""
     named = ordered_symmetry(text)
     if named == "1":
         return named
@@ -251,7 +251,7 @@ def parse_symmetry(text: str) -> str:
 
 
 def ordered_symmetry(text: str) -> str:
-    """Return a symmetry label with its elements in order; they need not form a group."""
+    """Return a symmetry label with its elements in the usual order; they need not form a group."""
     names = {part.strip() for part in text.split(",")}
     if names != {"1"} and not names <= set(NAMES[1:]):
         raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
@@ -275,6 +275,6 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 
 
 def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
-    """Read one or several values of a."""
+    """Check one or more values of a, and drop duplicates."""
     each = values if isinstance(values, Iterable) else (values,)
     return tuple(dict.fromkeys(Stadium(a).a for a in each))

@@ -1,4 +1,4 @@
-"""Limits of time and size for queries with SQL written by users."""
+"""Limits on the time and the size of queries with SQL that users wrote."""
 
 import sqlite3
 import time
@@ -13,20 +13,20 @@ from orbitdb.store.file.database import driver
 from orbitdb.store.file.schema import VIEWS
 
 SECONDS = 60.0
-"""Time limit of a statement, or of a query with a free expression."""
+"""Time limit in seconds for a statement, or for a query with a free expression."""
 
 LONGEST_PATTERN = 500
 _LONGEST_TEXT = 10_000_000
-"""Enough for a row with all texts of a word of a million symbols."""
+"""Enough bytes for a row with all the texts of a word of a million symbols."""
 
 STEPS_BETWEEN_LOOKS = 200_000
-"""SQLite steps between checks, some milliseconds; a check has to wait while Python is busy."""
+"""SQLite steps between checks, a few milliseconds; a check has to wait while Python is busy."""
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 TABLES_OF_VIEW = {"cycle", "element", "stadium", "orbit", "change", "pruned"}
 
 
 def never() -> bool:
-    """Return False: nobody cancels."""
+    """Return False, because nobody cancels."""
     return False
 
 
@@ -35,10 +35,10 @@ class CancelledError(Exception):
 
 
 class Patience:
-    """How long a query may still run: some seconds from now, unless it is cancelled.
+    """How long a query may still run: for a number of seconds from now, unless it is cancelled.
 
-    The `deadline` is a value of `time.monotonic`. A caller that fetches rows in blocks adds the time between
-    them.
+    The `deadline` is a time of the clock `time.monotonic`. A caller that fetches rows in blocks adds to it
+    the time that passes between the blocks.
     """
 
     def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
@@ -47,13 +47,13 @@ class Patience:
 
     @property
     def ended(self) -> bool:
-        """Whether the time is up or the query was cancelled."""
+        """Whether the time is up or the query has been cancelled."""
         return time.monotonic() > self.deadline or self.cancelled()
 
 
 @contextmanager
 def heeding(connection: sa.Connection, patience: Patience) -> Iterator[None]:
-    """Let a connection answer a query or fetch rows; raise `CancelledError` once it is cancelled."""
+    """Let a connection run a query or fetch its rows; raise `CancelledError` once this is cancelled."""
     own = driver(connection)
     own.set_progress_handler(lambda: patience.ended, STEPS_BETWEEN_LOOKS)
     try:
@@ -73,11 +73,11 @@ def confined(
     refusal: Callable[[str], SelectionError],
     authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection answer a query within its time, with texts of limited size.
+    """Let a connection run a query within its time limit, with texts of limited size.
 
-    Further rows can be fetched in another such block, with the same patience. The query may compute, and read
-    the views and their tables or what `authorize` allows. Raises `CancelledError` once it is cancelled, and
-    the result of `refusal` for other errors of SQLite.
+    Further rows can be fetched in another such context, with the same patience. The query may compute, and
+    read the views and their tables, or do what `authorize` allows. Raises `CancelledError` once the query is
+    cancelled; for other errors of SQLite, raises the error that `refusal` makes from the message.
     """
     own = driver(connection)
     sizes = {
@@ -93,7 +93,7 @@ def confined(
         message = str(getattr(error, "orig", error))
         if "interrupted" in message:
             if not patience.ended:
-                raise KeyboardInterrupt from error  # SQLite swallows one raised while it asks for the time
+                raise KeyboardInterrupt from error  # SQLite swallows one that its progress handler raises
             message = f"it took more than {SECONDS:g} s"
         raise refusal(message) from error
     finally:

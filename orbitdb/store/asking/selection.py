@@ -1,4 +1,4 @@
-"""`Selection`: a chosen subset of a catalogue, which describes itself in words; ranges of periods."""
+"""`Selection`, which names a subset of a catalogue and can describe it in words; ranges of periods."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "die
 """The columns that a selection can bound from below and above."""
 
 Bounds: TypeAlias = tuple[float | None, float | None]
-"""The least and the greatest value, both included; None for no bound."""
+"""The least and the greatest value, both included; None if there is no limit."""
 
 _MOST_VALUES = 6
 
@@ -32,25 +32,25 @@ class Selection(ByValue):
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     periods : tuple of (int, int)
-        Ranges of periods, ends included; empty for all.
+        Ranges of periods, including both ends; empty for all periods.
     statuses : tuple of Status
-        Empty for all.
+        The statuses that a word may have; empty for all.
     time_reversal : str or None
         ``self`` or ``pair``.
     symmetry : str or None
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
-        Successive symbols of the word, in some rotation.
+        Symbols that follow one another in the word, read cyclically.
     exists, not_at : tuple of float
-        Values of a at which the word is an orbit, and at which it is not, by its births.
+        Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
         Least and greatest value of some of `MEASURES`, both included.
     where : str or None
-        An SQL expression over the columns of the view ``catalogue``.
+        An SQL expression that uses the columns of the view ``catalogue``.
     parameters : mapping of str to value
-        Values of the names (``:name``) in ``where``.
+        Values for the names (``:name``) in ``where``.
     """
 
     a: float = USUAL_A
@@ -66,11 +66,11 @@ class Selection(ByValue):
     parameters: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def includes(self, p: int) -> bool:
-        """Tell whether words of a period can be in the subset."""
+        """Tell whether the subset can contain words of a given period."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Describe the selection in one line that can follow a number, also for several a."""
+        """Describe the selection in one line, with a count of its words or for several stadiums, if given."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:
@@ -82,7 +82,7 @@ class Selection(ByValue):
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
-        """Describe everything but a, periods, statuses and reversal; may be empty."""
+        """Describe all criteria except a, periods, statuses and time reversal; the text may be empty."""
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
@@ -131,11 +131,11 @@ def _span(name: str, low: float | None, high: float | None) -> str:
 
 
 LEAST_PERIOD = 2
-"""The least number of bounces of an orbit."""
+"""The smallest number of bounces that an orbit can have."""
 
 
 def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in some ranges in rising order; raise `InputError` if one cannot be filled."""
+    """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
     found: set[int] = set()
     for low, high in spans:
         if (least := min(low, high)) < LEAST_PERIOD:
@@ -147,7 +147,7 @@ def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
 
 
 def written_periods(periods: Sequence[int]) -> str:
-    """Write periods as ranges, such as "periods 2-8, 11"."""
+    """Format periods as ranges, such as "periods 2-8, 11"."""
     return written_spans(joined_spans([(p, p) for p in periods]))
 
 
@@ -163,18 +163,18 @@ def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def are_many(spans: Sequence[tuple[int, int]]) -> bool:
-    """Tell whether ranges contain more than one period."""
+    """Tell whether the ranges contain more than one period."""
     return len(spans) > 1 or spans[0][0] < spans[0][1]
 
 
 def written_spans(spans: Sequence[tuple[int, int]]) -> str:
-    """Write ranges of periods, such as "period 4" or "periods 2-8, 11"."""
+    """Format ranges of periods, such as "period 4" or "periods 2-8, 11"."""
     ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
     return f"period{'s' * are_many(spans)} {', '.join(ranges)}"
 
 
 def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read known names of columns, separated by commas."""
+    """Read names of columns, separated by commas; each must be known."""
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
         if name not in known:
@@ -185,6 +185,6 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error for an unknown column; it suggests a similar name."""
+    """Return the error for an unknown column, which suggests a similar name."""
     columns = ", ".join(dict.fromkeys(known))
     return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")

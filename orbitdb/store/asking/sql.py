@@ -1,6 +1,6 @@
-"""Run one SELECT statement written by a user (`orbitdb sql`).
+"""Run a SELECT statement that a user wrote (`orbitdb sql`).
 
-What it may call is in `orbitdb.store.asking.where`, how long it may take in `orbitdb.store.asking.limits`.
+`orbitdb.store.asking.where` has the functions that it may call, `orbitdb.store.asking.limits` its time limit.
 """
 
 import time
@@ -28,11 +28,11 @@ _authorize = free.allowing(set(READABLE), VIEWS.keys(), TABLES_OF_VIEW, "random"
 def run_statement(
     connection: sa.Connection, statement: str, parameters: free.Parameters
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
-    """Run one SELECT over `READABLE`; return the names of its columns, and its rows.
+    """Run a SELECT over `READABLE`; return the names of its columns, and an iterator over its rows.
 
-    It may call random() and the functions of expressions (`orbitdb.store.asking.where`);
-    ``code('1232131')`` finds a word in any rotation. Raises `SelectionError` if it is not one SELECT, reads
-    anything else, gives two columns the same name, or takes too long.
+    It may call random() and the functions that expressions may call (`orbitdb.store.asking.where`), and
+    ``code('1232131')`` to find a word in any rotation. Raises `SelectionError` if the statement is not a
+    single SELECT, reads anything else, gives two columns the same name, or takes too long.
     """
     try:
         _check(statement, parameters)
@@ -44,7 +44,7 @@ def run_statement(
         result = connection.exec_driver_sql(plain, parameters)
         names = tuple(result.keys())
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise _refusal(statement, f"column {twice[0]!r} comes twice: name one of them with AS")
+        raise _refusal(statement, f"column {twice[0]!r} occurs twice: rename one of them with AS")
     return names, _fetched(connection, statement, result, patience)
 
 
@@ -59,14 +59,14 @@ def _fetched(
         begun = time.monotonic()
         # BLOBs become hexadecimal digits, which every format can write
         yield from (tuple(v.hex() if isinstance(v, bytes) else v for v in row) for row in block)
-        patience.deadline += time.monotonic() - begun  # time that the caller spent
+        patience.deadline += time.monotonic() - begun  # the time that the caller took
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:
-    """Raise `ValueError`, before SQLite runs it, for what could grow without end or values without a name."""
+    """Raise `ValueError` for a statement that is not a SELECT, could grow without limit, or lacks a name."""
     found = meaningful(statement)
     if not found or found[0].keyword != "SELECT":
-        raise ValueError("write one SELECT")
+        raise ValueError("write a single SELECT")
     free.check_size(statement, parameters)
     if any(token.keyword == "WITH" for token in found):
         raise ValueError("WITH may not be used")

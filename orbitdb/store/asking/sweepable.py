@@ -1,8 +1,8 @@
-"""Subsets that can be swept, because a solved class suffices to decide them, and their canonical text.
+"""Subsets that can be swept, because a solved class is enough to decide about its words.
 
-The text is part of the key of a stored sweep, besides stadium and period. However you write a subset, it has
-the same text; that of all orbits is empty. A sweep chooses the classes whose stored rows
-`orbitdb.store.asking.conditions` would choose.
+The key of a stored sweep is its stadium, its period, and the canonical text of its subset. This text does not
+depend on how you wrote the subset; for all orbits, it is empty. A sweep chooses the same classes as
+`orbitdb.store.asking.conditions` chooses from stored rows.
 """
 
 from collections.abc import Iterator
@@ -20,32 +20,32 @@ from orbitdb.symbols.symmetry import SIZES, label, time_reversal
 from orbitdb.symbols.words import parse, unpack
 
 SWEPT_MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin")
-"""The measures by which a sweep can choose; a solved orbit comes without births and deaths."""
+"""The measures by which a sweep can choose; births and deaths are not among the results of the solver."""
 
 _OF_ROWS = {"where": "where", "exists": "exists", "not_at": "not-at"}
-"""Criteria that a sweep cannot use, and their names in its error."""
+"""Criteria that a sweep cannot use, and their names in the error message."""
 
 _ALL = float("inf")
 _LONGEST = 2 * MAX_PERIOD
-"""Longest run of symbols that is tried: twice around the longest word."""
+"""Largest number of symbols to search for: twice around the longest word."""
 
 _NEAR = 1e-9
-"""Relative distance from a bound within which the last digits of a measure matter."""
+"""Relative distance from a bound within which the last digits of a measure decide."""
 
 
 def why_not_swept(selection: Selection) -> str:
-    """Explain why a subset cannot be swept; empty if it can."""
+    """Return the reason why a subset cannot be swept; empty if it can be."""
     rows = [told for name, told in _OF_ROWS.items() if getattr(selection, name)]
     rows += [f"range of {name}" for name in selection.ranges if name not in SWEPT_MEASURES]
     if rows:
         return (
-            f"a subset by {', '.join(rows)} cannot be swept, as that needs stored rows: choose by reversal, "
+            f"a subset by {', '.join(rows)} needs stored rows and cannot be swept: choose by reversal, "
             f"symmetry, contains and ranges of {', '.join(SWEPT_MEASURES)}, or fill the periods"
         )
     if selection.statuses not in ((), (Status.ORBIT,)):
-        return f"status {', '.join(selection.statuses)} cannot be swept: sums are over orbits alone"
+        return f"status {', '.join(selection.statuses)} cannot be swept: a sweep sums over orbits only"
     if (count := len(selection.contains or "")) > _LONGEST:
-        return f"contains {count} symbols cannot be swept: no swept word has more than {_LONGEST} in a row"
+        return f"contains has {count} symbols and cannot be swept: a sweep tries at most {_LONGEST} in a row"
     return ""
 
 
@@ -64,7 +64,7 @@ def _parts(selection: Selection) -> Iterator[str]:
     if selection.time_reversal:
         yield f"reversal={parse_reversal(selection.time_reversal)}"
     if selection.symmetry:
-        yield f"symmetry={ordered_symmetry(selection.symmetry)}"  # some files hold other labels
+        yield f"symmetry={ordered_symmetry(selection.symmetry)}"  # some files have unordered labels
     if selection.contains:
         yield f"contains={parse(selection.contains)}"
     for name in SWEPT_MEASURES:
@@ -75,12 +75,12 @@ def _parts(selection: Selection) -> Iterator[str]:
 
 
 def _written(bound: float | None, none: float) -> str:
-    """Write a bound in full; empty if every value meets it."""
+    """Format a bound with all its digits; empty if every value satisfies it."""
     return "" if bound is None or bound == none else repr(float(bound) + 0.0)  # turns -0.0 into 0.0
 
 
 def selection_of(text: str, a: float) -> Selection:
-    """Return the subset at one a that has a canonical text; raise `InputError` if none has."""
+    """Return the subset with a canonical text, at a given a; raise `InputError` if there is none."""
     given = dict(part.partition("=")[::2] for part in text.split())
     ranges = dict(parse_bound(f"{name}={given[name]}") for name in SWEPT_MEASURES if name in given)
     found = Selection(
@@ -92,12 +92,12 @@ def selection_of(text: str, a: float) -> Selection:
         ranges=ranges,
     )
     if swept_text(found) != text:
-        raise SelectionError(f"{text!r:.60} is the canonical text of no subset")
+        raise SelectionError(f"{text!r:.60} is not the canonical text of a subset")
     return found
 
 
 def chosen_words(classes: LeastWords, p: int, selection: Selection) -> Integers:
-    """Count the words of each class that meet the conditions on reversal, symmetry and `contains`."""
+    """Count the words of each class that satisfy the conditions on reversal, symmetry and `contains`."""
     wanted = (selection.time_reversal, time_reversal), (selection.symmetry, label)
     fits = np.array([
         bool(size) and all(not name or name == of(mask) for name, of in wanted)
@@ -113,7 +113,7 @@ def chosen_words(classes: LeastWords, p: int, selection: Selection) -> Integers:
 def within_ranges(codes: Integers, p: int, length: Floats, lyapunov: Floats, selection: Selection) -> Marks:
     """Tell which of N orbits, given as packed words of period p, are in the ranges of a subset; shape (N,).
 
-    Where the last digits decide, and for margins, the orbit is solved as in a fill, so that the number
+    If the last digits decide, or if margins matter, the orbit is solved as in a fill, so that the number
     compared is the one that a fill would store.
     """
     chosen = np.ones(len(codes), dtype=np.bool_)

@@ -1,10 +1,10 @@
-"""SQL expressions over the catalogue: what ``--where`` may read and call.
+"""SQL expressions that choose rows (``--where``), and what they may read and call.
 
-An expression may read the columns of the view, call the functions of `FUNCTIONS`, and have subqueries that
+An expression may read the columns of the view, call the functions of `FUNCTIONS`, and contain subqueries that
 each read the view once; ``code('1232131')`` is replaced first (`spelled_out`). Everything else is refused
 before SQLite runs any of it. What remains is bounded: no function makes a text longer, and no subquery
-contains another or a join, so neither the compiled program nor a result can outgrow the catalogue. A query
-stops after `orbitdb.store.asking.limits.SECONDS`.
+contains another subquery or a join, so neither the compiled program nor a result can outgrow the catalogue.
+A query is stopped after `orbitdb.store.asking.limits.SECONDS`.
 """
 
 import sqlite3
@@ -31,12 +31,12 @@ FUNCTIONS = {
 }  # fmt: skip
 """The functions that an expression may call.
 
-A list of what is allowed, because each SQLite and its extensions bring others: some make texts of any size
-(printf, group_concat, zeroblob), some decode binary data.
+Only these are allowed, because versions and extensions of SQLite have many others: some make texts of any
+size (printf, group_concat, zeroblob), some decode binary data.
 """
 
 LONGEST = 20_000
-"""Most characters of an expression with its values; `_LONGEST_WITH_SUBQUERY` if it has a subquery."""
+"""Maximum length of an expression with its values; `_LONGEST_WITH_SUBQUERY` if it has a subquery."""
 
 _LONGEST_WITH_SUBQUERY = 4_000
 _WORDS = {
@@ -44,14 +44,14 @@ _WORDS = {
     "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
     "when", "where", *FUNCTIONS, *catalogue.c.keys(),
 }  # fmt: skip
-"""The words that an expression may use, to complete an unfinished one."""
+"""The words that an expression may use; an unfinished one may end in the beginning of one of them."""
 
 Parameters = dict[str, str | int | float]
 Authorizer: TypeAlias = Callable[[int, str | None, str | None, str | None, str | None], int]
 
 
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
-    """Return an expression as SQL, with its named values."""
+    """Return an expression as an SQL clause, bound to its named values."""
     parts, used = [], {}
     for token in tokens(spelled_out(where, parameters)):
         name = token.text[1:]
@@ -64,7 +64,7 @@ def expression(where: str, parameters: Parameters) -> sa.TextClause:
 
 
 def check(where: str, parameters: Parameters) -> None:
-    """Raise `SelectionError`, with the reason, unless the text is one expression over the view."""
+    """Raise `SelectionError`, with the reason, unless the text is a single expression over the view."""
     try:
         check_size(where, parameters)
         plain = spelled_out(where, parameters)
@@ -86,7 +86,7 @@ def names_in(where: str) -> set[str]:
 
 
 def unfinished(where: str, reason: str) -> bool:
-    """Tell, from the reason why `check` refused it, whether an expression may just be unfinished."""
+    """Tell whether an expression may just be unfinished, given the reason why `check` refused it."""
     found = tokens(where)
     if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
         return True
@@ -101,23 +101,23 @@ def unfinished(where: str, reason: str) -> bool:
 
 
 def check_size(where: str, parameters: Parameters) -> None:
-    """Raise `ValueError` for a long expression, because the work of `instr` grows with its square."""
+    """Raise `ValueError` if an expression is too long; the work of `instr` grows with the length squared."""
     size = len(where) + sum(len(str(value)) for value in parameters.values())
     if size > LONGEST:
-        raise ValueError(f"it has {size} characters with its values; {LONGEST} are allowed")
+        raise ValueError(f"it has {size} characters with its values; at most {LONGEST} are allowed")
 
 
 def check_names(where: str, parameters: Parameters) -> None:
-    """Raise `ValueError` for values without a name; SQLite reports names without a value."""
+    """Raise `ValueError` if a value's name is not in the expression; SQLite reports names without a value."""
     if idle := [name for name in parameters if name not in names_in(where)]:
         raise ValueError(f"it has no :{', :'.join(idle)}: leave out its value")
 
 
 def _check_shape(found: list[Token]) -> None:
-    """Raise `ValueError` for subqueries that could grow without end, and for values without a name.
+    """Raise `ValueError` for subqueries that could grow without limit, and for placeholders without a name.
 
-    SQLite copies the meaning of a name to each of its uses. With WITH or nested subqueries, a short text
-    becomes a program of any size; with joins, a result of any size.
+    SQLite copies the definition of a name to every place that uses it. So a short text with WITH or nested
+    subqueries can become a program of any size, and one with joins can have a result of any size.
     """
     levels = [_Level()]
     for token, behind in pairwise([*found, Token("sign", "")]):
@@ -131,23 +131,23 @@ def _check_shape(found: list[Token]) -> None:
             raise ValueError("WITH may not be used")
         elif token.keyword in ("SELECT", "VALUES"):
             if any(level.subquery for level in levels[:-1]):
-                raise ValueError("a subquery may not hold another one")
+                raise ValueError("a subquery may not contain another one")
             levels[-1] = _Level(subquery=True)
         elif token.text.strip("\"'`[]").lower() == catalogue.name and behind.text != ".":
             inner = next((level for level in reversed(levels) if level.subquery), levels[0])
             inner.tables += 1
             if inner.tables > 1:
-                raise ValueError("a subquery may read the catalogue once")
+                raise ValueError("a subquery may read the catalogue only once")
     if any(token.keyword in ("SELECT", "VALUES") for token in found):
         size = sum(len(token.text) for token in found)
         if size > _LONGEST_WITH_SUBQUERY:
             raise ValueError(
-                f"it has {size} characters; with a subquery {_LONGEST_WITH_SUBQUERY} are allowed"
+                f"it has {size} characters; with a subquery, at most {_LONGEST_WITH_SUBQUERY} are allowed"
             )
 
 
 class _Level:
-    """One pair of brackets: whether it holds a subquery, and how many tables that reads."""
+    """A pair of brackets: whether it contains a subquery, and how many tables the subquery reads."""
 
     def __init__(self, subquery: bool = False) -> None:
         self.subquery = subquery
@@ -171,7 +171,7 @@ def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool
 
 
 def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
-    """Compile an expression in an empty database, where a table stands in for the view."""
+    """Compile an expression in an empty database, in which a table stands in for the view."""
     columns = ", ".join(catalogue.c.keys())
     with closing(sqlite3.connect(":memory:")) as stage:
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
@@ -186,11 +186,11 @@ def allowing(
     more: str | None = None,
     own: Set[str] = frozenset(),
 ) -> Authorizer:
-    """Return an authorizer that allows expressions, the listed functions plus one, and reads of some tables.
+    """Return an authorizer that allows expressions, the listed functions plus `more`, and some reads.
 
-    The tables behind views may be read as far as the views show them; if SQLite only checks that a row
-    exists, it reads no column and names no view. Of the views in `own`, only those that the connection made
-    may be read, not those of the file.
+    The tables and views in `readable` may be read, and any table through the views in `views`. The tables in
+    `behind` may also be read without a column, because SQLite reads none and names no view if it only checks
+    that a row exists. If a view in `own` is read, it must be the connection's own, not that of the file.
     """
 
     def authorize(
@@ -214,11 +214,11 @@ def refusal(
     what: str = "where",
     readable: Sequence[str] = ("the columns of the catalogue",),
 ) -> SelectionError:
-    """Return the error for a bad expression."""
+    """Return the error for an expression that was refused, with a message that says what to change."""
     _, table, name = message.partition("no such table: ")
     if "authorized to use function" in message:
         name = message.rpartition(" ")[2]
-        message = f"{name}() may not be called; those that may are {', '.join(sorted(FUNCTIONS))}"
+        message = f"{name}() may not be called; the allowed functions are {', '.join(sorted(FUNCTIONS))}"
     elif table or any(part in message for part in ("not authorized", "prohibited", "vtable")):
         told = f"there is no {name}: {guess(name, readable)}" if table else ""
         message = f"{told}it may read {', '.join(readable)} and nothing else"
@@ -228,5 +228,5 @@ def refusal(
     elif "binding" in message:
         message = f"{message.rstrip('.')}: give each name a value with -P name=value"
     elif "user-defined function" in message:
-        message = "replace() takes texts, and may not make them longer"
+        message = "replace() takes texts only, and may not make them longer"
     return SelectionError(line(f"{what} {shortened(where, 200)!r}: {message}"))

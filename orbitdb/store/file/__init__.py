@@ -1,1 +1,1 @@
-"""The database file: its schema, safe access, migrations."""
+"""The database file: its schema, safe access to it, and migrations."""

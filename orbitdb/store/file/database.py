@@ -23,34 +23,34 @@ BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
 
 _TURNS = 12
-"""Number of these waits before a writer gives up; parallel fills hold the lock most of the time."""
+"""Number of such waits after which a writer gives up; parallel fills hold the lock most of the time."""
 
 _STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
-"""Page cache of a reader in kilobytes; small, because rows are read in the order of storage."""
+"""Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
 
 
 def default_path() -> Path:
-    """Return the default path of the catalogue: ORBITDB_DB, or a file in the user's data folder."""
+    """Return the path of the default catalogue: ORBITDB_DB, or ``orbits.db`` in the user's data folder."""
     named = os.environ.get("ORBITDB_DB")
     return Path(named) if named else data_folder() / "orbits.db"
 
 
 def data_folder() -> Path:
-    """Return the user's data folder, the only folder that orbitdb creates."""
+    """Return the user's data folder for orbitdb."""
     from platformdirs import user_data_path
 
     return user_data_path("orbitdb", appauthor=False)
 
 
 def check_file(path: Path) -> int | None:
-    """Return the schema version of a file; None if it is missing or empty.
+    """Return the schema version of a file, or None if the file is missing or empty.
 
     Raises
     ------
     StoreError
-        If it is not a catalogue, comes from a newer orbitdb, or has a schema older than 6.
+        If the file is not a catalogue, is from a newer orbitdb, or has a schema older than 6.
     """
     try:
         try:
@@ -67,7 +67,7 @@ def check_file(path: Path) -> int | None:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
     pages, version, application = _marks(path)
     if not application and not version and pages <= 1:
-        return None  # a database without tables: its creation was killed
+        return None  # a database without tables, because its creation was interrupted
     if application != APPLICATION_ID:
         raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
     if version > SCHEMA_VERSION:
@@ -82,7 +82,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Raise `StoreError`, with a remedy, unless the file is a catalogue of the newest schema."""
+    """Raise `StoreError`, which says what to do, unless the file is a catalogue of the latest schema."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -91,13 +91,13 @@ def need_newest(path: Path) -> None:
 
 
 def _marks(path: Path) -> tuple[int, ...]:
-    """Return page count, schema version and application id, with the changes in the journal if there is one.
+    """Return page count, schema version and application id, including changes that are still in the journal.
 
-    Only SQLite opens the file. A process that closes a file loses all its locks on it (POSIX), including
-    those of SQLite's connections, and other processes could then remove the journal in use.
+    Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
+    those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
     if not path.with_name(path.name + "-wal").exists():
-        with suppress(sqlite3.Error, UnicodeDecodeError):  # damage, or a writer at this moment
+        with suppress(sqlite3.Error, UnicodeDecodeError):  # damaged, or being written at this moment
             return _pragmas(_uri(path) + "&immutable=1")
     _refuse_foreign_journal(path)
     with plain_errors(path):
@@ -115,24 +115,24 @@ def _pragmas(uri: str) -> tuple[int, ...]:
 
 
 def _uri(path: Path, mode: str = "ro") -> str:
-    """Return the absolute path as a URI; the name need not be UTF-8."""
+    """Return a path as an absolute URI; its name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
 def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
-    """Return a function that opens a catalogue for reading, in any folder and while others write.
+    """Return a function that opens a catalogue for reading, even in a read-only folder or while others write.
 
-    It refuses an older schema and active contents (`orbitdb.store.file.guard`).
+    The function refuses files with an older schema or active contents (`orbitdb.store.file.guard`).
     """
-    uri = _uri(path, "rw")  # whoever closes the file last removes the journal and needs write access
+    uri = _uri(path, "rw")  # the last to close the file removes the journal, and needs write access
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
         own_views(connection)
         connection.execute("PRAGMA query_only = ON")
         connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        # in expressions, no function may make a text longer; set here, because SQLite changes no function
-        # while a query runs
+        # in expressions, no function may make a text longer; SQLite cannot redefine a function while a
+        # query runs, so it is done here
         connection.create_function("replace", 3, _shortened, deterministic=True)
         return connection
 
@@ -142,7 +142,7 @@ def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
 def read_alone(path: Path) -> bool:
     """Tell whether to read a file without locks, because SQLite could not write or remove its journal.
 
-    A journal left by another user would keep the owner from writing.
+    A journal that another user left behind would keep the owner from writing.
     """
     writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
     return not writable and not path.with_name(path.name + "-wal").exists()
@@ -150,13 +150,13 @@ def read_alone(path: Path) -> bool:
 
 @contextmanager
 def unchanged(path: Path) -> Iterator[None]:
-    """Raise `StoreError` if a file that is read without locks is written meanwhile."""
+    """Raise `StoreError` if a file that is read without locks changes during the block."""
     before = _stamp(path) if read_alone(path) else None
     try:
         yield
     finally:
         if before and before != _stamp(path):
-            raise StoreError(f"{path} was written while it was read: ask again")
+            raise StoreError(f"{path} was written while it was being read: try again")
 
 
 def _stamp(path: Path) -> tuple[int, int] | None:
@@ -168,18 +168,18 @@ def _stamp(path: Path) -> tuple[int, int] | None:
 
 
 def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
-    """Return a function that opens a file for writing, which may be new or have an older schema.
+    """Return a function that opens a file for writing; the file may be new or have an older schema.
 
     It refuses active contents. With `references`, SQLite checks every foreign key that is written.
     """
     uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
     if path.exists() and not os.access(path, os.W_OK):
-        raise StoreError(remedy(path, "readonly"))  # SQLite would say so, but leave an empty journal
+        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
 
     def connect() -> sqlite3.Connection:
         connection = _connect(uri, path, newest)
-        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep theirs
+        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
@@ -189,22 +189,22 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
 
 
 def reading_engine(path: Path) -> "sa.Engine":
-    """Return an engine that cannot write (`to_read`)."""
+    """Return an engine for reading; its connections cannot write (`to_read`)."""
     return _engine(to_read(path), "BEGIN", kept=not read_alone(path))
 
 
 def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
-    """Return an engine whose transactions take the write lock at once (`to_write`).
+    """Return an engine for writing; its transactions take the write lock at once (`to_write`).
 
-    A fill does without the check of references, because its random lookups would take a third of the time.
+    A fill does not check references, because the random lookups would take a third of its time.
     """
     return _engine(to_write(path, references), "BEGIN IMMEDIATE")
 
 
 def _engine(connect: Callable[[], sqlite3.Connection], begin: str, kept: bool = True) -> "sa.Engine":
-    import sqlalchemy as sa  # single words are asked for without it
+    import sqlalchemy as sa  # single words are looked up without it
 
-    # without locks, a connection would keep pages of a file that has changed since
+    # a connection without locks would keep pages that may have changed in the file since
     pool = sa.pool.QueuePool if kept else sa.pool.NullPool
     engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
 
@@ -216,14 +216,14 @@ def _engine(connect: Callable[[], sqlite3.Connection], begin: str, kept: bool = 
 
 
 def driver(connection: "sa.Connection") -> sqlite3.Connection:
-    """Return the sqlite3 connection of SQLAlchemy, for direct queries."""
+    """Return the sqlite3 connection of an SQLAlchemy connection, for direct queries."""
     own = connection.connection.driver_connection
     assert isinstance(own, sqlite3.Connection)
     return own
 
 
 def waiting(ask: Callable[[], object]) -> None:
-    """Ask for a lock until it is granted or time is up; Ctrl-C works between attempts."""
+    """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
         try:
@@ -232,11 +232,11 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
-        time.sleep(0.01)  # SQLite itself does not wait to change the journal mode
+        time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
 
 
 class _Connection(sqlite3.Connection):
-    """A connection whose `close` ends its queries first; an interrupted one would keep the journal in use."""
+    """A connection that ends its queries before it closes; an interrupted one would keep the journal."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -263,7 +263,7 @@ def _open(uri: str) -> sqlite3.Connection:
         uri, BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=_Connection
     )
     connection.execute("PRAGMA trusted_schema = OFF")
-    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # lets Python handle signals
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # so that Python can handle signals
     return connection
 
 
@@ -284,7 +284,7 @@ def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
 
 @contextmanager
 def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Give a connection in a read transaction, without importing SQLAlchemy."""
+    """Yield a connection in a read transaction, without importing SQLAlchemy."""
     need_newest(path)
     with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
         waiting(lambda: connection.execute("BEGIN"))
@@ -292,7 +292,7 @@ def asking(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _shortened(text: object, part: object, by: object) -> str | None:
-    """Replace like SQLite, but fail if the text would grow."""
+    """Replace parts of a text as SQLite does, but fail if the text would become longer."""
     if text is None or part is None or by is None:
         return None
     if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):

@@ -1,16 +1,15 @@
-"""The guard refuses a file with active contents, or with the journal of another file, and explains errors.
+"""Refuse files with active contents or with the journal of another file, and explain SQLite's errors.
 
 SQLite runs parts of a file: triggers, views, virtual tables, generated columns, CHECK and DEFAULT
-expressions, indexes on expressions. So the guard first reads the schema as text, which runs nothing. The
-tables must be those of `orbitdb.store.file.schema`, and everything else must be plain. This takes about
-0.3 ms. The views in a file are for other programs; orbitdb makes its own for each reading connection
-(`own_views`).
+expressions, and indexes on expressions. So the schema is first read as text, which runs nothing. The tables
+must be those of `orbitdb.store.file.schema`, and nothing else may be active. This takes about 0.3 ms. The
+views in a file are for other programs; orbitdb makes its own for each reading connection (`own_views`).
 
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
-the journal by name alone. If a killed process leaves a journal, and another file is then copied over the
-catalogue, SQLite reads the journal into that file. To detect this, each transaction of
-`orbitdb.store.writing.writer.Writer` counts itself in the row of its run. A journal belongs to a file if it
-continues the runs in the file.
+the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
+the catalogue, SQLite would apply the journal to that file. To detect this, every transaction of
+`orbitdb.store.writing.writer.Writer` increases a count in the row of its run. A journal belongs to a file if
+it continues the runs in the file.
 """
 
 import json
@@ -37,8 +36,8 @@ _KNOWN = _OURS | {("table", "alembic_version"): REVISIONS.split()}
 class TamperedError(StoreError):
     """The schema of a file is not that of a catalogue.
 
-    `parts` counts its tables, views, indexes and triggers; `faults` names the wrong ones, such as
-    ``trigger t``.
+    `parts` is the number of its tables, views, indexes and triggers; `faults` names those that are wrong,
+    such as ``trigger t``.
     """
 
     def __init__(self, message: str, parts: int, faults: list[str]) -> None:
@@ -48,9 +47,9 @@ class TamperedError(StoreError):
 
 
 def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) -> None:
-    """Raise `TamperedError` if a file just opened has active parts, or not the tables of the newest schema.
+    """Raise `TamperedError` if a file just opened has active parts or, if `newest`, the wrong tables.
 
-    A file that is about to be migrated need not be `newest`.
+    With `newest`, the tables must be those of the latest schema; a file to be migrated has older ones.
     """
     schema = connection.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
     found = {(kind, name): (text or "").split() for kind, name, text in schema}
@@ -68,14 +67,14 @@ def refuse_tampered(connection: sqlite3.Connection, path: object, newest: bool) 
 
 
 def own_views(connection: sqlite3.Connection) -> None:
-    """Make this version's views for a connection; they hide those in the file."""
+    """Create this version's views for a connection; they hide the views in the file."""
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
 
 
 def other_views(connection: sqlite3.Connection) -> list[str]:
-    """Return the views in a file that differ from those of this version."""
+    """Return the names of this version's views that are missing in a file or differ there."""
     found = connection.execute("SELECT name, sql FROM main.sqlite_master WHERE type = 'view'")
     texts = {name: (text or "").split() for name, text in found}
     return [name for name, text in VIEWS.items() if texts.get(name) != text.split()]
@@ -85,13 +84,13 @@ def renew_views(connection: sqlite3.Connection) -> None:
     """Update the views in a file, which other programs use, within the current transaction."""
     query = "SELECT 1 FROM main.sqlite_master WHERE type <> 'view' AND lower(name) = ?"
     for name in other_views(connection):
-        if connection.execute(query, (name,)).fetchone() is None:  # not if a table has the name
+        if connection.execute(query, (name,)).fetchone() is None:  # unless something else has this name
             connection.execute(f"DROP VIEW IF EXISTS main.{name}")
             connection.execute(VIEWS[name])
 
 
 def _acts(kind: str, text: str) -> bool:
-    """Tell whether SQLite would run a part of a schema without being asked."""
+    """Tell whether SQLite would run a part of a schema that no query names."""
     if kind not in ("table", "index"):
         return kind != "view"
     if not text:  # the index of a constraint
@@ -107,18 +106,18 @@ COUNT_COMMIT = (
     "UPDATE run SET parameters = json_set(parameters, '$.commits',"
     " coalesce(json_extract(parameters, '$.commits'), 0) + 1) WHERE id = ?"
 )
-"""SQL that counts a transaction in the row of its run."""
+"""SQL that adds 1 to the number of transactions in the row of a run."""
 
 
 class Place(NamedTuple):
-    """Identity of a file, whatever its name."""
+    """The identity of a file, whatever its name."""
 
     device: int
     inode: int
 
 
 def place(path: Path) -> Place | None:
-    """Return the file that is at a path now, or None."""
+    """Return the identity of the file that is now at a path, or None if there is none."""
     try:
         found = path.stat()
     except OSError:
@@ -127,7 +126,7 @@ def place(path: Path) -> Place | None:
 
 
 def beside(path: Path) -> tuple[Path, Path]:
-    """Return the paths of the journal and of its index."""
+    """Return the paths of a file's journal and of the journal's index."""
     real = Path(os.path.realpath(path))
     return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
 
@@ -135,10 +134,10 @@ def beside(path: Path) -> tuple[Path, Path]:
 def refuse_foreign(
     path: Path, only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> None:
-    """Raise `StoreError` if the journal beside a file does not continue it.
+    """Raise `StoreError` if the journal next to a file belongs to another file.
 
-    The callables connect to the file without and with its journal. Neither connection may write, because the
-    last one to close would move the journal into the file.
+    The two functions connect to the file without and with its journal. Their connections must not be able to
+    write, because the last one to close would otherwise move the journal into the file.
     """
     journal, index = beside(path)
     with suppress(OSError):
@@ -152,9 +151,9 @@ def refuse_foreign(
 def _continues(
     only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> bool:
-    """Tell whether the last run in a file without its journal is also a run of the file with it.
+    """Tell whether the last run in a file, read without its journal, is also there with the journal.
 
-    The read transaction keeps writers from moving more of the journal into the file.
+    The read transaction keeps writers from moving more of the journal into the file meanwhile.
     """
     with closing(with_journal()) as whole, closing(only_file()) as alone:
         try:
@@ -169,7 +168,7 @@ def _continues(
         try:
             runs = _runs(alone)
         except (sqlite3.Error, ValueError):
-            return True  # nothing to compare: its first pages are in the journal, or it is damaged
+            return True  # nothing to compare: damaged, or the first pages are still in the journal
     if not runs:
         return True
     last = max(runs)
@@ -178,7 +177,7 @@ def _continues(
 
 
 def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
-    """Return each run by id, with its number of transactions."""
+    """Return what identifies each run, and its number of transactions, by id."""
     found: dict[int, tuple[object, int]] = {}
     for number, started, version, parameters in connection.execute("SELECT * FROM run"):
         asked = json.loads(parameters)
@@ -189,7 +188,7 @@ def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
 
 @contextmanager
 def plain_errors(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite or the file system into a `StoreError` with a remedy."""
+    """Turn errors of SQLite into a `StoreError` that says what to do."""
     try:
         yield
     except Exception as error:
@@ -203,14 +202,14 @@ def plain_errors(path: Path) -> Iterator[None]:
 
 
 def remedy(path: Path, message: str) -> str:
-    """Say in one line what an error of SQLite means, and what to do."""
+    """Return one line that says what an error of SQLite means and what to do."""
     remedies = {
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
         "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: free some, then run the same command again to go on",
-        "malformed": f"{path} is damaged: restore a copy, or move it away and fill anew",
-        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill anew",
+        "disk is full": f"no space left for {path}: free some, then run the same command again to continue",
+        "malformed": f"{path} is damaged: restore a copy, or move it away and fill a new one",
+        "decode to UTF-8": f"{path} is damaged: restore a copy, or move it away and fill a new one",
         "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
         "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
     }

@@ -1,4 +1,4 @@
-"""Bring a database file to the newest schema."""
+"""Create a database file, or upgrade one to the latest schema."""
 
 import shutil
 import sqlite3
@@ -17,7 +17,7 @@ from orbitdb.symbols.members import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):
-    """The schema versions before (0 for a new file) and after, and the copy of the older catalogue."""
+    """The schema versions before (0 for a new file) and after, and the path of a backup of the older file."""
 
     before: int
     after: int
@@ -25,7 +25,7 @@ class Migration(NamedTuple):
 
 
 def migrate(path: Path) -> Migration:
-    """Create a catalogue, or back up an older one and upgrade it, in one transaction."""
+    """Create a catalogue, or back up an older one and upgrade it, in a single transaction."""
     before = check_file(path) or 0
     if before == SCHEMA_VERSION:
         return Migration(before, before, None)
@@ -35,19 +35,19 @@ def migrate(path: Path) -> Migration:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
-            f"{folder} cannot be made ({error.strerror}): name a file in another folder with --db"
+            f"{folder} cannot be created ({error.strerror}): name a file in another folder with --db"
         ) from error
     if not folder.is_dir():
-        raise StoreError(f"there is no folder {folder}: make it first, or name a file in another with --db")
+        raise StoreError(f"there is no folder {folder}: create it first, or name another file with --db")
     backup = None
     with plain_errors(path):
         engine = writing_engine(path, references=False)  # all referenced rows are rewritten
         with engine.begin() as connection:
             before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
-            if before != SCHEMA_VERSION:  # another process may have done it meanwhile
+            if before != SCHEMA_VERSION:  # another process may have upgraded it meanwhile
                 if before:
                     _check_room(path)
-                    backup = _back_up(path, before)  # nobody else can write now
+                    backup = _back_up(path, before)  # no other process can write now
                     upgrade_tables(connection)
                 else:
                     _create(connection)
@@ -61,19 +61,19 @@ def migrate(path: Path) -> Migration:
 
 
 def _check_room(path: Path) -> None:
-    """Raise `StoreError` if the disk has no room for the copy and a journal of the same size."""
+    """Raise `StoreError` if the disk has no room for a backup and a journal of the same size."""
     parts = (path, path.with_name(path.name + "-wal"))
     needed = 2 * sum(part.stat().st_size for part in parts if part.exists())
     free = shutil.disk_usage(path.resolve().parent).free
     if needed > free:
         raise StoreError(
-            f"no room to bring {path} to schema {SCHEMA_VERSION}: that takes {needed / 1e6:.1f} MB, and "
+            f"no room to upgrade {path} to schema {SCHEMA_VERSION}: this needs {needed / 1e6:.1f} MB, but "
             f"{free / 1e6:.1f} MB are free: free some, or copy it to another disk and name it with --db"
         )
 
 
 def _back_up(path: Path, version: int) -> Path:
-    """Copy a database with its journal; the copy is renamed when complete."""
+    """Copy a database, including its journal; the copy gets its name when it is complete."""
     backup = path.with_name(f"{path.name}.schema-{version}")
     draft = backup.with_name(backup.name + ".part")
     parts = (draft, draft.with_name(draft.name + "-journal"))
@@ -92,7 +92,7 @@ def _back_up(path: Path, version: int) -> Path:
 
 
 def _create(connection: sa.Connection) -> None:
-    """Create the newest schema directly, and record it for Alembic."""
+    """Create the latest schema directly, and record its version for Alembic."""
     for statement in (*TABLES.values(), *VIEWS.values(), REVISIONS):
         connection.exec_driver_sql(statement)
     connection.exec_driver_sql("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
@@ -100,7 +100,7 @@ def _create(connection: sa.Connection) -> None:
 
 
 def upgrade_tables(connection: sa.Connection) -> None:
-    """Run the missing migrations on an open file."""
+    """Run the missing migrations on an open database."""
     from alembic import command
     from alembic.config import Config
 

@@ -1,11 +1,11 @@
 """The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
-New files are made from it, every file is compared with it (`orbitdb.store.file.guard`), and
-`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. This module does without SQLAlchemy, whose
+New files are created with it, every file is compared with it (`orbitdb.store.file.guard`), and
+`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. This module does not use SQLAlchemy, whose
 import takes a quarter of a second.
 
-`cycle` has one row per symmetry class, with everything independent of a; `orbit` has one row per class and a.
-All tables are STRICT.
+`cycle` has one row per symmetry class, with everything that does not depend on a; `orbit` has one row per
+class and value of a. All tables are STRICT.
 """
 
 import re
@@ -18,22 +18,22 @@ APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
 SCHEMA_VERSION = 7
-"""The newest migration, stored as SQLite's user_version."""
+"""The version of the latest schema, stored as SQLite's user_version."""
 
 OLDEST_VERSION = 6
-"""Older files are refused."""
+"""The oldest schema that can be migrated; files with an older one are refused."""
 
 PAGE_SIZE = 16384
 """Page size of a new file in bytes; SQLite's default is 4096.
 
-Rows arrive in the order of their keys, and filling one large page takes a fifth less time than four small
-ones."""
+Rows arrive in the order of their keys, and filling one large page takes a fifth less time than filling four
+small ones."""
 
 DONE, FILLING = "done", "filling"
 """The states of a period in the tables `fill`, `birth_fill` and `sweep`."""
 
 BORN, DIED = "born", "died"
-"""The kinds of a change."""
+"""The two kinds of change."""
 
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 """The counts of a sweep (`orbitdb.orbits.sums.Tally`)."""
@@ -45,11 +45,11 @@ TABLES = {
     found[1]: found[0]
     for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
 }
-"""The CREATE statements of the tables by name, referenced tables first."""
+"""The CREATE statements of the tables, by name; a table comes after those that it refers to."""
 
 
 def comments() -> dict[str, str]:
-    """Return the comment above each table in ``schema.sql``."""
+    """Return the comment above each table in ``schema.sql``, by name of the table."""
     found = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
     return {each[2]: " ".join(line[3:] for line in each[1].splitlines()) for each in found}
 
@@ -59,22 +59,22 @@ CREATE TABLE alembic_version (
     version_num VARCHAR(32) NOT NULL,
     CONSTRAINT alembic_version_pkc PRIMARY KEY (version_num)
 )"""
-"""Alembic's table."""
+"""The CREATE statement of Alembic's table."""
 
 SHARED = {each.name: sql_of(each) for each in IN_CATALOGUE if not each.single}
-"""SQL of the columns of both views that all words of a class share."""
+"""SQL for the columns that both views have, and whose values all words of a class share."""
 
 OF_WORD = {each.name: sql_of(each) for each in IN_CATALOGUE if each.single}
-"""SQL of the columns of `catalogue` that differ between the words of a class."""
+"""SQL for the columns of `catalogue` whose values differ between the words of a class."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}
-"""Further columns of the view `class`."""
+"""SQL for further columns of the view `class`."""
 
 _CLASSES = "stadium CROSS JOIN orbit ON orbit.stadium = stadium.id CROSS JOIN cycle ON cycle.id = orbit.cycle"
 
 
 def _view(name: str, columns: dict[str, str], rows: str) -> str:
-    """Return the CREATE statement of a view; CROSS JOIN fixes the order of loops and thus of rows."""
+    """Return the CREATE statement of a view; CROSS JOIN fixes the order of the loops, and so of the rows."""
     listed = ",\n       ".join(f"{value} AS {column}" for column, value in columns.items())
     return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
 
@@ -106,5 +106,6 @@ WHERE change.kind = 'born'""",
 }
 """The CREATE statements of the views.
 
-`class` has one row per class and a, `catalogue` one per word and a, both ordered by a, class and element;
-`life` has one row per life of a class, from ``born`` (NULL: from a = 0 on) to ``dies`` (NULL: no end)."""
+`class` has one row per class and value of a, `catalogue` one per word and value of a; both are ordered by a,
+class and element. `life` has one row per life of a class, from ``born`` (NULL for an orbit from a = 0 on) to
+``dies`` (NULL if it never dies)."""

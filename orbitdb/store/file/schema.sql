@@ -1,6 +1,6 @@
--- The tables of a catalogue (orbitdb/store/file/schema.py): every table, those first that others refer to.
+-- The tables of a catalogue (orbitdb/store/file/schema.py). A table comes after the tables that it refers to.
 
--- The half lengths a that something is stored of.
+-- The half lengths a for which something is stored.
 CREATE TABLE stadium (
     id INTEGER NOT NULL,
     a REAL NOT NULL,
@@ -8,7 +8,7 @@ CREATE TABLE stadium (
     CONSTRAINT uq_stadium_a UNIQUE (a)
 ) STRICT;
 
--- Who wrote a row: the program's version, its parameters as JSON, and when (UTC).
+-- The run of the program that wrote a row: when it started (UTC), the version, and its parameters as JSON.
 CREATE TABLE run (
     id INTEGER NOT NULL,
     started TEXT NOT NULL,
@@ -17,10 +17,10 @@ CREATE TABLE run (
     PRIMARY KEY (id)
 ) STRICT;
 
--- One symmetry class: its least word, how many words it has, its straight bounces (walls), and all its words
--- one after another, p symbols each, in the order of the elements that lead to them: the first is the least
--- word. The id is the key of the least word (orbitdb.symbols.words.key); those of longer words count up from
--- LONG.
+-- One symmetry class: its least word, its number of words, its number of bounces on straight walls, and all
+-- its words one after another, p symbols each, in the order of the elements that lead to them, beginning with
+-- the least word. The id is the key of the least word (orbitdb.symbols.words.key); classes of longer words
+-- are numbered from LONG up.
 CREATE TABLE cycle (
     id INTEGER NOT NULL,
     p INTEGER NOT NULL,
@@ -33,8 +33,8 @@ CREATE TABLE cycle (
     PRIMARY KEY (id)
 ) STRICT;
 
--- Which element leads to the n-th word of a class with this symmetry, counted from 0; the same rows in every
--- file.
+-- The element that leads to the n-th word of a class with this symmetry, counted from 0. Every file has the
+-- same rows.
 CREATE TABLE element (
     symmetry TEXT NOT NULL,
     n INTEGER NOT NULL,
@@ -42,8 +42,8 @@ CREATE TABLE element (
     PRIMARY KEY (symmetry, n)
 ) WITHOUT ROWID, STRICT;
 
--- Words that break geometric rules, as least rotations (fill --geometric). They have no class; the id is
--- minus the key of the word, and for longer words counts down from -LONG.
+-- Words that break geometric rules, as least rotations (fill --geometric). They have no class. The id is
+-- minus the key of the word; longer words are numbered from -LONG down.
 CREATE TABLE pruned (
     id INTEGER NOT NULL,
     p INTEGER NOT NULL,
@@ -53,7 +53,8 @@ CREATE TABLE pruned (
     CONSTRAINT uq_pruned_p UNIQUE (p, word)
 ) STRICT;
 
--- What became of a class at one a; the coordinates are those of the least word, little-endian float64.
+-- The result for a class at one value of a; the coordinates are those of the least word, in little-endian
+-- float64.
 CREATE TABLE orbit (
     stadium INTEGER NOT NULL,
     cycle INTEGER NOT NULL,
@@ -75,8 +76,8 @@ CREATE TABLE orbit (
     CONSTRAINT fk_orbit_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- How far a period is filled at one a, and what it took: seconds as they passed, and seconds of processors
--- by stage. The counts are there once the state is 'done'.
+-- How far a period is filled at one value of a, the elapsed time, and the processor time of each stage, in
+-- seconds. The counts are stored once the state is 'done'.
 CREATE TABLE fill (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
@@ -103,7 +104,8 @@ CREATE TABLE fill (
     CONSTRAINT fk_fill_stadium FOREIGN KEY(stadium) REFERENCES stadium (id)
 ) WITHOUT ROWID, STRICT;
 
--- A proof by ball arithmetic that a stored orbit exists: its coordinates lie within the radius.
+-- A proof in ball arithmetic that a stored orbit exists: its true coordinates are within the radius of the
+-- stored ones.
 CREATE TABLE certificate (
     stadium INTEGER NOT NULL,
     cycle INTEGER NOT NULL,
@@ -116,11 +118,11 @@ CREATE TABLE certificate (
     CONSTRAINT fk_certificate_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- A value of a at which a class begins or ceases to be an orbit, counted from 1 as a grows, and the bound on
--- its error. The bounce of the least word, counted from 1, comes through the joint; slope is d slack / d ln
--- a in radians. Changes of one period with one event are one path at this a; events are numbered when the
--- whole period is there. A class that is an orbit from a = 0 on is born there, and nothing is said of a
--- joint.
+-- A value of a at which a class begins or ceases to be an orbit, numbered from 1 as a grows, and the bound on
+-- its error. The given bounce of the least word, counted from 1, passes through the joint there; slope is
+-- d slack / d ln a in radians. Changes of the same period with the same event have the same path at this a;
+-- events are numbered once the period is complete. A class that is an orbit from a = 0 on has a birth at 0,
+-- without a joint.
 CREATE TABLE change (
     cycle INTEGER NOT NULL,
     number INTEGER NOT NULL,
@@ -137,7 +139,7 @@ CREATE TABLE change (
     CONSTRAINT fk_change_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- How far the changes of a period are stored; the counts are there once the state is 'done'.
+-- How far the changes of a period are stored. The counts are stored once the state is 'done'.
 CREATE TABLE birth_fill (
     p INTEGER NOT NULL,
     state TEXT NOT NULL,
@@ -153,7 +155,7 @@ CREATE TABLE birth_fill (
     PRIMARY KEY (p)
 ) WITHOUT ROWID, STRICT;
 
--- An ensemble of random trajectories: the reference beside averages over orbits.
+-- Averages over an ensemble of random trajectories, a reference for averages over orbits.
 CREATE TABLE trajectory (
     id INTEGER NOT NULL,
     stadium INTEGER NOT NULL,
@@ -172,8 +174,8 @@ CREATE TABLE trajectory (
     CONSTRAINT fk_trajectory_run FOREIGN KEY(run) REFERENCES run (id)
 ) STRICT;
 
--- What windows of up to so many edges prove of the topological entropy at one a, which need not be a stadium
--- with orbits; proof says what decided the windows.
+-- Bounds on the topological entropy at one value of a, proved with windows of up to this number of edges;
+-- proof names the arithmetic that decided the windows. No orbits need to be stored at this a.
 CREATE TABLE entropy_bound (
     a REAL NOT NULL,
     proof TEXT NOT NULL,
@@ -187,8 +189,8 @@ CREATE TABLE entropy_bound (
     CONSTRAINT fk_entropy_bound_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- A window of k in which all levels of one parity at one a are stored, low <= k < high, the number of levels
--- below it, and the seconds of processors that it took. Windows do not overlap.
+-- A window low <= k < high in which all levels of one parity are stored at one value of a, the number of
+-- levels below the window, and the processor time in seconds. Windows do not overlap.
 CREATE TABLE level_fill (
     a REAL NOT NULL,
     parity TEXT NOT NULL,
@@ -201,8 +203,8 @@ CREATE TABLE level_fill (
     CONSTRAINT fk_level_fill_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- A level of a parity at one a, counted from 1, and the estimate of its error; a need not be a stadium with
--- orbits.
+-- A level of one parity at one value of a, numbered from 1, with an estimate of its error. No orbits need to
+-- be stored at this a.
 CREATE TABLE level (
     a REAL NOT NULL,
     parity TEXT NOT NULL,
@@ -212,11 +214,11 @@ CREATE TABLE level (
     PRIMARY KEY (a, parity, number)
 ) WITHOUT ROWID, STRICT;
 
--- How far a period is swept at one a, and what was counted on the way, in so many blocks; the seconds are as
--- they passed, and of the processors that solved. The sums (orbitdb.averages.fixed_points) are there once the
--- state is 'done', as the moments are (orbitdb.averages.tilt_moments), which begin as those of no orbit. All
--- of it is of the subset that the canonical text selection names (orbitdb.store.asking.sweepable), empty for
--- all orbits.
+-- How far a period is swept at one value of a: the number of blocks, the counts so far, the elapsed time and
+-- the processor time in seconds. The sums (orbitdb.averages.fixed_points) and the moments
+-- (orbitdb.averages.tilt_moments) are stored once the state is 'done'; until then, the moments are those of
+-- no orbit. Only the subset with the canonical text selection is swept (orbitdb.store.asking.sweepable); an
+-- empty text means all orbits.
 CREATE TABLE sweep (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
@@ -239,7 +241,7 @@ CREATE TABLE sweep (
     CONSTRAINT fk_sweep_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
 
--- The sums of a block of a sweep that is not done, counted from 0.
+-- The sums of one block, numbered from 0, of a sweep that is not done.
 CREATE TABLE sweep_block (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,

@@ -1,4 +1,4 @@
-"""The tables and views of a database file for SQLAlchemy."""
+"""SQLAlchemy's descriptions of the tables and views in a database file."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -23,7 +23,7 @@ with sa.create_engine("sqlite://").begin() as _empty:  # reflects the tables fro
 
 
 def view(name: str, columns: Iterable[str]) -> sa.TableClause:
-    """Return a view with some columns."""
+    """Return SQLAlchemy's description of a view with the given columns."""
     return sa.table(name, *(sa.column(each, _KINDS[kind_of(each)]) for each in columns))
 
 
@@ -39,16 +39,16 @@ catalogue = view("catalogue", [each.name for each in IN_CATALOGUE])
 """The view with one row per word and a."""
 
 ENDS = ("born", "dies")
-"""The columns of a word's first birth and death.
+"""The columns with a word's first birth and death.
 
-`born` is NULL for an orbit from a = 0 on, and without stored births."""
+`born` is NULL if the word is an orbit from a = 0 on, or if no births are stored."""
 
 life = view("life", LIFE)
-"""The view of the lives of classes."""
+"""The view with one row per life of a class."""
 
 
 def pruned_rows(a: float) -> sa.Subquery:
-    """Return the geometrically pruned words at one a, with the columns of both views."""
+    """Return a query for the geometrically pruned words at a given a, with the columns of both views."""
     own = {
         "a": sa.cast(a, sa.REAL),
         "p": pruned.c.p,

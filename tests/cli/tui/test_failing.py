@@ -78,7 +78,7 @@ async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatc
         assert "reading births" not in shown(app)
         await press(pilot, "escape")
         filled.write_bytes(b"no catalogue" * 9999)
-        damaged = f"{filled} is damaged: restore a copy, or move it away and fill anew"
+        damaged = f"{filled} is damaged: restore a copy, or move it away and fill a new one"
         for key, shows in (("d", CountsScreen), ("S", StatisticsScreen)):
             assert damaged in await told(key)
             assert isinstance(app.screen, shows)
