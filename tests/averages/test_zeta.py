@@ -1,4 +1,4 @@
-"""Zeta functions checked against known and listed ones; averages that do not converge are blank."""
+"""Zeta functions compared with known results and lists of terms, and averages that do not converge."""
 
 import itertools
 import math
@@ -39,7 +39,7 @@ def test_the_leading_zero_is_nan_if_no_zero_is_positive():
 
 
 @given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
-def test_the_leading_zero_is_the_least_of_the_known_zeros(zeros):
+def test_the_leading_zero_is_the_smallest_known_zero(zeros):
     zeros = sorted(set(np.round(zeros, 1)))
     polynomial = np.polynomial.Polynomial([1.0])
     for zero in zeros:
@@ -47,7 +47,7 @@ def test_the_leading_zero_is_the_least_of_the_known_zeros(zeros):
     assert leading_zero(np.array(polynomial.coef, float)) == pytest.approx(zeros[0], rel=1e-7)
 
 
-def test_a_leading_zero_close_to_others_is_more_exact_than_an_eigenvalue():
+def test_a_leading_zero_close_to_others_is_more_accurate_than_an_eigenvalue():
     """The eigenvalue alone is off by 1e-11 here."""
     zeros = [0.5, 0.55, 0.6, 0.65, 3, 3.1, 3.2]
     exact, none = [Fraction(1)], Fraction(0)
@@ -77,7 +77,7 @@ kinds = st.tuples(
 
 @given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
 def test_the_stability_expansion_equals_a_list_of_pseudocycles(rows, cut, degree):
-    """Costs are odd multiples of 1/8 of the cut's unit: sums are exact, and none equals the cut."""
+    """Costs are multiples of 1/4 and the cut is not, so that sums are exact and none equals the cut."""
     period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T
     factors = Factors(
         period.astype(int),
@@ -192,7 +192,7 @@ def test_each_average_needs_its_own_periods(tmp_path):
     assert shown["lambda_c"] == [2, 3, 4, 6]
 
 
-def test_the_reason_why_a_period_is_missing_is_named():
+def test_the_reason_for_a_missing_period_is_given():
     chosen = Selection(periods=((5, 9),))
     said = why_missing([2, 3, 6, 7], chosen, [7])
     assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not found, left out)"

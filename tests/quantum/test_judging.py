@@ -1,4 +1,4 @@
-"""Orbits judge a spectrum: levels from orbits, missing levels, and the radius."""
+"""Spectra judged by the orbits: levels from orbits, missing levels, and the fitted radius."""
 
 import math
 
@@ -61,7 +61,7 @@ def test_the_staircase_is_the_sum_of_its_terms(catalogue):
 
 
 @pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
-def test_levels_from_orbits_are_near_the_exact_ones_within_their_errors(catalogue, exact, parity):
+def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogue, exact, parity):
     known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
     found = catalogue.levels(16.0, parity, method="orbits")
     assert len(found) == len(known)
@@ -116,7 +116,7 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
         assert (gap.after or 0) - 1.5 * spacing < exact[n] < gap.before + 1.5 * spacing
 
 
-def test_a_double_level_is_spurious(orbits, exact):
+def test_a_duplicate_level_is_spurious(orbits, exact):
     for n in (10, 30):
         found = assess(np.sort([*exact, exact[n] + 1e-3]), orbits, 1.6, Parity.OO)
         (gap,) = found.gaps
@@ -134,8 +134,8 @@ def test_the_radius_is_found_from_the_levels(orbits, exact, off):
 
 
 @given(st.data())
-def test_the_assignment_found_is_the_cheapest_of_all(data):
-    """The reference tries every assignment of a few levels."""
+def test_the_cheapest_assignment_is_found(data):
+    """The reference tries all assignments of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
     sigma = data.draw(st.floats(0.1, 1))
@@ -146,7 +146,7 @@ def test_the_assignment_found_is_the_cheapest_of_all(data):
 
 
 def _every(count, most, least=0):
-    """Yield all assignments of numbers to levels: 0, or increasing numbers."""
+    """Yield all assignments of true numbers to levels: 0 for a spurious level, otherwise increasing."""
     if count == 0:
         yield []
         return
@@ -156,7 +156,7 @@ def _every(count, most, least=0):
 
 
 def _cost(expected, sigma, numbers):
-    """Return the cost of an assignment; numbers after the last one are not missing."""
+    """Return the cost of an assignment, in which numbers after the last level do not count as missing."""
     given = [number for number in numbers if number]
     left_out = max(given, default=0) - len(given) + numbers.count(0)
     off = sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
