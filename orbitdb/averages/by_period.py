@@ -1,6 +1,7 @@
-"""Entropy and Lyapunov averages over periodic orbits: arrays in, numbers out.
+"""Entropy and Lyapunov averages over periodic orbits, computed from arrays.
 
-The paper's averages are sums over fixed points. These sums also give a zeta function and its averages.
+The paper's averages are ratios of sums over fixed points. The same sums also give a zeta function and the
+averages that follow from its leading zero.
 """
 
 import math
@@ -19,24 +20,26 @@ from orbitdb.equality import ByValue
 
 @dataclass(frozen=True, eq=False)
 class Entropy(ByValue):
-    """Entropies by period; all arrays have the shape of p."""
+    """Entropies by period; all arrays have the same shape as p."""
 
-    p: Integers  # 2, 3, .. to the highest period
-    N: Integers  # number of points on orbits of period p and its divisors
+    p: Integers  # 2, 3, .. up to the highest period
+    N: Integers  # number of points on the orbits whose period is p or a divisor of p
     K_0: Floats  # ln N / p; NaN if N is 0
     h_zeta: Floats  # -ln of the leading zero of the topological zeta function truncated at order p
-    # Absolute change of h_zeta from order p - 1. Not an error estimate: later changes may add up to more.
+    # Absolute change of h_zeta from order p - 1. This is not an error estimate: the changes at higher orders
+    # can add up to more.
     h_zeta_change: Floats
-    # why h_zeta is NaN, for each period; empty if it is a number or if there is no orbit
+    # for each period, why h_zeta is NaN; empty if h_zeta is a number or if there are no orbits
     faults: tuple[str, ...]
 
 
 def entropy_of_counts(cycles: Integers) -> Entropy:
-    """Return the topological entropy at p = 2 .. n.
+    """Return estimates of the topological entropy at p = 2 .. n.
 
-    The cycles, shape (n + 1,), are the numbers of cyclic words that are orbits, for each period 0 .. n. The
-    numbers N(p) = sum over d | p of d N_c(d) are the traces of the zeta function prod (1 - z^p)^N_c(p). Its
-    leading zero combines all periods up to p and settles sooner than K_0.
+    `cycles`, shape (n + 1,), contains the number N_c(p) of cyclic words that are orbits for each period
+    p = 0 .. n. The number of fixed points, N(p) = sum over d | p of d N_c(d), is the p-th trace of the
+    topological zeta function, 1/zeta = prod (1 - z^p)^N_c(p). Its leading zero combines all periods up to p
+    and converges faster than K_0.
 
     Source: Biham and Kvale, Table 1.
     """
@@ -57,35 +60,35 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
 
 @dataclass(frozen=True, eq=False)
 class Lyapunov(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
+    """Lyapunov averages by period; all arrays have the same shape as p, with NaN where there is no orbit."""
 
-    p: Integers  # 2, 3, .. to the highest period
-    # the paper's averages over fixed points, per bounce and per length
+    p: Integers  # 2, 3, .. up to the highest period
+    # the paper's averages over fixed points, per bounce and per unit length
     lambda_d: Floats
     lambda_c: Floats
-    # means of the values at p - 1 and p, which smooth out the paper's oscillation
+    # means of the averages at p - 1 and p, which smooth out their oscillation with p
     lambda_d_pair: Floats
     lambda_c_pair: Floats
     # <lambda>/<p>, <lambda>/<L> and <L>/<p> from the zeta function truncated at order p
     lambda_d_zeta: Floats
     lambda_c_zeta: Floats
     mean_path_zeta: Floats
-    z0: Floats  # the leading zero of the zeta function; 1 for all orbits of a closed system
-    faults: tuple[str, ...]  # why the zeta averages are NaN (`ZetaAverages`), for each period
+    z0: Floats  # leading zero of the zeta function; with all orbits of a closed system, it is 1
+    faults: tuple[str, ...]  # for each period, why the zeta averages are NaN (`ZetaAverages.fault`)
 
 
 def lyapunov_of_periods(
     periods: Mapping[int, PeriodSums], highest: int, weight: Weight = Weight.EXPONENTIAL
 ) -> Lyapunov:
-    """Return the Lyapunov averages at p = 2 .. highest, at most `HIGHEST`.
+    """Return the Lyapunov averages at p = 2 .. `highest`, which must not exceed `HIGHEST`.
 
-    A period without sums has no orbit.
+    A period that is not in `periods` counts as having no orbits.
 
-    Source: Biham and Kvale, eqs. (5) and (6), whose weights are `Weight.EXPONENTIAL`.
+    Source: Biham and Kvale, eqs. (5) and (6), with the weights `Weight.EXPONENTIAL`.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
     sums = np.zeros((4, highest))
-    for order in p.tolist():  # each orbit of period d has d points
+    for order in p.tolist():  # an orbit of period d has d points
         parts = [d * periods[d].sums[order // d - 1, column] for d in divisors(order) if d in periods]
         sums[:, order - 1] = [math.fsum(terms) for terms in zip(*parts, strict=True)] or 0.0
     total = np.where(sums[0] > 0, sums[0], np.nan)
@@ -114,11 +117,11 @@ def lyapunov_of_periods(
 def standing(
     p: Integers, columns: Mapping[str, NDArray[Any]], needs: Callable[[int], set[int]], filled: Iterable[int]
 ) -> dict[str, list[Any]]:
-    """Return averages by period as lists, with None where there is no value or a period is missing.
+    """Return averages by period as lists, with None where the average is NaN or a period it needs is missing.
 
-    The periods p and the columns have shape (n,). `needs` returns the periods that an average of order p
-    needs. Missing are those not in `filled`, the periods whose orbits are all among those averaged over, if
-    they were chosen.
+    The periods `p` and the columns have shape (n,). `needs` returns the periods that an average of order p
+    needs. A period is missing if it is not in `filled`, the periods whose chosen orbits have all been
+    included.
     """
     have = set(filled)
     stands = [have >= needs(order) for order in p.tolist()]
@@ -130,9 +133,9 @@ def standing(
 
 
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
-    """Say in one line where and why the zeta function has no usable zero; empty if it has one everywhere.
+    """Return a line that says at which orders and why the zeta function has no usable zero; empty if none.
 
-    It names only orders p for which every period up to p is filled.
+    It names only orders p for which all periods up to p are filled.
     """
     have = set(filled)
     periods: dict[str, list[int]] = {}

@@ -1,17 +1,18 @@
-"""Exact means over the invariant measure, leg by leg, and the bounds on lambda that follow without any orbit.
+"""Exact means per leg over the invariant measure, and the bounds on lambda that follow without any orbits.
 
-A leg here is one run of k bounces on a semicircle and the n straight bounces up to the next run. With
-its drift D and its kick K (`orbitdb.billiard.stability`), a beam grows over it by
+In this module, a leg includes the run before it: a run of k bounces on a semicircle, then the n straight
+bounces up to the next run. Over a leg with drift D and kick K (`orbitdb.billiard.stability`), a beam grows by
 
     lambda = ln D + ln K + ln(1 + (1/D + 1/(D' + 1/(K' + ...)))/K),
 
-where D' and K' belong to the leg before, and so on. The means of the first two terms over the invariant
+where D' and K' belong to the previous leg, and so on. The means of the first two terms over the invariant
 measure are sums of elementary integrals, because the measure is uniform on the lines between two circles of
-radius 1: every offset and direction has the same weight.
+radius 1: every offset and every direction has the same weight.
 
-The lines from a semicircle to copy n of the other one, at height 2 n, rise by h = 2 n + u over the distance
-2 a. At each slope, a share (2 - |u|) meets both circles in order. The direction is alpha = arctan(h / 2a),
-R = sqrt(4 a^2 + h^2), and D = (4 a^2 + 2 n h) / R.
+Unfold the stadium at its walls. A line from one semicircle to the n-th copy of the other, at height 2 n,
+rises by h = 2 n + u over the distance 2 a. Its direction is alpha = arctan(h / 2a), and its drift is
+D = (4 a^2 + 2 n h) / R, where R = sqrt(4 a^2 + h^2). At each slope, a fraction (2 - |u|) / 2 of the lines
+meets both circles in order.
 """
 
 import math
@@ -27,26 +28,30 @@ _LEGS = 300
 _LEGS_PER_A = 20
 _MOST_LEGS = 4000
 _COARSE, _FINE = 10, 14
-"""Nodes per panel of the two quadratures; their difference estimates the error."""
+"""Number of nodes per panel in two quadratures, whose difference estimates the error."""
 
 
 LOG_KICK = Mean(1.1985591860593168, 1.0063987387440932e-13)
 """The mean of ln K for every a, where K = 2 k / sin(t) is the kick of a run of k bounces at the angle t.
 
-The density of t is t sin t, and the integral of t sin t ln(2 / sin t) up to pi/2 is ln 2 + 2 - 2 C with
-Catalan's constant C. The rest is sum P_k ln k, where P_k = -[S_(k+1) - 2 S_k + S_(k-1)] / 2 is the
-probability of k bounces in a run, S_k = 2 k sin(pi / 2k) and S_0 = 0: 2000 terms, and an integral.
+The density of t is t sin t, and the integral of t sin t ln(2 / sin t) up to pi/2 is ln 2 + 2 - 2 C, where C
+is Catalan's constant. The remainder is sum P_k ln k, where P_k = -[S_(k+1) - 2 S_k + S_(k-1)] / 2 is the
+probability of k bounces in a run, S_k = 2 k sin(pi / 2k) and S_0 = 0. It was computed from 2000 terms and an
+integral for the tail.
 """
 
 
 def log_drift(a: float) -> Mean:
-    """Return the mean of ln D at half length a, where D is the part of a leg beyond the feet of the centres.
+    """Return the mean of ln D at half length a.
+
+    D is the length of a leg between the points at which its line is closest to the two circle centres.
 
     Notes
     -----
-    ln D = ln R + ln(1 - h u / R^2). The shares of the copies of the other circle add up to the same number at
-    every slope, so the mean of ln R needs no sum. It is half the integral of cos(alpha) ln(2 a / cos(alpha)),
-    which is 1 + ln a. The rest is a sum over n that falls off like a^2 / n^5; the tail uses the leading term.
+    ln D = ln R + ln(1 - h u / R^2). At every slope, the fractions of lines to all copies of the other circle
+    add up to the same number, so the mean of ln R needs no sum over copies. It is half the integral of
+    cos(alpha) ln(2 a / cos(alpha)), which is 1 + ln a. The mean of the second term is a sum over n whose
+    terms decrease like a^2 / n^5; the tail of the sum is replaced by its leading term.
     """
     last = min(_LEGS + math.ceil(_LEGS_PER_A * a), _MOST_LEGS)
     coarse, fine = (_near_legs(a, nodes) + _far_legs(a, last, nodes) for nodes in (_COARSE, _FINE))
@@ -55,9 +60,9 @@ def log_drift(a: float) -> Mean:
 
 
 def _near_legs(a: float, nodes: int) -> float:
-    """Return the contribution of n = 0 and 1 to the mean of ln(1 - h u / R^2), integrated over alpha.
+    """Return the contribution of n = 0 and n = 1 to the mean of ln(1 - h u / R^2), integrated over alpha.
 
-    At small a the integrand varies only near alpha = 0 and pi/2, so the panels halve towards both.
+    At small a, the integrand varies only near alpha = 0 and pi/2, so the panels halve towards both of them.
     """
     turn, end = math.atan(1 / a), math.atan(2 / a)
     total = 0.0
@@ -74,7 +79,7 @@ def _near_legs(a: float, nodes: int) -> float:
 
 
 def _far_legs(a: float, last: int, nodes: int) -> float:
-    """Return the contribution of n = 2 .. last, integrated over u on both sides of 0."""
+    """Return the contribution of n = 2 .. last to the same mean, integrated over u on both sides of 0."""
     x, weight = np.polynomial.legendre.leggauss(nodes)
     u = np.concatenate([x - 1, x + 1])[:, None]
     h = 2.0 * np.arange(2, last + 1) + u
@@ -84,10 +89,11 @@ def _far_legs(a: float, last: int, nodes: int) -> float:
 
 
 def _last_legs(a: float, h: float) -> float:
-    """Return the contribution of the legs that rise by more than h, to leading order in 1/R.
+    """Return the contribution of the legs that rise by more than h to the same mean, to leading order in 1/R.
 
-    The mean of u over a copy is zero. To second order a leg contributes
-    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2). The sum over n is half the integral over h; h / R = 1 - m.
+    The mean of u over one copy is zero. To second order in u, a copy contributes
+    (4/3) (4 a^2 / R^3) (4.5 h^2 / R^4 - 1 / R^2). The sum over n is replaced by half the integral over h, in
+    closed form, where m = 1 - h / R.
     """
     r = math.hypot(2 * a, h)
     m = (2 * a / r) ** 2 / (1 + h / r)
@@ -106,12 +112,12 @@ def _graded(low: float, high: float, nodes: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class ExactMeans:
-    """Means over the invariant measure for a leg with its run."""
+    """Means over the invariant measure per leg, including the run before the leg."""
 
-    a: float  # half the length of a straight wall
-    log_drift: Mean  # the mean of ln D
-    log_kick: Mean  # the mean of ln K
-    coupling: Mean  # the mean of c2 = ln(1 + (1/D_before + 1/D_after)/K)
+    a: float  # half length of the stadium
+    log_drift: Mean  # mean of ln D
+    log_kick: Mean  # mean of ln K
+    coupling: Mean  # mean of c2 = ln(1 + (1/D_before + 1/D_after)/K)
 
     @property
     def terms(self) -> tuple[Mean, Mean, Mean]:
@@ -120,16 +126,17 @@ class ExactMeans:
 
     @property
     def growth(self) -> Mean:
-        """The mean of ln D + ln K + c2, slightly above lambda per leg."""
+        """The mean of ln D + ln K + c2, which is slightly larger than lambda per leg."""
         return Mean(
             math.fsum(mean.value for mean in self.terms), math.fsum(mean.error for mean in self.terms)
         )
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """Lower and upper bounds on lambda per leg, widened by the errors.
+        """Lower and upper bounds on lambda per leg, widened by the errors of the means.
 
-        A beam arrives at a run with a convergence from 0 to 1/D_before, so its last term is from 0 to c2.
+        A beam arrives at a run with a convergence between 0 and 1/D_before, so the last term of lambda is
+        between 0 and c2.
         """
         low = self.log_drift.value + self.log_kick.value - self.log_drift.error - self.log_kick.error
         growth = self.growth
@@ -138,5 +145,5 @@ class ExactMeans:
 
 @lru_cache(maxsize=32)
 def exact_means(a: float) -> ExactMeans:
-    """Return the exact means at half length a."""
+    """Compute the exact means at half length a."""
     return ExactMeans(a, log_drift(a), LOG_KICK, mean_coupling(a))

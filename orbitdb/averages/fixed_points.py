@@ -1,11 +1,12 @@
-"""The fixed points of each order, from symmetry classes.
+"""Sums over the fixed points of each order, computed from symmetry classes.
 
-One row per class, with its size, is enough (`ClassRows`). The fixed points of order p are the points of all
-orbits whose period d divides p. Such an orbit has d points; p/d repetitions multiply its lambda and L.
+One row per class, with the size of the class, is enough (`ClassRows`). The fixed points of order p are the
+points of all orbits whose period d divides p. Such an orbit has d points, and its lambda and L are multiplied
+by the number of repetitions, p/d.
 
-Averages over fixed points, and zeta functions truncated by period, are built from sums over the orbits of one
-period (`PeriodSums`). The sums can be added up in parts and in any order, because joining the parts rounds
-only once (`math.fsum`). This gives averages for periods whose orbits are not stored.
+Averages over fixed points and zeta functions truncated by period are built from sums over the orbits of each
+period (`PeriodSums`). These sums can be computed in parts and joined in any order, because joining them
+rounds only once (`math.fsum`). This gives averages for periods whose orbits are not stored.
 """
 
 import math
@@ -23,27 +24,28 @@ class Weight(StrEnum):
     """Weight of an orbit in an average."""
 
     EXPONENTIAL = "exp"
-    """e^-lambda, as in the paper; the zeta function is the dynamical one."""
+    """e^-lambda, as in the paper; the corresponding zeta function is the dynamical zeta function."""
 
     DETERMINANT = "det"
-    """1/|det(1 - M^r)|, the exact weight; the zeta function is the Fredholm determinant."""
+    """1/|det(1 - M^r)|, the exact weight; the corresponding zeta function is the Fredholm determinant."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClassRows(Batch):
-    """Symmetry classes of isolated orbits, with any periods and in any order.
+    """N symmetry classes of isolated orbits, with any periods and in any order.
 
     Raises
     ------
     ValueError
-        If the arrays differ in length, or a period, size, length or lambda is not positive and finite.
+        If the arrays differ in length, or if a period, size, length or lambda is not positive and finite.
     """
 
     period: Integers  # shape (N,)
     size: Integers  # number of different cyclic words in the class, shape (N,)
     length: Floats  # length of one traversal, in units of the radius, shape (N,)
     lyapunov: Floats  # lambda of one traversal, shape (N,)
-    inverse: Marks  # whether the eigenvalues of M are negative: an odd number of straight bounces, shape (N,)
+    # whether the eigenvalues of M are negative, as for an odd number of straight bounces, shape (N,)
+    inverse: Marks
 
     def __post_init__(self) -> None:
         columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
@@ -56,16 +58,16 @@ class ClassRows(Batch):
         return len(self.period)
 
     def ranges(self) -> Floats:
-        """Return the least and the greatest lambda / p, lambda / L and L / p, shape (2, 3).
+        """Return the least (row 0) and the greatest (row 1) lambda / p, lambda / L and L / p, shape (2, 3).
 
-        Without orbits they are inf and -inf.
+        If there are no orbits, the rows are inf and -inf.
         """
         per_bounce, per_length = self.lyapunov / self.period, self.lyapunov / self.length
         values = np.stack([per_bounce, per_length, self.length / self.period])
         return np.stack([values.min(axis=1, initial=np.inf), values.max(axis=1, initial=-np.inf)])
 
     def by_period(self) -> dict[int, "ClassRows"]:
-        """Return the rows by period, for the periods that have any."""
+        """Return the rows of each period, keyed by period; periods without rows are left out."""
         order = np.argsort(self.period, kind="stable")
         periods, starts = np.unique(self.period[order], return_index=True)
         parts = np.split(order, starts)[1:]
@@ -73,40 +75,40 @@ class ClassRows(Batch):
 
 
 def divisors(p: int) -> list[int]:
-    """Return the divisors of p from 1 to p."""
+    """Return all divisors of p in ascending order, including 1 and p."""
     return [d for d in range(1, p + 1) if p % d == 0]
 
 
 def of_divisors(p: int) -> set[int]:
-    """Return the periods that a sum over the fixed points of order p needs; no orbit has period 1."""
+    """Return the periods that a sum over the fixed points of order p needs, without 1, which no orbit has."""
     return set(divisors(p)) - {1}
 
 
 def of_pairs(p: int) -> set[int]:
-    """Return the periods that a mean of orders p - 1 and p needs."""
+    """Return the periods that the mean of the averages of orders p - 1 and p needs."""
     return of_divisors(p - 1) | of_divisors(p)
 
 
 def every_period(p: int) -> set[int]:
-    """Return the periods, all from 2 to p, that a zeta function or a sum rule of order p needs."""
+    """Return the periods that a zeta function or a sum rule of order p needs: all from 2 to p."""
     return set(range(2, p + 1))
 
 
 HIGHEST = 20
-"""The highest order for which sums are kept."""
+"""The highest order for which sums over fixed points are computed."""
 
 _COLUMNS = 4
 NO_RANGES = np.array([[np.inf] * 3, [-np.inf] * 3])
 
 
 def joined_ranges(parts: Iterable[Floats]) -> Floats:
-    """Return the ranges over all parts (`ClassRows.ranges`)."""
+    """Return the ranges over all orbits, given the ranges of parts of them (`ClassRows.ranges`)."""
     every = np.array([NO_RANGES, *parts])
     return np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)])
 
 
 def repetitions(p: int) -> int:
-    """Return the largest number of repetitions of period p within order `HIGHEST`, at least 1."""
+    """Return how many repetitions of an orbit of period p fit into the order `HIGHEST`; at least 1."""
     return max(HIGHEST // p, 1)
 
 
@@ -115,14 +117,14 @@ class PeriodSums(ByValue):
     """Sums over the orbits of period p, or over some of these orbits."""
 
     p: int
-    # For 1, 2, .. repetitions and each `Weight`, the sums over all cyclic words of w, w lambda, w L and w
-    # lambda / L, where w, lambda and L belong to the repeated orbit, shape (r, 2, 4).
+    # Sums over all cyclic words of w, w lambda, w L and w lambda / L for 1, 2, .. r repetitions and for each
+    # `Weight`, where the weight w, lambda and L are those of the repeated orbit; shape (r, 2, 4)
     sums: Floats
-    ranges: Floats  # as from `ClassRows.ranges`, shape (2, 3)
+    ranges: Floats  # the ranges over these orbits (`ClassRows.ranges`), shape (2, 3)
 
     @classmethod
     def of(cls, rows: ClassRows, p: int) -> "PeriodSums":
-        """Add up over classes that all have period p."""
+        """Sum over classes, all of which must have period p."""
         sums = np.zeros((repetitions(p), len(Weight), _COLUMNS))
         for r, of_weights in enumerate(sums, 1):
             lyapunov, length = r * rows.lyapunov, r * rows.length
@@ -137,25 +139,25 @@ class PeriodSums(ByValue):
 
     @classmethod
     def joined(cls, parts: "Sequence[PeriodSums]", p: int) -> "PeriodSums":
-        """Add up parts exactly, then round once."""
+        """Add up the sums of several parts exactly, and round only the result."""
         shape = repetitions(p), len(Weight), _COLUMNS
         columns = zip(*(part.sums.ravel().tolist() for part in parts), strict=True)
         sums = np.array([math.fsum(column) for column in columns] or [0.0] * math.prod(shape))
         return cls(p, sums.reshape(shape), joined_ranges(part.ranges for part in parts))
 
     def numbers(self) -> bytes:
-        """Return everything except p as little-endian doubles."""
+        """Return all numbers except p as the bytes of little-endian doubles."""
         ranges = self.ranges[np.isfinite(self.ranges)]
         return np.concatenate([ranges, self.sums.ravel()]).astype("<f8").tobytes()
 
     @classmethod
     def from_numbers(cls, p: int, numbers: bytes) -> "PeriodSums":
-        """Return the sums that `numbers` wrote.
+        """Return the sums of which `numbers` returned the bytes.
 
         Raises
         ------
         ValueError
-            If their count does not fit period p, or one of them is not finite.
+            If the bytes do not contain the right number of values for period p, or if a value is not finite.
         """
         shape = repetitions(p), len(Weight), _COLUMNS
         values = np.frombuffer(numbers, dtype="<f8").astype(float)

@@ -1,21 +1,21 @@
 """The mean of c2 = ln(1 + (1/D_before + 1/D_after)/K), the coupling of a run to the legs before and after it.
 
-A run is fixed by the angle t in (0, pi/2) between path and wall and by the place phi in (0, 1) of its
-first bounce; the invariant measure is t sin(t) dt dphi. It has k = floor(x - phi) + 1 bounces, where
-x = pi/2t. It arrives along a line of direction t (2 phi - 1) at the distance cos(t) from the centre. Reversed
-and turned upside down, it arrives at phi' = x - phi + 1 - k. With g(phi) = 1 / D_before,
+A run is determined by the angle t in (0, pi/2) between path and wall and by the position phi in (0, 1) of its
+first bounce; the invariant measure is t sin(t) dt dphi. With x = pi/2t, the run has k = floor(x - phi) + 1
+bounces. The path arrives along a line of direction t (2 phi - 1), at the distance cos(t) from the centre.
+The reversed run, turned upside down, has its first bounce at phi' = x - phi + 1 - k. If g(phi) is 1/D_before,
 
     c2 = ln(1 + (g(phi) + g(phi')) sin(t) / 2k).
 
-g jumps where the line goes through a joint of the other circle's copies q and q + 1, at
+The function g jumps where the line goes through a joint between copies q and q + 1 of the other circle, at
 
     t (2 phi - 1) = arccos(cos(t) / R) - arctan2(2a, -2q - 1),     R = sqrt(4 a^2 + (2q + 1)^2),
 
 so the integral over phi is taken piece by piece between the jumps of g(phi), g(phi') and k. The result is a
-function of t with kinks where two jumps meet, and the panels of t are halved until it is resolved. At small a
-all kinks are within about a of t = pi/2k, where the number of bounces changes. The nodes of a wide panel
-would miss them, so the first panels there are narrower than a. D can be as small as a, so the pieces of phi
-shrink towards the directions where this happens.
+function of t with kinks where two jumps meet; the panels of t are halved until they resolve it. At small a,
+all kinks are within about a of some t = pi/2k, where the number of bounces changes. The nodes of a wide panel
+would miss them, so the initial panels there are narrower than a. Because D can be as small as a, the pieces
+of phi shrink towards the directions in which D is so small.
 """
 
 import math
@@ -27,22 +27,25 @@ from orbitdb.arrays import Floats, Marks
 
 _TOLERANCE = 1e-7
 _LONGEST = 60
-"""Runs of more bounces get no panels of their own."""
+"""Number of bounces beyond which a run has no panels of its own."""
 
 _COPIES = 60
-"""Jumps at copies farther away are ignored, because D is so long there that they hardly matter."""
+"""Number of copies of the other circle, apart from a, beyond which jumps are ignored: D is so long there that
+they hardly matter."""
 
 _ROUNDS = 16
-"""Number of shares of the tolerance. Each round spends one share on the panels with the smallest changes."""
+"""Number of parts into which the tolerance is divided. Each round of halving leaves the panels with the
+smallest changes as they are, up to a total change of one part."""
 
 _NARROW = 0.25
-"""Width of the first panels where the number of bounces changes, in units of a."""
+"""Width of the narrowest initial panels, where the number of bounces changes, in units of a."""
 
 _NARROWEST = 1e-5
-"""Smallest width of a first panel; anything narrower weighs less than the tolerance."""
+"""Minimum width of an initial panel; a narrower panel would contribute less than the tolerance."""
 
 _GROWTH = 1.25
-"""Growth of the panels away from there; a panel as wide as its distance would miss a kink at its end."""
+"""Ratio of the widths of successive initial panels, with growing distance from the t where the number of
+bounces changes. Panels as wide as this distance would miss a kink at their ends."""
 
 _MOST_PANELS = 4000
 _T_NODES, _PHI_NODES = 6, 8
@@ -53,7 +56,7 @@ _CAUTION = 8
 
 
 class Mean(NamedTuple):
-    """A mean over the invariant measure, and a bound on its error as estimated from the quadratures."""
+    """A mean over the invariant measure, with a bound on its error that is estimated from the quadratures."""
 
     value: float
     error: float
@@ -62,8 +65,8 @@ class Mean(NamedTuple):
 def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
     """Return the mean of c2 at half length a.
 
-    The tolerance is the largest total change that the last halving of the panels may make. The returned error
-    is eight times the sum of the absolute changes, because near a kink a change can be small by chance.
+    The panels are halved until their last halvings change the total by at most the tolerance. The returned
+    error is eight times the sum of the absolute changes, because a change near a kink can be small by chance.
     """
     ends = _first_ends(a)
     low, high = ends[:-1], ends[1:]
@@ -86,7 +89,7 @@ def mean_coupling(a: float, tolerance: float = _TOLERANCE) -> Mean:
 
 
 def _first_ends(a: float) -> Floats:
-    """Return the ends of the first panels of t, which shrink to a fraction of a towards every t = pi/2k."""
+    """Return the ends of the initial panels of t, which shrink to a fraction of a towards every t = pi/2k."""
     places = np.concatenate([[0.0], np.pi / (2 * np.arange(_LONGEST + 1, 0, -1.0))])
     found, least = [places], max(_NARROW * a, _NARROWEST)
     for low, high in zip(places[:-1].tolist(), places[1:].tolist(), strict=True):
@@ -98,7 +101,7 @@ def _first_ends(a: float) -> Floats:
 
 
 def _largest(change: Floats, rest: float) -> Marks:
-    """Return a mask of the panels to halve: all but the smallest changes that sum to at most `rest`."""
+    """Return which panels to halve: all but those with the smallest changes, which sum to at most `rest`."""
     order = np.argsort(change)
     going = np.ones(len(change), dtype=bool)
     going[order[np.cumsum(change[order]) <= rest]] = False
@@ -106,7 +109,7 @@ def _largest(change: Floats, rest: float) -> Marks:
 
 
 def _integrals(a: float, low: Floats, high: Floats) -> Floats:
-    """Return the integral of t sin(t) c2 over panels of t and all phi, shape (N,)."""
+    """Return the integral of t sin(t) c2 over each panel of t and over all phi, shape (N,)."""
     x, weight = np.polynomial.legendre.leggauss(_T_NODES)
     half = (high - low) / 2
     t = ((high + low) / 2)[:, None] + half[:, None] * x
@@ -118,9 +121,9 @@ def _integrals(a: float, low: Floats, high: Floats) -> Floats:
 
 
 def _over_phi(a: float, t: Floats) -> Floats:
-    """Return the integral of c2 over phi at each angle t, piece by piece between the jumps, shape (N,).
+    """Return the integral of c2 over phi at each angle t, taken piece by piece between the jumps, shape (N,).
 
-    c2 is the same at phi and phi', and phi + phi' = turns modulo 1, so half of the range of phi is enough.
+    c2 has the same value at phi and phi', and phi + phi' = x modulo 1, so half of the range of phi is enough.
     """
     turns = np.pi / (2 * t)[:, None]
     rest, jumps = turns % 1, np.concatenate([_jumps(a, t), _near_zeros(a, t)], axis=1)
@@ -143,7 +146,7 @@ def _over_phi(a: float, t: Floats) -> Floats:
 
 
 def _jumps(a: float, t: Floats) -> Floats:
-    """Return the places phi at which g jumps, clipped to [0, 1], shape (N, copies)."""
+    """Return the positions phi at which g jumps for each angle t, clipped to [0, 1], shape (N, copies)."""
     most = math.ceil(1 + min(a * math.tan(min(t.max(), _STEEPEST)), _COPIES + min(a, _COPIES)))
     odd = 2.0 * np.arange(-most - 1, most + 1) + 1
     r = np.sqrt(4 * a * a + odd * odd)
@@ -152,10 +155,11 @@ def _jumps(a: float, t: Floats) -> Floats:
 
 
 def _near_zeros(a: float, t: Floats) -> Floats:
-    """Return places phi between which ln D is smooth at small a, clipped to [0, 1], shape (N, M).
+    """Return positions phi between which ln D is smooth even at small a, clipped to [0, 1], shape (N, M).
 
-    D would vanish in the direction pi/2 (no walls) or about -a (one wall), and legs come within about a of
-    these directions. So the pieces halve towards 0 and pi/2 until they are about that short.
+    D would vanish in the direction pi/2 (for legs without walls) or about -a (with one wall), and the
+    directions of legs come within about a of these. So the pieces halve towards 0 and pi/2 until they are
+    about a long.
     """
     near = _halves(a)
     direction = np.concatenate([near, math.pi / 2 - near])
@@ -163,13 +167,13 @@ def _near_zeros(a: float, t: Floats) -> Floats:
 
 
 def _halves(a: float) -> Floats:
-    """Return 1/2, 1/4, .. to about a/4; empty for a >= 1."""
+    """Return 1/2, 1/4, .. down to about a/4; empty if a >= 1."""
     halves: Floats = np.exp2(-np.arange(1.0, math.ceil(math.log2(1 / a)) + 3 if a < 1 else 0.0))
     return halves
 
 
 def _inverse_drift(a: float, t: Floats, phi: Floats) -> Floats:
-    """Return 1/D of the leg before each run, given the angle t and the place phi of its first bounce."""
+    """Return 1/D of the leg before each run, given the angle t and the position phi of the first bounce."""
     direction = t * (2 * phi - 1)
     along, across = np.cos(direction), np.sin(direction)
     copy = np.rint(-(np.cos(t) + 2 * a * across) / (2 * along))

@@ -1,9 +1,10 @@
-"""Averages from zeta functions truncated by stability: all pseudo-cycles below a cut, without a list of them.
+"""Averages from zeta functions truncated by stability: all pseudo-cycles up to a cut, without listing them.
 
-A pseudo-cycle is a product of different cycles. Its term in 1/zeta is the product of their weights, with a
-factor -1 per cycle. If pruning makes the periods irregular, it can be better to cut by multipliers.
+A pseudo-cycle is a product of different cycles. Its term in 1/zeta is the product of the weights of these
+cycles, with a factor -1 for each. If pruning makes an expansion by period irregular, it can be better to cut
+by the multipliers (the expanding eigenvalues e^lambda) instead.
 
-Source: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss, Phys. Rev. Lett. 78
+Sources: Dahlqvist and Russberg, J. Phys. A 24 (1991) 4763; Dettmann and Morriss, Phys. Rev. Lett. 78
 (1997) 4201.
 """
 
@@ -19,7 +20,7 @@ from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
 
 CHUNK = 1 << 16
-"""Approximate number of pseudo-cycles built at a time; it limits the memory."""
+"""Approximate number of pseudo-cycles built at a time, which limits the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,9 @@ class Factors(Batch):
 
     period: Integers  # shape (N,)
     count: Integers  # shape (N,)
-    cost: Floats  # logarithm of the multiplier to which the cut applies; positive, shape (N,)
-    weight: Floats  # t, with its sign, shape (N,)
-    observables: Floats  # shape (k, N)
+    cost: Floats  # logarithm of the multiplier, to which the cut applies; positive, shape (N,)
+    weight: Floats  # t, including its sign, shape (N,)
+    observables: Floats  # the k quantities to be averaged, shape (k, N)
 
     def __len__(self) -> int:
         return len(self.period)
@@ -43,19 +44,21 @@ def expand_by_stability(
 
     Parameters
     ----------
+    factors : Factors
     cut : float
-        Largest sum of costs of a term (pseudo-cycle).
+        Maximum sum of the costs of a term (pseudo-cycle).
     highest : int, optional
-        Largest order of a term; unlimited by default.
+        Maximum order of a term; unlimited by default.
     progress : callable, optional
-        Called now and then with an estimate of the share of the work that is done; it never falls.
+        Called now and then with an estimate of the fraction of the work that is done, which never decreases.
 
     Notes
     -----
-    Exact, and far cheaper than a list of the pseudo-cycles. Factors are sorted by cost and pseudo-cycles
-    built upwards. The candidates for the last factor form a contiguous stretch of the sorted factors, so
-    prefix sums give their total. Only pseudo-cycles with room for their costliest factor once more are
-    listed. Equal cycles are one factor with a count; its m-th power has the binomial coefficient.
+    The sum is exact and far cheaper than listing the pseudo-cycles. Factors are sorted by cost, and
+    pseudo-cycles are built by adding ever costlier factors. The candidates for the last factor are
+    consecutive among the sorted factors of a period, so prefix sums give their total. Only pseudo-cycles that
+    leave room for their costliest factor once more are listed. Equal cycles are one factor with a count; its
+    m-th power has a binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
     factors = factors.rows(np.argsort(factors.cost, kind="stable"))
@@ -86,13 +89,13 @@ def expand_by_stability(
 def _shared(
     share: float, parts: "list[_Terms]", factors: Factors, cut: float
 ) -> "list[tuple[float, _Terms]]":
-    """Split a share of the work among parts in proportion to how many terms can follow them."""
+    """Divide a share of the work among parts, in proportion to how many terms can follow from each part."""
     sizes = [len(part) + int(part.room(factors, cut).sum()) for part in parts]
     return [(share * size / sum(sizes), part) for size, part in zip(sizes, parts, strict=True)]
 
 
 def _degree(factors: Factors, cut: float, highest: int | None) -> int:
-    """Return an order that no term within the cut exceeds, or `highest` if that is lower."""
+    """Return an order that no term within the cut exceeds, or `highest` if it is lower."""
     most = int((factors.period / factors.cost).max() * cut) if len(factors) else 0
     return most if highest is None else min(most, highest)
 
@@ -104,7 +107,7 @@ def _add(sums: Floats, period: Integers, totals: Floats) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Terms(Batch):
-    """Pseudo-cycles: their costliest factor, its multiplicity, and their products."""
+    """Pseudo-cycles, each with its costliest factor, the multiplicity of that factor, and its products."""
 
     last: Integers
     times: Integers
@@ -123,7 +126,7 @@ class _Terms(Batch):
         return len(self.last)
 
     def totals(self) -> Floats:
-        """Return the products and their derivatives in the exponents, shape (k + 1, N)."""
+        """Return the products of the weights and their derivatives in the exponents, shape (k + 1, N)."""
         return np.concatenate([self.value[None], self.value * self.observables])
 
     def halves(self) -> "list[_Terms]":
@@ -131,7 +134,7 @@ class _Terms(Batch):
         return [self.rows(slice(None, middle)), self.rows(slice(middle, None))]
 
     def repeated(self, factors: Factors, cut: float, degree: int) -> "_Terms":
-        """Return the terms with their costliest factor once more, where its count and the cuts allow it."""
+        """Multiply each term by its costliest factor once more, where the count and the cuts allow it."""
         begun = self.rows(self.last >= 0)
         fits = begun.times < factors.count[begun.last]
         fits &= begun.cost + factors.cost[begun.last] <= cut
@@ -140,12 +143,12 @@ class _Terms(Batch):
         return terms._times(factors, terms.last, terms.times + 1, more)
 
     def room(self, factors: Factors, cut: float) -> Integers:
-        """Count the costlier factors that fit twice after each term."""
+        """Return how many costlier factors could each be added twice to a term without exceeding the cut."""
         end = np.searchsorted(factors.cost, (cut - self.cost) / 2, side="right")
         return np.maximum(end - self.last - 1, 0)
 
     def followed(self, factors: Factors, room: Integers, degree: int) -> "_Terms":
-        """Return each term times each of the costlier factors that `room` counted."""
+        """Multiply each term by each of the costlier factors counted in `room`, up to the order `degree`."""
         terms = self.rows(np.repeat(np.arange(len(self)), room))
         start = np.repeat(self.last + 1 - (room.cumsum() - room), room)
         new = start + np.arange(len(start))
@@ -166,7 +169,7 @@ class _Terms(Batch):
 
 @dataclass(frozen=True)
 class _Ladder:
-    """The factors of one period in order of cost, with their prefix sums."""
+    """The factors of one period in ascending order of cost, with their prefix sums."""
 
     period: int
     place: Places
@@ -174,7 +177,7 @@ class _Ladder:
     sums: Floats
 
     def products(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
-        """For each term, sum its products with every costlier factor of this period that fits."""
+        """Return the orders and totals of each term times the costlier factors of this period that fit."""
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)
@@ -199,17 +202,17 @@ def lyapunov_by_stability(
     weight: Weight = Weight.EXPONENTIAL,
     progress: Callable[[float], None] | None = None,
 ) -> ZetaAverages:
-    """Return the Lyapunov averages with every pseudo-cycle of multiplier up to e^cut.
+    """Return the Lyapunov averages from all pseudo-cycles whose multiplier is at most e^cut.
 
     Parameters
     ----------
     rows : ClassRows
-        All orbits with lambda <= cut. If only the periods up to some period are complete, pass that period
-        as `highest`. This leaves out products that would cancel against missing orbits.
+        All orbits with lambda <= cut. If only the periods up to a certain period are complete, pass this
+        period as `highest`, to leave out products that would cancel against missing orbits.
     cut : float
-        Largest sum of lambda over the orbits of a pseudo-cycle.
+        Maximum sum of lambda over the orbits of a pseudo-cycle.
     highest : int, optional
-        Largest sum of periods; unlimited by default.
+        Maximum sum of the periods of a pseudo-cycle; unlimited by default.
     weight : Weight, optional
         With `Weight.DETERMINANT`, an orbit has the factors (1 - t e^(-k lambda) z^p)^(k+1),
         k = 0, 1, .., with multipliers e^((k+1) lambda). The cut applies to all of them.
@@ -227,7 +230,7 @@ def lyapunov_by_stability(
 
 
 def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
-    """Return the cut, or a smaller one of two digits, with at most `most` factors of the determinant.
+    """Return the cut, or a smaller cut of two digits if the determinant would have more than `most` factors.
 
     The number of factors of a class is the cut divided by its lambda, rounded down.
     """

@@ -1,19 +1,20 @@
 """Lyapunov exponents from all orbits up to a period, constrained by the exact means of the stadium.
 
-lambda per leg contains the terms ln D, ln K and c2, whose means are known exactly
-(`orbitdb.averages.exact_means`). Only the small rest is averaged over orbits:
+Per leg, lambda contains the terms ln D, ln K and c2, whose means are known exactly
+(`orbitdb.averages.exact_means`). Only the small remainder is averaged over orbits:
 
     lambda_l = E[ln D] + E[ln K] + E[c2] + sum w (lambda - ln D - ln K - c2) / sum w m,
 
-where m is the number of legs. The weights are the class size times e^-lambda, tilted so that as many of the
-three means as possible are exact (`orbitdb.averages.tilted`): c2 is dropped first, then ln D, then ln K.
+where m is the number of legs of an orbit. The weights w are the class size times e^-lambda, tilted so that as
+many of the three means as possible are exact (`orbitdb.averages.tilted`). If not all three can be exact, c2
+is dropped first, then ln D, then ln K.
 
-Conditions of this kind on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
+Such conditions on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
 
-For swept periods, the orbits up to `EXACT` are found again, which takes a second. Each longer period has the
-coefficients of `orbitdb.averages.tilt_moments` around the tilts of all lower periods. So the sums of a swept
-period depend on those of the periods before it.
+If longer periods have been swept, the orbits up to `EXACT` are computed again, which takes a second. Each
+longer period has stored moments (`orbitdb.averages.tilt_moments`) around the tilts of all shorter periods. So
+the moments of a swept period depend on those of the shorter periods.
 """
 
 import math
@@ -37,43 +38,43 @@ from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
 Moments = Mapping[int, TiltMoments]
-"""By level."""
+"""The moments of a period for each level (`HELD`)."""
 
 EXACT = 13
-"""The highest period whose orbits are found again if longer periods are swept."""
+"""The highest period whose orbits are computed again if longer periods have been swept."""
 
 _MOST_MISSING = 1e-4
-"""Share of the weights that the series may miss; this changes the averages by a hundredth of it."""
+"""Fraction of the weights that the power series may miss; the averages change by a hundredth of this."""
 
 _SMALL = 1e-20
 
 _LOOK_BACK = 4
 _CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
 _RANGES = np.array([3.0, 3.0, 3.0, 2.0])
-"""By level, the factors of two parts of the error estimate: the change due to the last mean, and the range of
-the recent averages. If a mean was dropped, the averages creep. At the highest level the change describes the
-level below rather than the error; at a = 0.1 it is thirty times too large. Found by trial: bench_sum_rules.py
-counts how often the estimates hold."""
+"""For each level, the factors of two parts of the error estimate: the change due to the last exact mean, and
+the range of the recent averages. They were found by trial; bench_sum_rules.py counts how often the estimates
+hold. Below the highest level, the averages drift slowly. At the highest level, the change describes the level
+below rather than the error: at a = 0.1, it is thirty times too large."""
 
 _OF_THE_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class SumRules(ByValue):
-    """Lyapunov averages by period; all arrays have the shape of p, with NaN where there is no orbit."""
+    """Lyapunov averages by period; all arrays have the same shape as p, with NaN where there is no orbit."""
 
-    p: Integers  # 2, 3, .. to the highest period
-    # number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln D too) or 3 (c2 too)
+    p: Integers  # 2, 3, .. up to the highest period
+    # number of exact means that the weights reproduce: 0, 1 (ln K), 2 (ln K and ln D) or 3 (all)
     level: Integers
     lambda_l: Floats  # lambda per leg
-    lambda_l_below: Floats  # lambda per leg at the level below, with one mean less
+    lambda_l_below: Floats  # lambda per leg at the level below, with one exact mean fewer
     # Estimated error of lambda_l, the sum of three parts: twice the range of lambda_l over the last five
     # periods; 3 % of the average over orbits (the limits are off by up to 1.5 % of it); the error of the
-    # exact means. Below level 3, the range counts three times, and so does the largest difference between
-    # lambda_l and lambda_l_below in the last four periods. The width of `ExactMeans.bounds` is the upper
-    # limit, and the estimate while there are fewer periods.
+    # exact means. Below level 3, the range is multiplied by three instead of two, and three times the largest
+    # difference between lambda_l and lambda_l_below in the last four periods is added. The estimate is at
+    # most the width of `ExactMeans.bounds`, and equal to it for the first few periods.
     lambda_l_error: Floats
-    # the same per bounce and per length
+    # lambda per bounce and per unit length, with errors
     lambda_d_sum_rule: Floats
     lambda_d_sum_rule_error: Floats
     lambda_c_sum_rule: Floats
@@ -81,7 +82,7 @@ class SumRules(ByValue):
 
 
 def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) -> TiltedOrbits:
-    """Return the orbits of admissible words, shape (N, p), given their class sizes and lambdas.
+    """Return the orbits of admissible words, shape (N, p), given their class sizes and their lambdas.
 
     The legs are solved by Newton's method, which is faster than reading coordinates from a database.
     """
@@ -92,7 +93,7 @@ def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) ->
 
 
 def orbits_of_exponents(size: Integers, found: Exponents, a: float) -> TiltedOrbits:
-    """Return orbits that are already solved, given the sizes of their classes."""
+    """Return orbits that have already been solved, given the sizes of their classes."""
     return _orbits(size, found.lyapunov, _terms(found.slopes), a)
 
 
@@ -104,7 +105,7 @@ def _orbits(size: Integers, lyapunov: Floats, terms: Floats, a: float) -> Tilted
 
 
 def _terms(slopes: Derivatives) -> Floats:
-    """Return the number of legs and the sums of ln D, ln K and c2 of words of m runs, shape (4, N)."""
+    """Return the number of legs and the sums of ln D, ln K and c2 for N words of m runs, shape (4, N)."""
     drift, kick = slopes.beyond, 1 / slopes.stiffness
     coupling = np.log1p((1 / drift + 1 / preceding(drift)) / kick)
     m = np.full(drift.shape[1], float(len(drift)))
@@ -112,17 +113,17 @@ def _terms(slopes: Derivatives) -> Floats:
 
 
 class Beginning(NamedTuple):
-    """The orbits up to some period, and their tilts."""
+    """The orbits up to a given period, with their tilts and averages."""
 
-    orbits: TiltedOrbits  # with all three quantities
-    # for each period: the highest level, sum w (lambda - ln D - ln K - c2) / sum w m there and one below,
-    # shape (3, last - 1)
+    orbits: TiltedOrbits  # with all three quantities: ln D, ln K and c2
+    # for each period, shape (3, last - 1): the highest level with a tilt, the average over orbits
+    # sum w (lambda - ln D - ln K - c2) / sum w m at that level, and the average at the level below
     found: Floats
-    tilts: dict[int, Floats]  # the tilts at the last period, by level
+    tilts: dict[int, Floats]  # the tilt at the last period for each level
 
     @classmethod
     def of(cls, parts: Iterable[tuple[int, TiltedOrbits]], last: int) -> "Beginning":
-        """Tilt all orbits up to each period 2 .. last, given (period, orbits) pairs by rising period."""
+        """Tilt all orbits up to each period 2 .. last, given (period, orbits) in ascending order."""
         given = list(parts)
         orbits = TiltedOrbits.joined(part for _, part in given)
         upto = [sum(len(part.legs) for p, part in given if p <= end) for end in range(2, last + 1)]
@@ -139,7 +140,7 @@ class Beginning(NamedTuple):
 
 @lru_cache(maxsize=4)
 def beginning(a: float, last: int) -> Beginning:
-    """Find the orbits up to a period, and their tilts."""
+    """Compute the orbits up to a given period, and their tilts."""
     parts = (
         (p, orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a))
         for p in range(2, last + 1)
@@ -150,15 +151,16 @@ def beginning(a: float, last: int) -> Beginning:
 
 
 def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int) -> SumRules:
-    """Return the averages of all orbits up to period p, p = 2 .. highest; `parts` as in `Beginning.of`."""
+    """Return the averages over all orbits up to each period 2 .. highest; `parts` is as in `Beginning.of`."""
     return _averages(Beginning.of(parts, highest).found, exact_means(a))
 
 
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
-    """Return the averages of all orbits up to period p for p = 2 .. highest from swept periods.
+    """Return the averages over all orbits up to each period 2 .. highest, from the moments of swept periods.
 
-    The moments are those of the periods `EXACT` + 1, ... without a gap. Averages of higher periods are NaN.
-    No level can be higher than the highest of the orbits up to `EXACT`.
+    The moments belong to the periods `EXACT` + 1, `EXACT` + 2, ... without gaps. The averages of periods
+    beyond the last moments are NaN. No level can be higher than the highest level of the orbits up to
+    `EXACT`.
     """
     last = min(highest, EXACT)
     start = beginning(a, last)
@@ -170,17 +172,17 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
 
 
 def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
-    """Return the tilts, by level, of all orbits up to the highest period with moments."""
+    """Return, for each level, the tilt of all orbits up to the highest period that has moments."""
     return _tilts(beginning(a, EXACT), moments)[1]
 
 
 def _highest_two(
     log_weights: Floats, held: Floats, before: Mapping[int, tuple[Floats, Floats]]
 ) -> dict[int, tuple[Floats, Floats]]:
-    """Return the tilts of the highest level that exists and of the one below, by rising level.
+    """Return the tilts of the two highest levels that have one, in ascending order of level.
 
-    The convex hull grows with more orbits, so a tilt that existed at lower periods still exists. Only
-    rounding can lose it, when the terms hardly scatter (at huge a).
+    The convex hull grows with the number of orbits, so a tilt that existed at shorter periods still exists.
+    Only rounding can lose it, if the terms hardly scatter (at very large a).
     """
     tilts = {}
     for level in range(min(before, default=0), len(HELD)):
@@ -194,7 +196,7 @@ def _highest_two(
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
-    """Return `Beginning.found` for the periods after `EXACT`, and the last tilts."""
+    """Return the columns of `Beginning.found` for periods beyond `EXACT`, and the tilts at the last one."""
     known, found = dict(start.tilts), np.full((3, len(moments)), np.nan)
     for place in range(len(moments)):
         values = {}
@@ -217,7 +219,7 @@ def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[i
 
 
 def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple[Floats, TiltedSums] | None:
-    """Return the tilt at which all means are 0, and the sums there; None if none is found."""
+    """Return the tilt at which all means are 0, and the sums there; None if no such tilt is found."""
 
     def total(mu: Floats) -> TiltedSums:
         return TiltedSums(*(sum(of) for of in zip(*(part.at(mu) for part in parts), strict=True)))
@@ -228,7 +230,7 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
         log_sum = math.log(here.total) if here.total > 0 else math.inf  # a truncated series may be negative
         return Tilted(log_sum, means, here.spread / here.total - np.outer(means, means))
 
-    # sweeps store sums at this tilt, so it has to be more accurate than that of `tilt`
+    # sweeps store sums around this tilt, so it has to be more accurate than the result of `tilt`
     mu = exact_tilt(at, start, _SMALL)
     if mu is None or (sums := total(mu)).missing >= _MOST_MISSING * sums.total:
         return None
@@ -236,7 +238,7 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
 
 
 def _averages(found: Floats, means: ExactMeans) -> SumRules:
-    """Return the averages that follow from `Beginning.found`, with estimated errors."""
+    """Return the averages that follow from `Beginning.found`, with estimates of their errors."""
     rest, below = found[1:]
     level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
     growth = means.growth
@@ -261,6 +263,6 @@ def _averages(found: Floats, means: ExactMeans) -> SumRules:
 
 
 def _recent(values: Floats, count: int, function: Callable[[Floats], float]) -> Floats:
-    """Apply a function to each value and the `count` - 1 before it; NaN where there are fewer."""
+    """Apply a function to each value and the `count` - 1 values before it; NaN if there are fewer values."""
     parts = [values[max(0, end - count) : end] for end in range(1, len(values) + 1)]
     return np.array([function(part) if len(part) == count else np.nan for part in parts])

@@ -1,9 +1,10 @@
-"""Sums over tilted orbits as power series in the tilt, so that no orbit has to be kept.
+"""Sums over tilted orbits as power series in the tilt, so that the orbits themselves need not be stored.
 
-The tilt mu that makes means exact (`orbitdb.averages.tilted`) is known only after all orbits are. But it
-changes little from period to period. Around the tilt c of all lower periods, the sums of w e^(mu x), alone or
-times other quantities, are power series in mu - c. Their coefficients are sums of w e^(c x) times powers of
-x. They are truncated at `DEGREE`. The last term is a sum of positive terms and estimates the remainder.
+The tilt mu that makes the means exact (`orbitdb.averages.tilted`) is only known when all orbits are known,
+but it changes little from one period to the next. Let c be the tilt of all shorter periods. The sums of
+w e^(mu x), alone or times other quantities, are expanded in powers of mu - c up to degree `DEGREE`. The
+coefficients are sums of w e^(c x) times powers of x. The term of the highest degree is a sum of positive
+numbers; it serves as an estimate of the remainder.
 """
 
 import math
@@ -19,46 +20,46 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import Batch, ByValue
 
 HELD = ((), (1,), (0, 1), (0, 1, 2))
-"""Indices of the terms whose means are exact at each level; 0 is ln D, 1 is ln K, 2 is c2."""
+"""For each level, the indices of the quantities whose means are exact: 0 is ln D, 1 is ln K, 2 is c2."""
 
 DEGREE = 8
-"""Even, so that the sum of the terms of this degree is positive."""
+"""Degree of the power series. It is even, so that the sum of the terms of this degree is positive."""
 
 _CHUNK = 1 << 11
-"""Number of orbits at a time, so that their powers stay in the cache."""
+"""Number of orbits processed together, small enough for their powers to stay in the cache."""
 
 
 class TiltedSums(NamedTuple):
     """Sums over orbits with the weights w e^(mu x)."""
 
     total: float  # sum of 1
-    slope: Floats  # sum of x, the gradient of the total in mu, shape (k,)
+    slope: Floats  # sum of x, the gradient of the total with respect to mu, shape (k,)
     spread: Floats  # sum of x x^T, shape (k, k)
-    rest: float  # sum of the rest of lambda that is averaged over orbits
+    rest: float  # sum of the remainder of lambda, which is averaged over orbits
     legs: float  # sum of the numbers of legs
-    missing: float  # approximate limit of the truncation error of the total
+    missing: float  # approximate upper limit of the truncation error of the total
 
 
 @dataclass(frozen=True, eq=False)
 class TiltedOrbits(Batch):
-    """The weights and quantities of N orbits, one by one."""
+    """The weights and other quantities of N individual orbits."""
 
-    log_weights: Floats  # shape (N,)
-    x: Floats  # the quantities whose means the tilt makes 0, shape (k, N)
-    rest: Floats  # the rest of lambda that is averaged over orbits, shape (N,)
-    legs: Floats  # the number of legs, shape (N,)
+    log_weights: Floats  # ln w, shape (N,)
+    x: Floats  # the quantities whose means become 0 by the tilt, shape (k, N)
+    rest: Floats  # the remainder of lambda, which is averaged over orbits, shape (N,)
+    legs: Floats  # number of legs, shape (N,)
 
     @classmethod
     def joined(cls, parts: Iterable[Self]) -> Self:
-        """Return several with all three quantities as one; without any, no orbits."""
+        """Join orbits with all three quantities; return no orbits if there are no parts."""
         return super().joined([cls(*(np.zeros(shape) for shape in (0, (3, 0), 0, 0))), *parts])
 
     def held(self, level: int) -> "TiltedOrbits":
-        """Keep only the quantities of a level."""
+        """Return the same orbits with only those quantities x whose means are exact at the given level."""
         return replace(self, x=self.x[list(HELD[level])])
 
     def at(self, mu: Floats) -> TiltedSums:
-        """Return the sums at a tilt."""
+        """Return the sums over the orbits with the weights w e^(mu x)."""
         w = np.exp(self.log_weights + mu @ self.x)
         spread = (self.x * w) @ self.x.T
         return TiltedSums(w.sum(), self.x @ w, spread, float(w @ self.rest), float(w @ self.legs), 0.0)
@@ -66,21 +67,21 @@ class TiltedOrbits(Batch):
 
 @dataclass(frozen=True, eq=False)
 class TiltMoments(ByValue):
-    """Coefficients of the power series of the sums over some orbits."""
+    """The moments of a set of orbits: the coefficients of the power series of their sums."""
 
-    centre: Floats  # the tilt c, shape (k,)
-    # sums of w e^(c x) x^n for each power n of x up to degree `DEGREE`, alone, times rest, and times legs,
-    # shape (3, n)
+    centre: Floats  # the tilt c around which the sums are expanded, shape (k,)
+    # sums of w e^(c x) x^n for each power n up to the degree `DEGREE`: alone (row 0), times the remainder of
+    # lambda (row 1), and times the number of legs (row 2); shape (3, n)
     sums: Floats
 
     @classmethod
     def none(cls, centre: Floats) -> "TiltMoments":
-        """Return the sums over no orbits, which are 0."""
+        """Return the moments of an empty set of orbits, which are all 0."""
         return cls(centre, np.zeros((3, len(_powers(len(centre)).exponents))))
 
     @classmethod
     def of(cls, centre: Floats, orbits: TiltedOrbits) -> "TiltMoments":
-        """Add up over orbits."""
+        """Compute the moments of the given orbits."""
         powers = _powers(len(centre))
         sums = []
         for start in range(0, len(orbits.legs), _CHUNK):
@@ -97,12 +98,12 @@ class TiltMoments(ByValue):
 
     @classmethod
     def joined(cls, parts: "Sequence[TiltMoments]") -> "TiltMoments":
-        """Add up parts with the same centre exactly, then round once."""
+        """Add the moments of parts with the same centre exactly, and round only the result."""
         columns = zip(*(part.sums.ravel().tolist() for part in parts), strict=True)
         return cls(parts[0].centre, np.array([math.fsum(of) for of in columns]).reshape(3, -1))
 
     def at(self, mu: Floats) -> TiltedSums:
-        """Return the sums at a tilt."""
+        """Return the sums with the weights w e^(mu x), from the power series."""
         powers = _powers(len(self.centre))
         shares = np.prod((mu - self.centre) ** powers.exponents, axis=1) / powers.factorials
         moments, rest, legs = self.sums
@@ -121,7 +122,7 @@ class TiltMoments(ByValue):
 
 
 class _Powers(NamedTuple):
-    """The powers of k variables up to `DEGREE`; each after the first is a lower one times a variable."""
+    """The monomials in k variables up to `DEGREE`; each but the first is a lower one times a variable."""
 
     exponents: Integers
     factorials: Floats
@@ -143,7 +144,7 @@ def _powers(k: int) -> _Powers:
 
 
 def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
-    """Return moments by level as little-endian doubles."""
+    """Return the moments of each level as the bytes of little-endian doubles."""
     parts = [
         part for level, each in sorted(moments.items()) for part in ([level], each.centre, each.sums.ravel())
     ]
@@ -151,12 +152,12 @@ def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
 
 
 def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
-    """Return the moments that `to_bytes` wrote.
+    """Return the moments of which `to_bytes` returned the bytes.
 
     Raises
     ------
     ValueError
-        If the bytes are not moments.
+        If the bytes do not represent moments.
     """
     values, found = np.frombuffer(numbers, dtype="<f8").astype(float), {}
     if not np.isfinite(values).all():

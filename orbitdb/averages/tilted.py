@@ -1,8 +1,9 @@
-"""Weights of orbits, tilted until chosen means are exact.
+"""Weights of orbits, tilted so that chosen means are exact.
 
-With the weights e^-lambda, a finite set of orbits gives inexact means, because it lacks the long orbits.
-Weights w e^(mu x) give the quantities x the mean 0 for at most one mu, the minimum of the convex function
-ln sum w e^(mu x). It exists if 0 is inside the convex hull of the points x, and Newton's method finds it.
+With the weights w = e^-lambda, a finite set of orbits gives inexact means, because the long orbits are
+missing. With the tilted weights w e^(mu x), the means of the quantities x are 0 for at most one tilt mu, at
+which the convex function ln sum w e^(mu x) has its minimum. This tilt exists if 0 is inside the convex hull
+of the points x, and Newton's method finds it.
 """
 
 from collections.abc import Callable
@@ -13,7 +14,7 @@ import numpy as np
 from orbitdb.arrays import Floats
 
 _SMALL = 1e-16
-"""Square of the Newton step, in the metric of the spread, below which only rounding is left."""
+"""Square of the Newton step, in the metric of the spread, below which a step is only a rounding error."""
 
 _MOST_STEPS = 60
 _LEAST_FRACTION = 1e-6
@@ -21,18 +22,18 @@ _ROUNDING = 1e-14
 
 
 class Tilted(NamedTuple):
-    """The tilted sum and its derivatives in mu."""
+    """The logarithm of the tilted sum, and its derivatives with respect to mu."""
 
     log_sum: float  # ln sum w e^(mu x)
-    means: Floats  # its gradient, the means of the quantities, shape (k,)
-    spread: Floats  # its Hessian, their covariances, shape (k, k)
+    means: Floats  # the gradient, which consists of the means of the quantities x, shape (k,)
+    spread: Floats  # the Hessian, which consists of the covariances of x, shape (k, k)
 
 
 def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
     """Return the mu at which all means are 0, shape (k,), or None if Newton's method with step halving fails.
 
-    `at` returns the tilted sums at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
-    The iteration ends when the square of the Newton step, in the metric of the spread, is `small`.
+    `at` returns the tilted sum at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
+    The iteration ends when the square of the Newton step, in the metric of the spread, is below `small`.
     """
     mu, here = start, at(start)
     for _ in range(_MOST_STEPS):
@@ -40,7 +41,7 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
             return None
         try:
             step = -np.linalg.solve(here.spread, here.means)
-        except np.linalg.LinAlgError:  # the quantities do not scatter in all directions
+        except np.linalg.LinAlgError:  # the points x do not span all directions
             return None
         drop, fraction = -float(here.means @ step), 1.0
         if drop < small:
@@ -55,10 +56,10 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
 
 
 def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[Floats, Floats] | None:
-    """Tilt weights, shape (N,), until the means of quantities x, shape (k, N), are 0; k may be 0.
+    """Tilt weights, shape (N,), so that the means of the quantities x, shape (k, N), are 0; k may be 0.
 
-    Newton's method starts from mu = 0 by default. Returns mu, shape (k,), and the weights of the orbits,
-    whose sum is 1; None if no tilt is found, for example because some combination of the quantities is
+    Newton's method starts from mu = 0 by default. The result is mu, shape (k,), and the tilted weights, whose
+    sum is 1. It is None if no tilt is found, for example because some linear combination of the quantities is
     positive for all orbits.
     """
 
@@ -74,7 +75,7 @@ def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[F
 
 
 def _log_sum(log_weights: Floats, exponents: Floats) -> tuple[float, Floats]:
-    """Return ln sum w e^x and the terms' shares in the sum."""
+    """Return the logarithm of the sum of w e^x, and each term as a fraction of the sum."""
     total = log_weights + exponents
     most = total.max()
     terms = np.exp(total - most)

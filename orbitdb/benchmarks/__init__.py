@@ -1,1 +1,1 @@
-"""Benchmarks: run time against error, stages of a fill, stress tests, and the agreement of methods."""
+"""Benchmarks: run time against error, run times of the stages, stress tests, and agreement of methods."""

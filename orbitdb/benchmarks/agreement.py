@@ -1,8 +1,8 @@
-"""Check that Newton's method in doubles, ball arithmetic and the paper's dynamics agree on every status.
+"""Check that Newton's method in double precision, ball arithmetic and the relaxation agree on each status.
 
-Ball arithmetic proves its statuses, so it is the reference. The relaxation stops at a small force. It can be
-wrong if an orbit is closer to a joint than the error of its coordinates. It is always wrong if an orbit runs
-through a joint, because it has no status for that case.
+Ball arithmetic proves its statuses, so it is the reference. The paper's relaxation stops when the force is
+small. Its status can be wrong if an orbit is closer to a joint than the error of the coordinates. It is
+always wrong if an orbit runs through a joint, because the relaxation has no status for this case.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
 MAX_STEPS = 20_000_000
-"""Steps after which the relaxation gives up; the number needed grows like a^3, and a = 10 needs 3 million."""
+"""Number of steps after which the relaxation gives up. It needs 3 million at a = 10, and more like a^3."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,12 @@ class Agreement:
     classes: int  # admissible classes
     orbits: int  # classes proved to be orbits
     boundary: int  # classes proved to run through a joint
-    doubles: int  # classes to which Newton's method in doubles gives the proved status
-    relaxation: int  # classes to which the relaxation gives the proved status
-    # classes to which one of the two gives a wrong status, and those of them that are not explained by the
-    # error of the relaxation (its force over its slowest rate, compared with the margin) or by a joint
+    doubles: int  # classes for which Newton's method in double precision gives the proved status
+    relaxation: int  # classes for which the relaxation gives the proved status
+    # classes for which one of these two methods gives a wrong status
     disagreements: int
+    # disagreements that neither a joint on the orbit nor the error of the relaxation (its final force divided
+    # by its slowest rate, compared with the margin) explains
     unexplained: int
     unresolved: int  # classes that the relaxation did not bring to rest
     steps: int  # largest number of Runge-Kutta steps for a class
@@ -46,16 +47,17 @@ class Agreement:
 def agreement(
     p: int, stadium: Stadium, progress: Callable[[int, int], None] | None = None
 ) -> tuple[Agreement, list[str]]:
-    """Relax all classes of one period and `compare` them; `relax` reports progress."""
+    """Relax all classes of one period and `compare` the statuses; `progress` is passed on to `relax`."""
     words, _ = representatives(p)
     return compare(relax(words, stadium, max_steps=MAX_STEPS, progress=progress), stadium)
 
 
 def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tuple[Agreement, list[str]]:
-    """Compare relaxed words of one period with Newton's method in doubles and with ball arithmetic.
+    """Compare relaxed words of one period with Newton's method in double precision and with ball arithmetic.
 
-    The relaxation stopped at the force epsilon; only words, status, coordinates and iterations are used. The
-    sentences name each word to which one method gives a wrong status, in the order of the words.
+    The relaxation has stopped at the force `epsilon`. Of its results, only words, statuses, coordinates and
+    iterations are used. The returned sentences describe each word to which a method gives a wrong status, in
+    the order of the words.
     """
     words = relaxed.words
     found = certificates(words, stadium)
@@ -70,11 +72,11 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
     explained = (joint | (np.abs(margin[rows]) < errors)) & ~newton_is_wrong[rows]
     said = []
     for row, error, clear in zip(rows.tolist(), errors.tolist(), explained.tolist(), strict=True):
-        why = f"margin {margin[row]:.1e}, and the force leaves an error of {error:.1e}"
+        why = f"margin {margin[row]:.1e}, while the final force allows an error of {error:.1e}"
         said.append(
             f"{to_strings(words[row : row + 1])[0]} at a = {exact(stadium.a)}: {proved[row]} by proof, "
             f"{relaxed.status[row]} by the relaxation"
-            f"{f', {doubles[row]} in doubles' if newton_is_wrong[row] else ''}; "
+            f"{f', {doubles[row]} in double precision' if newton_is_wrong[row] else ''}; "
             f"{'it runs through a joint' if proved[row] == Status.BOUNDARY else why}"
             f"{'' if clear else ': NOT EXPLAINED'}"
         )
@@ -95,7 +97,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
 
 
 def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> Floats:
-    """Return the distance from rest that the final force allows for each word, shape (N,)."""
+    """Return how far from rest each word can be, given the final force, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)
     if still.any():

@@ -1,7 +1,8 @@
 """Stress tests: extreme cases, each checked against ball arithmetic.
 
-A case is a function without required arguments that yields rows. Every row has the question, the largest
-true errors, and their largest share of the stored bounds, which must not exceed 1.
+A case is a function without required arguments that yields an `Outcome` for each question. An outcome
+contains the largest true errors and the largest ratio of a true error to its stored bound, which must not
+exceed 1.
 """
 
 import math
@@ -28,43 +29,43 @@ from orbitdb.trajectories.rays import Rays, bounce, random_arcs
 _WINDOW = 200
 
 BITS = 256
-"""Precision of the reference, in bits."""
+"""Precision of the reference in ball arithmetic, in bits."""
 
 SUM_BOUND = 64 * EPSILON
-"""Relative error allowed for a sum of positive terms with NumPy's pairwise summation."""
+"""Relative error allowed for a sum of positive terms by NumPy's pairwise summation."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one stress case."""
+    """Result of one question of a stress case."""
 
-    case: str  # its name
-    asked: str  # its question
-    words: int  # words solved, or terms summed
-    orbits: int  # words that are orbits
-    open: int  # words left undecided
-    wrong: int  # words whose status differs from that in ball arithmetic
+    case: str  # name of the case
+    asked: str  # the question
+    words: int  # number of words solved, or of terms summed
+    orbits: int  # number of words that are orbits
+    open: int  # number of words left undecided
+    wrong: int  # number of words whose status differs from that in ball arithmetic
     coordinates: float  # largest true error of a coordinate of an orbit
     length: float  # largest relative error of a length
-    lyapunov: float  # and of a lambda
-    share: float  # the largest true error in units of its stored bound
-    seconds: float  # run time of the solution, without the reference
+    lyapunov: float  # largest relative error of a lambda
+    share: float  # largest ratio of a true error to its stored bound
+    seconds: float  # run time of the solution, without that of the reference
 
     @property
     def passed(self) -> bool:
-        """Whether every word has the right status and no error exceeds its stored bound."""
+        """Whether all words have the right status and no error exceeds its stored bound."""
         return self.open == 0 and self.wrong == 0 and not self.share > 1
 
 
 def judge(case: str, asked: str, words: Words, stadium: Stadium) -> Outcome:
-    """Solve words of one order and compare every orbit with its enclosure."""
+    """Solve words of the same period and compare every orbit with its enclosure."""
     begin = perf_counter()
     orbits = solve(words, stadium)
     return compare(case, asked, orbits, stadium, perf_counter() - begin)
 
 
 def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: float) -> Outcome:
-    """Compare solved orbits with their enclosures."""
+    """Compare solved orbits with their enclosures in ball arithmetic."""
     from orbitdb.orbits.balls.enclosure import true_errors
 
     truth = certificates(orbits.words, stadium, BITS)
@@ -94,38 +95,38 @@ def _largest(values: Floats) -> float:
 
 
 def extreme_stadia(p: int = 8) -> Iterator[Outcome]:
-    """Solve all classes of order p in stadia from almost a circle to a long channel."""
+    """Solve all classes of period p in stadia of all shapes, from nearly a circle to a long channel."""
     words, _ = representatives(p)
     for exponent in range(-6, 7):
         yield judge("stadium", f"a = 1e{exponent}, all classes of p = {p}", words, Stadium(10.0**exponent))
 
 
 def long_runs(powers: int = 5) -> Iterator[Outcome]:
-    """Solve words with runs of 10, 100, ... bounces on each semicircle, close to the wall."""
+    """Solve words with runs of 10, 100, ... bounces on each semicircle, which stay close to the wall."""
     for k in (10**e for e in range(1, powers + 1)):
         text = f"1^{k} 5^{k}"
         yield judge("run", text, from_strings([parse(text)]), Stadium())
 
 
 def long_legs(powers: int = 5) -> Iterator[Outcome]:
-    """Solve words with legs of 10, 100, ... bounces between the walls, almost at right angles to them."""
+    """Solve words with legs of 10, 100, ... straight bounces, nearly at right angles to the walls."""
     for n in (10**e for e in range(1, powers + 1)):
         text = f"1 2 (02)^{n // 2} 3 2 (02)^{n // 2}"
         yield judge("leg", text, from_strings([parse(text)]), Stadium())
 
 
 def long_orbits(orders: tuple[int, ...] = (200, 2000), count: int = 10) -> Iterator[Outcome]:
-    """Solve closed segments of random trajectories: orbits of high order whose e^lambda may overflow."""
+    """Solve closed segments of random trajectories, orbits so long that e^lambda may overflow."""
     for p in orders:
         words = closed_words(Stadium(), p, count)
         yield judge("trajectory", f"closed segments of p = {p}", words, Stadium())
 
 
 def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
-    """Return orbits among the closed segments of random trajectories, shape (<= count, p).
+    """Return up to `count` orbits of period p that are closed segments of random trajectories, shape (n, p).
 
-    A segment of p bounces from the beginning of a run on the left to the beginning of another is closed to a
-    word. Words that break rules or that the solver rejects are left out.
+    A segment consists of p bounces, from the beginning of one run on the left semicircle up to the beginning
+    of another, and is read as a cyclic word. Words that break a pruning rule or are not orbits are left out.
     """
     arcs = random_arcs(8 * count, np.random.default_rng(seed))
     rays = [Rays(arcs.x + arcs.side * stadium.a, arcs.y, arcs.vx, arcs.vy, arcs.side)]
@@ -145,7 +146,7 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
 
 
 def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> Iterator[Outcome]:
-    """Solve the words of an order whose bounces come closest to a joint, inside or outside."""
+    """Solve the words of each period whose bounces come closest to a joint, on either side of it."""
     for p in orders:
         words, _ = representatives(p)
         begin = perf_counter()
@@ -158,7 +159,7 @@ def small_margins(orders: tuple[int, ...] = (11, 13), below: float = 1e-4) -> It
 
 
 def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
-    """Solve all classes in stadia where some words run exactly through a joint."""
+    """Solve all classes of each period in stadia where some words run exactly through a joint."""
     for p in orders:
         words, _ = representatives(p)
         for a in (0.5, 1.0, 2.5):
@@ -166,7 +167,7 @@ def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
 
 
 def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
-    """Compare the sums of an average over orbits, with weights from e^-40 to e^0, with exact summation."""
+    """Compare sums over orbits, with weights from e^-40 to e^0 as in an average, with exact summation."""
     rng = np.random.default_rng(1)
     lyapunov = 40 * rng.random(terms) + 0.5
     ones = np.ones(terms, dtype=np.int64)
@@ -207,10 +208,10 @@ CASES: dict[str, Callable[[], Iterator[Outcome]]] = {
     "margin": small_margins,
     "sum": weighted_sums,
 }
-"""The cases by name, in the order of a full run."""
+"""The cases by name, in the order in which `stress` runs them."""
 
 
 def stress() -> Iterator[Outcome]:
-    """Run all cases and yield their rows."""
+    """Run all cases and yield their outcomes."""
     for case in CASES.values():
         yield from case()

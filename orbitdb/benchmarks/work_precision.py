@@ -1,7 +1,8 @@
-"""Run time of every method against its error, and run times of the stages of a solution.
+"""Run time of each method against its error, and run times of the stages of a solution.
 
 The reference is ball arithmetic, which encloses every orbit to more than 50 digits
-(`orbitdb.orbits.newton.certificates`). An error is the distance of a method's number from the reference.
+(`orbitdb.orbits.newton.certificates`). The error of a method is the distance of its result from the
+reference.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +34,7 @@ ROOT_TOLERANCES = (1e-4, 1e-8, 1e-12)
 BITS = (64, 128, 256)
 REPEATS = 5
 FAR = 1e-2
-"""A coordinate with a larger error (in radians or units of the radius) belongs to another orbit."""
+"""A coordinate whose error (in radians or units of the radius) is larger belongs to another orbit."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +42,17 @@ class WorkPrecision:
     """Cost and errors of one method at one setting."""
 
     method: str  # ``newton``, ``relaxation``, ``root`` or ``balls``
-    setting: float  # tolerance, force or bits of the method
-    words: int  # words solved, one per symmetry class
-    seconds: float  # run time per word
-    # Run time per cyclic word. Our methods solve one word per class; the paper's and SciPy's solve all.
+    setting: float  # tolerance, final force or number of bits
+    words: int  # number of words solved, one per symmetry class
+    seconds: float  # run time per word solved
+    # Run time per cyclic word. ``newton`` and ``balls`` solve one word for all words of a class; the other
+    # methods would have to solve each word.
     seconds_per_sequence: float
-    failures: int  # words left undecided, or given a wrong status or another orbit
-    # maximum and median over words of the largest error of a coordinate
+    failures: int  # number of words left undecided, or given a wrong status or another orbit
+    # maximum and median over all words of the largest error of a coordinate
     coordinates_max: float
     coordinates_median: float
-    # Maximum and median of the relative errors. For ``balls``, all errors are the proved radii.
+    # maximum and median of the relative errors; for ``balls``, all errors are the proved radii
     length_max: float
     length_median: float
     lyapunov_max: float
@@ -59,7 +61,7 @@ class WorkPrecision:
 
 @dataclass(frozen=True, eq=False)
 class Sample(ByValue):
-    """Words of one order, one per class, with their enclosures."""
+    """Words of the same period, one per class, with their enclosures."""
 
     words: Words  # shape (N, p)
     sizes: Integers  # number of cyclic words in each class, shape (N,)
@@ -73,7 +75,7 @@ class Sample(ByValue):
 
 
 def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
-    """Return the classes of order p, or about `count` of them, enclosed at `REFERENCE_BITS`."""
+    """Return all classes of period p, or about `count` of them, with enclosures at `REFERENCE_BITS`."""
     words, sizes = representatives(p)
     rows = _spread(len(words), count or len(words))
     truth = certificates(words[rows], stadium, REFERENCE_BITS)
@@ -81,14 +83,14 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
 
 
 def _spread(n: int, count: int) -> Places:
-    """Return about `count` of n row numbers, evenly spread."""
+    """Return about `count` of the indices 0 .. n - 1, evenly spread."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 
 
 def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
-    """Measure all methods on the same words; yield each method and setting as soon as it is measured.
+    """Measure all methods on the same words; yield a row for each method and setting as soon as it is done.
 
-    `slow` is the number of words for the methods that work word by word, ``root`` and ``balls``.
+    `slow` is the approximate number of words for ``root`` and ``balls``, which solve one word at a time.
     """
     yield from newton_rows(cases)
     yield from ball_rows(cases.part(slow))
@@ -97,7 +99,7 @@ def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
 
 
 def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iterator[WorkPrecision]:
-    """Measure the reduced Newton method, including error bounds, status and lambda."""
+    """Measure Newton's method for the legs, including error bounds, statuses and lambda."""
     for tolerance in tolerances:
 
         def attempt(tolerance: float = tolerance) -> Orbits:
@@ -110,7 +112,8 @@ def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iter
 def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iterator[WorkPrecision]:
     """Measure the paper's artificial dynamics, vectorised over all words of the sample.
 
-    Each epsilon continues where the larger one before it stopped, and its time includes all earlier ones.
+    The relaxation to each force epsilon continues where the previous, larger epsilon stopped. Its time
+    includes the times of all previous ones.
     """
     x = starting_points(cases.words, cases.stadium)
     seconds = 0.0
@@ -123,7 +126,7 @@ def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iter
 
 
 def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> Iterator[WorkPrecision]:
-    """Measure SciPy's hybrid Powell method on the p coordinates, started like the relaxation."""
+    """Measure SciPy's hybrid Powell method on the p coordinates, with the relaxation's starting points."""
     from scipy.optimize import root
 
     start = starting_points(cases.words, cases.stadium)
@@ -142,13 +145,13 @@ def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> I
         solved = np.flatnonzero(~np.isnan(x[:, 0]))
         orbits = Orbits.empty(cases.words)
         if len(solved):
-            # an infinite force takes no steps and only computes the numbers of the orbits
+            # with an infinite epsilon, `relax` takes no steps and only computes the properties of the orbits
             orbits.place(solved, relax(cases.words[solved], cases.stadium, np.inf, start=x[solved]))
         yield _row("root", tolerance, cases, orbits, seconds)
 
 
 def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecision]:
-    """Measure ball arithmetic; its errors are the proved radii."""
+    """Measure ball arithmetic, whose errors are the proved radii."""
     for precision in bits:
         begin = perf_counter()
         found = certificates(cases.words, cases.stadium, precision)
@@ -166,7 +169,7 @@ def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecisi
 def _row(
     method: str, setting: float, cases: Sample, orbits: Orbits, seconds: float, shared: bool = False
 ) -> WorkPrecision:
-    """Compare the orbits of a method with their enclosures."""
+    """Compare the orbits that a method found with their enclosures, and return the row."""
     from orbitdb.orbits.balls.enclosure import true_errors
 
     status = np.array([each.status.value for each in cases.truth])
@@ -208,20 +211,20 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
 
 @dataclass(frozen=True)
 class StageTimes:
-    """Run time of every stage from a period to its orbits, in seconds."""
+    """Run time in seconds of each stage of the solution of all orbits of a period."""
 
     p: int
-    sequences: int  # admissible cyclic words
-    classes: int  # and their symmetry classes
-    enumeration: float  # generate representatives
-    cutting: float  # cut them into legs
-    newton: float  # solve
-    assessment: float  # decide in doubles
-    balls: float  # decide the rest in balls
+    sequences: int  # number of admissible cyclic words
+    classes: int  # number of their symmetry classes
+    enumeration: float  # time to generate the representatives
+    cutting: float  # time to cut them into legs
+    newton: float  # time to solve for the directions of the legs
+    assessment: float  # time to decide statuses in double precision
+    balls: float  # time to decide the remaining statuses in ball arithmetic
 
 
 def stage_times(p: int, stadium: Stadium) -> StageTimes:
-    """Measure every stage once for one period."""
+    """Measure each stage once, for all classes of one period."""
     clock = [perf_counter()]
     least, sizes = representatives(p)
     clock.append(perf_counter())

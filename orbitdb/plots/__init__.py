@@ -1,1 +1,1 @@
-"""Figures with matplotlib (the extra ``plot``): functions that draw arrays into an Axes."""
+"""Figures with matplotlib (the extra ``plot``): functions that draw results and arrays on given axes."""

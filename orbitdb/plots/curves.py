@@ -1,4 +1,4 @@
-"""Curves of results: averages by period, the length spectrum, and the staircase of levels."""
+"""Curves of results: averages by period, the length spectrum, the staircase of levels, and missing levels."""
 
 from typing import TYPE_CHECKING
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from orbitdb.quantum.spectrum import Peak, Spectrum
 
 _ROOM = 0.12
-"""Margin of the vertical axis, in units of the spread of its values."""
+"""Margin above and below the values on the vertical axis, in units of their range."""
 _LONGEST = 30
 
 
 def by_period(found: Result) -> tuple[Integers, dict[str, Floats]]:
-    """Return every period from the first to the last, and the numbers of a result, NaN where it has none.
+    """Return all periods from the first to the last, and the columns of a result at these periods.
 
-    The gaps keep a line from crossing a period that is missing.
+    The columns are NaN for missing periods, which interrupts the line of a curve.
     """
     here = np.array(found["p"])
     p = np.arange(here[0], here[-1] + 1)
@@ -42,7 +42,7 @@ def by_period(found: Result) -> tuple[Integers, dict[str, Floats]]:
 
 
 def draw_entropy(ax: Axes, found: Result) -> None:
-    """Draw K_0 and h_zeta by period, as in the paper's Fig. 5, with any proved bounds."""
+    """Draw K_0 and h_zeta against the period, as in the paper's Fig. 5, and any proved bounds."""
     p, shown = by_period(found)
     k_0, h_zeta = shown["K_0"], shown["h_zeta"]
     band = (shown["h_lower"][0], shown["h_upper"][0]) if "h_lower" in shown else ()
@@ -63,7 +63,7 @@ def draw_entropy(ax: Axes, found: Result) -> None:
 
 
 def draw_exponent(ax: Axes, found: Result, name: str) -> None:
-    """Draw every average of ``lambda_d`` or ``lambda_c`` by period, as in the paper's Fig. 6."""
+    """Draw every average of ``lambda_d`` or ``lambda_c`` against the period, as in the paper's Fig. 6."""
     p, shown = by_period(found)
     for average in AVERAGES:
         values, colour = shown[average.of(name)], INKS[average.ink]
@@ -87,7 +87,7 @@ def _over_periods(ax: Axes, label: str) -> None:
 
 
 def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
-    """Draw the length spectrum of the orbits downwards, and that of any levels upwards."""
+    """Draw the length spectrum: from the orbits downwards, and from the levels, if there are any, upwards."""
     side = -1 if found.quantum is None else 1
     if found.quantum is not None:
         ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
@@ -106,19 +106,19 @@ def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
 
 
 def times(peak: "Peak") -> str:
-    """Return the code of a peak's orbit with its number of traversals; for one parity it can end in 1/2."""
+    """Return a label for a peak, with the code of its orbit and the number of traversals, such as 1½."""
     whole, half = divmod(peak.repetitions, 1)
     count = f"{int(whole) or ''}{'½' if half else ''}"
     return short(peak.code) if count == "1" else f"{count} × {short(peak.code)}"
 
 
 def short(code: str) -> str:
-    """Return a code for a figure: as it is, or if it is long in run notation, cut if that is long too."""
+    """Return a code as a label; a long code is written in run notation and, if necessary, shortened."""
     return code if len(code) <= _LONGEST else shortened(run_notation(code))
 
 
 def draw_levels(ax: Axes, levels: "Levels") -> None:
-    """Draw the number of levels from the lower end of their range to k, with Weyl's law."""
+    """Draw the number of levels between the lower end of their range and k, and Weyl's law."""
     smooth = sum((weyl(Stadium(levels.a), parity) for parity in levels.parities), Polynomial([0.0]))
     k = np.linspace(levels.low, levels.high, 400)
     below = smooth(levels.low) if levels.low else 0.0
@@ -130,11 +130,11 @@ def draw_levels(ax: Axes, levels: "Levels") -> None:
 
 
 def draw_assessment(ax: Axes, found: "Assessment") -> None:
-    """Draw how many levels are missing below each level of a list, by the orbits and in whole numbers."""
+    """Draw how many levels are missing below each level, as the orbits give it and rounded to an integer."""
     place = np.arange(1, len(found) + 1)
     true, off = found.number > 0, found.excess
-    ax.plot(found.k[true], off[true], ".", markersize=3, label="orbits, less the levels")
+    ax.plot(found.k[true], off[true], ".", markersize=3, label="orbits minus levels")
     ax.step(found.k[true], (found.number - place)[true], where="mid", label="levels missing so far")
     if not true.all():
-        ax.plot(found.k[~true], off[~true], "x", markersize=6, label="spurious or double")
+        ax.plot(found.k[~true], off[~true], "x", markersize=6, label="spurious or duplicate")
     ax.set(xlabel="$kR$", ylabel="levels")

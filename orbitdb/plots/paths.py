@@ -1,4 +1,4 @@
-"""Figures of orbits in their stadium and in phase space, on new or given matplotlib axes."""
+"""Figures of orbits in the stadium and in phase space, on new or given matplotlib axes."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -23,25 +23,25 @@ MOST_NUMBERED = 24
 _MOST_MARKED = 60
 _MOST_ARROWS = 12
 _SMALL = 2.2
-"""Axes narrower than this, in inches, show only the path and small numbers, as in a grid of many orbits."""
+"""Width, in inches, below which axes show only the outline, the path and small numbers."""
 _AWAY, _BESIDE = 12, 0.3
-"""Distance from a wall to the number of a bounce, in points, and to the edge of the axes, in inches."""
+"""Distance from the wall to the number of a bounce, in points, and to the edge of the axes, in inches."""
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
-"""Place of the arrow along its link; not the middle, so that the two arrows of a retraced link differ."""
+"""Position of the arrow along a chord; it is not the middle, so that a retraced chord shows two arrows."""
 _DIGIT = 0.63
-"""Width of a digit of a label, in units of its font size."""
+"""Width of a digit in a label, in units of the font size."""
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
-    """Draw an orbit in its stadium, as in the paper's Fig. 1.
+    """Draw an orbit in the stadium, as in the paper's Fig. 1.
 
     Parameters
     ----------
     ax : Axes
     stadium : Stadium
     points : ndarray, shape (p, 2)
-        The bounces in order, numbered from 1 if there are at most `MOST_NUMBERED`.
+        The bounces in order. They are numbered from 1 if there are at most `MOST_NUMBERED`.
     colour : str, optional
         Colour of the path.
     """
@@ -63,7 +63,7 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
 
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
-    """Draw the direction on every link, or only on the first of many."""
+    """Draw an arrow on every chord, or only on the first chord if there are many."""
     ahead = np.roll(points, -1, axis=0) - points
     links = range(len(points) if len(points) <= _MOST_ARROWS else 1)
     for start, step in zip(points[links], ahead[links], strict=True):
@@ -75,7 +75,7 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
 
 
 def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
-    """Draw the stadium, faint continued walls and circles, and ticks; small axes show only the stadium."""
+    """Draw the outline and, unless the axes are small, ticks and faint continuations of walls and circles."""
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
     if small:
         ax.plot(*stadium.outline().T, color=INK, linewidth=1, zorder=2)
@@ -98,7 +98,7 @@ def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
 
 
 def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
-    """Return the room beside and above the stadium for numbers of bounces: `_BESIDE` inches in its units."""
+    """Return how much `_BESIDE` inches are across and up, in units of the radius (room for the numbers)."""
     box, dpi = ax.get_window_extent(), ax.figure.dpi
     sizes = np.array([box.width, box.height]) / dpi
     unit = np.array([2 * (a + 1), 2]) / np.maximum(sizes - 2 * _BESIDE, sizes / 2)
@@ -107,20 +107,20 @@ def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
 
 
 class _AtWalls(Locator):
-    """Ticks at the ends of the stadium and of its straight walls, or fewer if labels would touch."""
+    """Ticks at the ends of the stadium and of its straight walls, or fewer ticks if labels would touch."""
 
     def __init__(self, a: float) -> None:
         self._choices: tuple[list[float], ...] = ([-a - 1, -a, 0, a, a + 1], [-a - 1, 0, a + 1])
 
     def __call__(self) -> list[float]:
-        """Return the places of the ticks for the current width of the axis."""
+        """Return the positions of the ticks for the current width of the axis."""
         return next(filter(self._fit, self._choices), [0.0])
 
     def _fit(self, places: list[float]) -> bool:
-        """Return whether the labels at rising places are at least a digit apart."""
+        """Return whether labels at these positions, in ascending order, are at least one digit apart."""
         assert self.axis is not None
         low, high = self.axis.get_view_interval()
-        scale = 3 * self.axis.get_tick_space() / (high - low)  # it assumes labels three times as wide as high
+        scale = 3 * self.axis.get_tick_space() / (high - low)  # it assumes labels 3 times as wide as high
         return all(
             (right - left) * scale > _DIGIT * (len(_tick_label(left) + _tick_label(right)) / 2 + 1)
             for left, right in pairwise(places)
@@ -132,22 +132,22 @@ def _tick_label(x: float, _place: int | None = None) -> str:
 
 
 def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> Any:
-    """Draw bounces in phase space: place along the boundary against tangential momentum.
+    """Draw bounces in phase space: tangential momentum against position along the boundary.
 
-    The place is the arc length (`Stadium.arclength`). The momentum is the sine of the angle from the inward
-    normal to the outgoing path, positive anticlockwise.
+    The position is the arc length (`Stadium.arclength`). The momentum is the sine of the angle from the
+    inward normal to the outgoing path, positive anticlockwise.
 
     Parameters
     ----------
     ax : Axes
     stadium : Stadium
     periods : iterable of Period
-        Orbits; lambda per bounce sets the colour of their bounces.
+        The orbits of each period. The colour of a bounce shows the lambda per bounce of its orbit.
 
     Returns
     -------
     PathCollection
-        For a colour bar.
+        The dots, to which a colour bar can be added.
     """
     drawn = [
         (*birkhoff(stadium, symbols, coordinates), np.repeat(lambda_d, symbols.shape[1]))
@@ -180,9 +180,9 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
     ----------
     ax : Axes
     length : ndarray, shape (n,)
-        Lengths in units of the radius.
+        Lengths of orbits, in units of the radius and in any order.
     count : ndarray of int, shape (n,)
-        Number of orbits of each length.
+        Number of orbits that have each length.
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
@@ -190,11 +190,11 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
 
 
 def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax: Axes | None) -> Axes:
-    """Draw in our style on axes, by default those of a new figure, add a title, and return the axes."""
+    """Draw with a title, in our style, on the given axes or on those of a new figure; return the axes."""
     from matplotlib import pyplot  # imported late because it looks for a display
 
-    # The figure comes first: it loads the backend, and in a notebook the backend changes a setting so that
-    # figures are shown. Inside `look` that change would be undone.
+    # The figure is made before `look` is entered. Making it loads the backend, which in a notebook changes a
+    # setting so that figures are shown; leaving `look` would undo that change.
     figure = ax.figure if ax else pyplot.figure(layout="constrained")
     with look():
         axes = ax or figure.subplots()

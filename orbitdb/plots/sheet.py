@@ -1,4 +1,4 @@
-"""A sheet of orbits: many small drawings, each with its code, length and lambda per bounce."""
+"""A sheet of orbits: many small drawings, labelled with code, length and lambda per bounce."""
 
 import math
 from collections.abc import Sequence
@@ -13,31 +13,31 @@ from orbitdb.plots.style import BLUE, INK
 from orbitdb.symbols.words import run_notation
 
 _HIGH, _BESIDE = 3.5, 0.6
-"""Height of a drawing with its label, and extra width beside the stadium, in units of the radius."""
+"""Height of a drawing including its label, and extra width beside the stadium, in units of the radius."""
 _UNIT = 0.26
-"""Inches per radius in a separate figure."""
+"""Size of the radius in a separate figure, in inches."""
 _LONGEST = 24
 
 
 def columns_of(count: int, a: float) -> int:
-    """Return the number of columns that gives a page of `count` drawings a suitable shape."""
+    """Return the number of columns that gives a sheet of `count` drawings a suitable shape."""
     return max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
 
 
 def size_of(count: int, a: float) -> tuple[float, float]:
-    """Return the width and height of a figure for `count` orbits, in inches."""
+    """Return the width and height, in inches, of a figure with `count` orbits."""
     columns = columns_of(count, a)
     return max(4.0, columns * _width(a) * _UNIT), math.ceil(count / columns) * _HIGH * _UNIT + 0.6
 
 
 def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
-    """Draw orbits of one stadium row by row.
+    """Draw orbits of the same stadium row by row.
 
     Parameters
     ----------
     ax : Axes
     orbits : sequence of Orbit
-        Orbits with coordinates.
+        The orbits in the order in which to draw them; each must have coordinates.
     """
     a = orbits[0].a
     wide, columns = _width(a), columns_of(len(orbits), a)

@@ -1,4 +1,4 @@
-"""Style and output of figures: colours for the colour-blind, sizes for print, no display needed."""
+"""Style and output of figures: colours that the colour-blind can distinguish, sizes for print, no display."""
 
 import textwrap
 from collections.abc import Iterator
@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
-"""Colours that the colour-blind can distinguish (Okabe and Ito); shape or line style always differs too."""
+"""Colours of Okabe and Ito. Curves that differ in colour also differ in shape or line style."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
-"""The colours of curves by the names that the screen gives them."""
+"""The colour of each ink, by the name that averages have for it on the screen and in figures."""
 
 _LINE, _BESIDE = 0.17, 0.2
-"""Height of a line of a title, and the total margin beside it, in inches."""
+"""Height of a line of the title, and the sum of the margins on its left and right, in inches."""
 
 _LOOK: Any = {
     "font.size": 10,
@@ -41,17 +41,17 @@ _LOOK: Any = {
 
 @contextmanager
 def look() -> Iterator[None]:
-    """Draw in our style."""
+    """Set the style of figures for everything drawn within the context."""
     with rc_context(_LOOK):
         yield
 
 
 @contextmanager
 def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
-    """Make a figure of this size in inches, to be drawn in our style.
+    """Create a figure of the given size in inches, to be drawn on in our style within the context.
 
-    A title is also the figure's label, and each of its lines after the first adds to the height. Axes without
-    a legend share one below them, where it covers no points.
+    The title also becomes the figure's label; each line after the first adds to the height. Axes without a
+    legend of their own share a legend below them, where it covers no points.
     """
     lines = wrapped(title, width)
     with look():
@@ -66,7 +66,7 @@ def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
 
 
 def wrapped(text: str, width: float) -> str:
-    """Return a text as at most three lines of a title, each at most `width` inches wide."""
+    """Wrap a title into at most three lines, each at most `width` inches wide."""
     size = _LOOK["axes.titlesize"]
     room = 72 * (width - _BESIDE)
     for length in range(max(int(room / (0.4 * size)), 1), 0, -1):
@@ -77,7 +77,7 @@ def wrapped(text: str, width: float) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a text that matplotlib draws literally: dollars are escaped, and all letters are ASCII."""
+    """Escape the dollars and the non-ASCII letters of a text, so that matplotlib draws it literally."""
     return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
 
 
@@ -95,18 +95,18 @@ def adjust(made: Figure, inches: tuple[float, float] | None, title: str | None) 
 
 
 def save(made: Figure, path: Path, ending: str, description: str, dpi: int = 200) -> None:
-    """Write a figure and a description of its content; the same figure gives the same bytes."""
+    """Write a figure and a description of its content to a file; the same figure gives the same bytes."""
     path.write_bytes(as_bytes(made, ending, description, dpi))
 
 
 def as_bytes(made: Figure, ending: str, description: str, dpi: int = 200) -> bytes:
-    """Return the bytes of a file with a figure (`save`)."""
+    """Return the bytes that `save` writes to a file."""
     notes = {
         "png": {"Description": description},
         "svg": {"Title": description, "Date": None},
         "pdf": {"Title": description, "CreationDate": None},
     }
-    drawn = BytesIO()  # not the file, because matplotlib fails in obscure ways if the disk is full
+    drawn = BytesIO()  # not the file itself: matplotlib fails obscurely if the disk is full
     with look():
         made.savefig(drawn, format=ending, dpi=dpi, metadata=notes[ending])
     return drawn.getvalue()

@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from orbitdb.quantum.waves import Wave
 
 _PIXELS = 130
-"""Pixels across half the height of the stadium."""
+"""Number of pixels in half the height of the stadium."""
 _PLACES, _SINES = 300, 121
 
 
 def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> None:
-    """Draw psi^2 in the stadium, with an orbit on top if there is one."""
+    """Draw psi^2 in the stadium; if an orbit is given, draw it on top."""
     a = wave.stadium.a
     y = (np.arange(_PIXELS) + 0.5) / _PIXELS
     x = (np.arange(round(_PIXELS * (1 + a))) + 0.5) / _PIXELS
@@ -36,7 +36,7 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> None:
 
 
 def draw_husimi(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> None:
-    """Draw the Husimi function in phase space, with the bounces of an orbit on top if there is one."""
+    """Draw the Husimi function in phase space; if an orbit is given, draw its bounces on top."""
     s = (np.arange(_PLACES) + 0.5) * wave.stadium.perimeter / _PLACES
     sine = np.linspace(-1, 1, _SINES)
     found = wave.husimi(s, sine)

@@ -1,17 +1,21 @@
-"""The density of levels: its smooth part (Weyl's law) and the terms of orbits, for all levels or one parity.
+"""The density of levels, of all parities or of one: its smooth part (Weyl's law) and the orbit terms.
 
-d(k) is the smooth density plus the sum of Re(A exp(i k l)) over all terms, with Gutzwiller's amplitudes A.
+The density d(k) is the smooth part plus the sum of Re(A exp(i k l)) over all terms, where the A are
+Gutzwiller's amplitudes.
 
-A quarter of the stadium has Dirichlet outer walls, and axes that are Dirichlet or Neumann by parity. An edge
-adds -length k / (4 pi) if it is Dirichlet, + if it is Neumann. The curvature of the arc adds 1/24. A right
-angle adds 1/16 between edges of the same kind and -1/16 between edges of different kinds.
+The levels of one parity are those of a quarter of the stadium. Its outer walls are Dirichlet edges; each of
+its axes is a Dirichlet or a Neumann edge, depending on the parity. To the number of levels below k, a
+Dirichlet edge contributes -length k / (4 pi), a Neumann edge +length k / (4 pi), the curvature of the arc
+1/24, and a right angle 1/16 if its edges are of the same kind or -1/16 if they are not.
 
-A cyclic word of length L, exponent lambda and Maslov index mu has terms for r = 1, 2, ... with l = r L and
+A cyclic word of length L, exponent lambda and Maslov index mu has one term for each number of repetitions
+r = 1, 2, ..., with l = r L and
 
     A = (L / pi) exp(-i r mu pi / 2) / sqrt|det(M^r - 1)|.
 
-The root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) if r times the number of walls is odd. For one
-parity a word counts as a quarter; if a symmetry maps it to itself, half the orbit counts (docs/spectrum.md).
+The square root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) if r times the number of straight bounces is
+odd. For one parity, a word contributes a quarter of each term. If a mirror or the half turn maps the word to
+itself, half the orbit takes its place, with weight 1/2 (docs/spectrum.md).
 
 Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128;
 H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
@@ -32,7 +36,7 @@ from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y
 
 
 class Parity(StrEnum):
-    """Even or odd under x -> -x, then under y -> -y."""
+    """Parity of a wave: even or odd under x -> -x (first letter) and under y -> -y (second letter)."""
 
     EE = "ee"
     EO = "eo"
@@ -41,12 +45,15 @@ class Parity(StrEnum):
 
     @property
     def signs(self) -> tuple[int, int]:
-        """Signs under x -> -x and y -> -y: +1 for even, -1 for odd."""
+        """Factors that the wave takes on under x -> -x and y -> -y: +1 if it is even, -1 if it is odd."""
         return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
 
 
 def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
-    """Return the smooth number of levels below k (1/radius) as a polynomial, for one parity or all (None)."""
+    """Return Weyl's law, the smooth number of levels below k (in 1/radius), as a polynomial in k.
+
+    It counts the levels of the given parity, or all levels if the parity is None.
+    """
     if parity is None:
         return Polynomial([1 / 6, -stadium.perimeter / (4 * math.pi), stadium.area / (4 * math.pi)])
     x, y = parity.signs
@@ -56,7 +63,10 @@ def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
 
 
 def wavenumber(smooth: Polynomial, number: float) -> float:
-    """Return the k at which the smooth number of levels reaches `number`, or is least if always above it."""
+    """Return the k at which the smooth number of levels reaches `number`.
+
+    If the smooth number is larger at every k, return the k >= 0 at which it has its minimum.
+    """
     constant, linear, quadratic = smooth.coef.tolist()
     root = linear**2 - 4 * quadratic * (constant - number)
     return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
@@ -67,24 +77,26 @@ _BOTH = MIRROR_X | MIRROR_Y
 SPATIAL = {
     label: [g for g in (MIRROR_X, MIRROR_Y, _BOTH) if mask >> g & 1] for label, mask in STABILISER_OF.items()
 }
-"""By symmetry label, the spatial elements that map a word to itself; all three for an orbit on the axis."""
+"""For each symmetry label, the mirrors and the half turn that map a word to itself.
+
+These are all three if the orbit lies on the long axis of the stadium."""
 
 
 class Terms(NamedTuple):
-    """Terms Re(A exp(i k l)) of the density of levels.
+    """N terms Re(A exp(i k l)) of the density of levels.
 
     Attributes
     ----------
     length : ndarray, shape (N,)
-        l, in units of the radius.
+        The lengths l, in units of the radius.
     amplitude : ndarray of complex128, shape (N,)
-        A, in units of the radius.
+        The amplitudes A, in units of the radius.
     orbit : ndarray of int64, shape (N,)
-        Index of the class; -1 for the bouncing balls.
+        Index of the symmetry class, or -1 for the bouncing balls.
     repetitions : ndarray of int64, shape (N,)
         Number of traversals of the orbit or half orbit.
     parts : ndarray of int64, shape (N,)
-        1 for an orbit, 2 for a half orbit.
+        1 if the term belongs to a full orbit, 2 if it belongs to a half orbit.
     """
 
     length: Floats
@@ -94,20 +106,21 @@ class Terms(NamedTuple):
     parts: Integers
 
     def rows(self, here: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
-        """Return the chosen terms."""
+        """Return the terms with the given indices, or those for which the given mask is true."""
         return Terms._make(values[here] for values in self)
 
 
 class Classes(NamedTuple):
-    """Symmetry classes of orbits, one entry per class.
+    """Symmetry classes of orbits; each array has one entry per class.
 
     Attributes
     ----------
     maslov, walls, words : ndarray of int64, shape (N,)
-        Maslov index and straight bounces of one traversal, and the number of cyclic words to count.
+        Maslov index and number of straight bounces of one traversal, and number of cyclic words to count.
     length, lyapunov : ndarray, shape (N,)
+        Length (in units of the radius) and lambda of one traversal.
     symmetry : ndarray of str or object, shape (N,)
-        Symmetry labels.
+        Symmetry labels, as in `SPATIAL`.
     """
 
     maslov: Integers
@@ -119,15 +132,17 @@ class Classes(NamedTuple):
 
 
 def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the terms of orbits and their repetitions, or of half orbits for one parity.
+    """Return the terms of the orbits and of their repetitions.
+
+    For one parity, half orbits replace the orbits that a mirror or the half turn maps to themselves.
 
     Parameters
     ----------
     classes : Classes
     longest : float
-        Largest length of a term.
+        Maximum length l of a term.
     parity : Parity, optional
-        All levels by default.
+        Parity of the levels; by default, levels of all parities.
     """
     number = len(classes.length)
     kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)
@@ -140,7 +155,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     negative = np.where(halved, turned, classes.walls % 2 == 1)
     sign = np.array([1, x, y, x * y])[g]
 
-    orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # two sides on the axis
+    orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # an orbit on the axis counts twice
     times = (longest // length[orbit]).astype(np.int64)
     other_side = np.repeat(np.arange(len(orbit)) >= number, times)
     r = np.arange(1, times.sum() + 1) - np.repeat(np.cumsum(times) - times, times)
@@ -154,7 +169,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
 
 
 def _spatial(of: Classes) -> tuple[Integers, Integers]:
-    """Return the number of spatial elements that map each orbit to itself, and the first of them (or 0)."""
+    """Return how many mirrors and half turns map each orbit to itself, and the first of them (0 if none)."""
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]

@@ -1,13 +1,14 @@
-"""Find missing and spurious levels in a list by comparison with the staircase of the orbits.
+"""Find the missing and spurious levels of a list by comparing it with the staircase from the orbits.
 
-The staircase N_X(k) of the orbits (`orbitdb.quantum.levels_from_orbits`) is the exact one, smoothed with a
-Gaussian of width 1/X, up to a small error. The staircase of the list, smoothed in the same way, differs from
-it by one after each missing level. With the excess
+Up to a small error, the staircase N_X(k) from the orbits (`orbitdb.quantum.levels_from_orbits`) is the true
+staircase, smoothed with a Gaussian of width 1/X. The staircase of the list, smoothed in the same way, falls
+behind it by one at each missing level. Define the excess
 
-    D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),   Phi the normal distribution,
+    D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),
 
-i + D_i is the number of the level k_i, and `orbitdb.quantum.missing_levels` rounds it to a true number. The
-radius can be fitted too: the cheapest scale of k is taken.
+where Phi is the normal distribution function. Then i + D_i is approximately the true number of the level k_i,
+and `orbitdb.quantum.missing_levels` assigns an integer to it. The radius can also be fitted: the fit picks
+the scale of k for which the assignment has the lowest cost.
 """
 
 from collections.abc import Sequence
@@ -30,26 +31,26 @@ if TYPE_CHECKING:
 
 
 CUTOFF, CUTOFF_OF_ALL = 10.0, 13.0
-"""Cutoff X of the staircase for lists of one parity and of all levels."""
+"""Cutoff X of the staircase for a list of one parity, and for a list of all levels."""
 
 _SIGMA = 0.2
-"""Uncertainty of the excess in exact lists; it is rarely more for any a, k and parity."""
+"""Uncertainty of the excess for an exact list; it is rarely larger, whatever the stadium, k and parity."""
 
 _FAR = 4.0
-"""Distance in units of 1/X beyond which a level no longer changes the smoothed staircase."""
+"""Distance, in units of 1/X, beyond which a level has no effect on the smoothed staircase."""
 
 _WIDEST = 0.005
-"""Largest relative correction of a fitted radius."""
+"""Maximum relative change of the radius in a fit."""
 _SCALES, _FINER, _REFINED = 401, 21, 4
-"""Number of scales in the first grid, number in each finer one, and number of grids."""
+"""Number of scales on the first grid, number of scales on each finer grid, and number of grids in all."""
 WIDEST = 1 + 2 * _WIDEST
-"""End of the staircase needed, in units of the last level."""
+"""How far the staircase has to extend, in units of the last level."""
 
 _CORRELATED = 2.0
-"""Error of a fitted radius divided by that for independent deviations; those of neighbours are correlated."""
+"""Factor on the error of a fitted radius, because the deviations of neighbouring levels are correlated."""
 
 _ROUNDS = 3
-"""Number of times the spread is estimated and the levels are numbered."""
+"""Maximum number of times the levels are numbered and the spread of their deviations is estimated."""
 
 
 class Gap(NamedTuple):
@@ -58,9 +59,9 @@ class Gap(NamedTuple):
     Attributes
     ----------
     after, before : float or None
-        The levels on both sides, in 1/radius; None at the beginning or end of the list.
+        The levels of the list on either side, in 1/radius; None at the beginning or end of the list.
     missing : int
-        Number of missing levels minus the number of spurious or double ones between them.
+        Number of missing levels between these two, minus the number of spurious or duplicate levels.
     """
 
     after: float | None
@@ -68,7 +69,7 @@ class Gap(NamedTuple):
     missing: int
 
     def place(self) -> str:
-        """Say where it is."""
+        """Return a text that says where the gap is."""
         if self.before is None:
             return f"after {self.after:.4g}"
         return f"below {self.before:.4g}" if self.after is None else f"{self.after:.4g} to {self.before:.4g}"
@@ -76,26 +77,26 @@ class Gap(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assessment(ByValue, Drawn):
-    """Comparison of a list of levels with the orbits; `plot` draws N_X(k_i) - i + 1/2 and its steps.
+    """Comparison of a list of levels with the orbits; `plot` draws how many levels are missing below each k.
 
     Attributes
     ----------
     a : float
         Half length of the stadium.
     parity : Parity or None
-        None for all levels in one list.
+        Parity of the levels; None if the list contains levels of all parities.
     k : ndarray, shape (N,)
-        The levels in rising order, in 1/radius, scaled by `scale`.
+        The levels in ascending order, in 1/radius, multiplied by `scale`.
     number : ndarray of int, shape (N,)
-        Their true numbers, counted from 1; 0 for spurious levels.
+        True number of each level, counted from 1; 0 for a spurious level.
     excess : ndarray, shape (N,)
-        Number of levels missing below each level, according to the orbits; not an integer.
+        Number of levels missing below each level according to the orbits, not rounded to an integer.
     sigma : float
         Uncertainty of the excess.
     scale, scale_error : float
-        The fitted radius divided by the given one, and its standard error; 1 and 0 if it was not fitted.
+        Ratio of the fitted radius to the given radius, and its standard error; 1 and 0 without a fit.
     cost : float
-        Cost of the assignment; lower is better.
+        Cost of the assignment of true numbers; lower is better.
     """
 
     a: float
@@ -116,7 +117,7 @@ class Assessment(ByValue, Drawn):
 
     @property
     def gaps(self) -> list[Gap]:
-        """The places where levels are missing or spurious, in rising order."""
+        """The places where levels are missing or spurious, in ascending order of k."""
         found: list[Gap] = []
         after, last, spurious = None, 0, 0
         for k, number in zip([*self.k.tolist(), None], [*self.number.tolist(), None], strict=True):
@@ -131,26 +132,26 @@ class Assessment(ByValue, Drawn):
 
     @property
     def missing(self) -> int:
-        """Number of levels missing below the last one."""
+        """Number of levels that are missing below the last true level of the list."""
         return int(self.number.max(initial=0)) - int((self.number > 0).sum())
 
     @property
     def spurious(self) -> int:
-        """Number of spurious or double levels in the list."""
+        """Number of spurious or duplicate levels in the list."""
         return int((self.number == 0).sum())
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the gaps as a data frame, with the columns after, before and missing."""
+        """Return the gaps as a data frame with the columns ``after``, ``before`` and ``missing``."""
         return data_frame(self.gaps, Gap._fields)
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         return "curves.draw_assessment", (self,), self.verdict()
 
     def verdict(self) -> str:
-        """Say in one sentence which levels are missing or spurious."""
-        of = f" of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
+        """Return a sentence that says how many levels are missing and how many are spurious."""
+        of = f" out of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
         none = self.spurious
-        extra = f"; {none} {'is' if none == 1 else 'are'} spurious or double" if none else ""
+        extra = f"; {none} {'is' if none == 1 else 'are'} spurious or duplicate" if none else ""
         if not self.missing:
             return f"no level is missing{of}{extra}"
         are = "level is" if self.missing == 1 else "levels are"
@@ -160,20 +161,20 @@ class Assessment(ByValue, Drawn):
 def assess(
     k: Floats, orbits: Staircase, a: float, parity: Parity | None = None, fit_scale: bool = False
 ) -> Assessment:
-    """Compare a list of levels with the staircase of the orbits.
+    """Compare a list of levels with the staircase from the orbits.
 
     Parameters
     ----------
     k : ndarray, shape (N,)
-        Levels in rising order, in 1/radius.
+        Levels in ascending order, in 1/radius.
     orbits : Staircase
-        For one cutoff, up to `WIDEST` times the last level.
+        The staircase with a single cutoff, on a grid of k up to `WIDEST` times the last level.
     a : float
         Half length of the stadium.
     parity : Parity, optional
-        Parity of the levels; None if the list has all levels.
+        Parity of the levels; None if the list contains levels of all parities.
     fit_scale : bool, optional
-        Whether to fit the radius, within half a per cent.
+        Whether to fit the radius, which can then change by up to half a per cent.
     """
     own, sigma = _smoothed(k, orbits), _SIGMA
     place = np.arange(1, len(k) + 1)
@@ -195,19 +196,22 @@ def assess(
 
 
 def misfit(k: Floats, orbits: Staircase) -> float:
-    """Return the least cost of numbering levels, with the uncertainty of exact lists."""
+    """Return the lowest cost of numbering the levels, for the uncertainty that an exact list has."""
     return float(_costs(k, orbits, _smoothed(k, orbits), _SIGMA, np.ones(1))[0])
 
 
 def _costs(k: Floats, orbits: Staircase, own: Floats, sigma: float, scales: Floats) -> Floats:
-    """Return the least costs of numbering levels, shape (N,), for several scales of k."""
+    """Return the lowest cost of numbering the levels for each of several scales of k."""
     place = np.arange(1, len(k) + 1)
     excess = orbits.at((k * scales[:, None]).ravel())[0].reshape(len(scales), -1) - own
     return numbered(excess + place, sigma)[1]
 
 
 def _smoothed(k: Floats, orbits: Staircase) -> Floats:
-    """Return the smoothed staircase of a list at its own levels; levels beyond its end are evenly spaced."""
+    """Return the smoothed staircase of a list at each of its levels.
+
+    Evenly spaced levels are added beyond the end of the list, so that the staircase does not level off there.
+    """
     (cutoff,) = orbits.cutoffs
     spacing = 1 / float(np.interp(k[-1], orbits.k, orbits.density))
     every = np.append(k, np.arange(k[-1] + spacing, k[-1] + _FAR / cutoff, spacing))
@@ -216,7 +220,7 @@ def _smoothed(k: Floats, orbits: Staircase) -> Floats:
 
 
 def _fitted(k: Floats, orbits: Staircase, own: Floats, sigma: float, scale: float, wide: float) -> float:
-    """Return the scale of k with the least cost, near a first guess, searched on finer and finer grids."""
+    """Return the scale of k that has the lowest cost near a first guess, by search on ever finer grids."""
     count = _SCALES if wide == _WIDEST else _FINER
     for _ in range(_REFINED):
         scales = scale + wide * np.linspace(-1, 1, count)

@@ -1,9 +1,10 @@
 """Eigenvalues of the Laplacian on spectral elements, by static condensation.
 
-The interior of each cell is diagonalised once: K = Q diag(l) Q^T there. At any shift s, elimination of the
-interiors then costs a division by l - s, and leaves the Schur complement on the rims of the cells, with an
-eighth of the unknowns. By Sylvester's law of inertia and Haynsworth's addition of inertias, the number of
-eigenvalues below s is the number of negative pivots of the Schur complement plus the number of l below s.
+The stiffness matrix K of each cell's interior is diagonalised once, K = Q diag(l) Q^T. At any shift s,
+eliminating the interiors then costs only a division by l - s. What remains is the Schur complement on the
+rims of the cells, with about an eighth of the unknowns. By Sylvester's law of inertia and Haynsworth's
+inertia additivity formula, the number of eigenvalues below s is the number of negative pivots of the Schur
+complement plus the number of l below s.
 
 Sources: E. V. Haynsworth, Linear Algebra Appl. 1 (1968) 73; W. H. Wittrick and F. W. Williams, Q. J. Mech.
 Appl. Math. 24 (1971) 263.
@@ -24,12 +25,12 @@ from orbitdb.errors import WorkError
 from orbitdb.quantum.elements import Grid
 
 Fixed = Callable[[Floats], NDArray[np.bool_]]
-"""Tells at which points, shape (..., 2), functions are 0 (Dirichlet); the rest of the edge is free."""
+"""Returns whether functions must be 0 (Dirichlet) at each point, shape (..., 2); other edges are Neumann."""
 
 _MORE = 6
-"""Extra eigenvalues outside the interval, which make the iterations converge sooner."""
+"""Number of extra eigenvalues, outside the interval, that make the iterations converge faster."""
 _NEAR = 1e-7
-"""Relative distance that a shift keeps from every l. The Schur complement has poles there."""
+"""Minimum relative distance between a shift and any l, where the Schur complement has a pole."""
 
 
 def one_thread() -> AbstractContextManager[object]:
@@ -41,25 +42,25 @@ def one_thread() -> AbstractContextManager[object]:
 
 
 class Interiors:
-    """The stiffness matrices of cells, with their interiors diagonalised.
+    """The stiffness matrices of the cells, with their interiors diagonalised.
 
-    Functions are multiplied by the root of the mass, so that the mass matrix is the identity.
+    Nodal values are multiplied by the square root of the mass, so that the mass matrix is the identity.
 
     Attributes
     ----------
     grid : Grid
     rim : ndarray of bool, shape (n n,)
-        Which nodes of a cell are on its rim: r of them.
+        Whether each node of a cell is on its rim, as r of them are.
     scale : ndarray, shape (E, n n)
-        Inverse root of the mass of each node.
+        Inverse square root of the mass of each node.
     levels : ndarray, shape (E, m)
         The eigenvalues l of the interiors.
     modes : ndarray, shape (E, m, m)
-        Q, in columns.
+        The eigenvectors Q, in columns.
     coupling : ndarray, shape (E, r, m)
-        Stiffness between rim and modes.
+        Stiffness between the nodes of the rim and the modes.
     stiffness : ndarray, shape (E, r, r)
-        Stiffness of the rim, which neighbours add up.
+        Stiffness between the nodes of the rim of one cell; cells that share a node add theirs up.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -82,7 +83,7 @@ class Interiors:
             self.stiffness[cell] = rim @ rim.T
 
     def clear(self, shift: float, away: float) -> float:
-        """Return a shift, moved away from the poles if necessary: up if `away` is 1, down if it is -1."""
+        """Return the shift, moved away from any pole nearby: up if `away` is 1, down if it is -1."""
         while np.abs(self.levels - shift).min() < _NEAR * shift:
             shift *= 1 + 2 * away * _NEAR
         return shift
@@ -90,26 +91,26 @@ class Interiors:
 
 @dataclass(frozen=True, eq=False)
 class _Condensed:
-    """Interiors with their rims joined.
+    """Cells whose rims are joined at their common nodes.
 
-    Vectors have the values at the `size` free nodes of rims, then the amplitudes of the modes.
+    A vector contains the values at the `size` free nodes of the rims, then the amplitudes of the modes.
     """
 
     of: Interiors
     node: NDArray[np.intp]
-    """Index of each node of each rim among the free ones, shape (E, r); `size` for a fixed node."""
+    """Index of each rim node among all free nodes, shape (E, r); `size` for a fixed node."""
     size: int
 
     @classmethod
     def joined(cls, of: Interiors, fixed: Fixed) -> "_Condensed":
-        """Return the rims without the nodes that are fixed."""
+        """Join the rims of the cells and leave out the fixed nodes."""
         points, node = of.grid.points.reshape(*of.scale.shape, 2), of.grid.node.reshape(of.scale.shape)
         node = np.where(fixed(points[:, of.rim]), -1, node[:, of.rim])
         free = np.unique(node[node >= 0])
         return cls(of, np.where(node < 0, len(free), np.searchsorted(free, node)), len(free))
 
     def factors(self, shift: float) -> tuple[linalg.SuperLU, int]:
-        """Return factors of the Schur complement at a shift, and the number of eigenvalues below it."""
+        """Return the factors of the Schur complement at a shift, and the number of eigenvalues below it."""
         of, n = self.of, self.size
         blocks = of.stiffness - of.coupling / (of.levels - shift)[:, None] @ of.coupling.swapaxes(1, 2)
         row = np.broadcast_to(self.node[:, :, None], blocks.shape)
@@ -123,7 +124,7 @@ class _Condensed:
         return factors, int((factors.U.diagonal() < 0).sum() + (of.levels < shift).sum())
 
     def inverse(self, shift: float) -> Callable[[Floats], Floats]:
-        """Return the inverse of the stiffness minus a shift, as a function of vectors."""
+        """Return a function that multiplies a vector by the inverse of (stiffness matrix - shift)."""
         of, n, (factors, _) = self.of, self.size, self.factors(shift)
         flexible, back = 1 / (of.levels - shift), np.ascontiguousarray(of.coupling.swapaxes(1, 2))
 
@@ -137,7 +138,7 @@ class _Condensed:
         return solve
 
     def functions(self, vectors: Floats) -> Floats:
-        """Return vectors, shape (size + E m, F), as functions at the nodes of cells, (F, E, n, n)."""
+        """Return the normalised functions, shape (F, E, n, n), of vectors, shape (size + E m, F)."""
         of, count = self.of, vectors.shape[1]
         rims = np.concatenate([vectors[: self.size], np.zeros((1, count))])[self.node]
         found = np.empty((count, *of.scale.shape))
@@ -150,29 +151,34 @@ class _Condensed:
 
 
 def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tuple[int, Floats, Floats]:
-    """Return the number of eigenvalues of -Laplace below an interval, those in it, and their functions.
+    """Return the number of eigenvalues of -Laplace below an interval, and the eigenpairs in the interval.
 
     Parameters
     ----------
     of : Interiors
-    fixed : callable
-        Tells where functions are 0.
+    fixed : Fixed
+        Returns where functions must be 0.
     low, high : float
-        The interval, low < high; low may be 0. An end that is a pole of the Schur complement moves outward.
+        The interval, with 0 <= low < high. An end at a pole of the Schur complement is moved outwards.
 
     Returns
     -------
-    int; ndarray, shape (F,), in rising order; ndarray, shape (F, E, n, n), the functions at the nodes of the
-    cells, with integral 1 of the square
+    below : int
+        Number of eigenvalues below the interval.
+    values : ndarray, shape (F,)
+        The eigenvalues in the interval, in ascending order.
+    functions : ndarray, shape (F, E, n, n)
+        Their eigenfunctions at the nodes of the cells; the integral of the square of each is 1.
 
     Raises
     ------
     WorkError
-        If the eigenvalues cannot be counted or not all are found.
+        If the eigenvalues cannot be counted, or if not all of them are found.
 
     Notes
     -----
-    The count checks shift-and-invert Lanczos iterations. The values are the energies of the functions.
+    Shift-and-invert Lanczos iterations find the eigenfunctions, and the count checks that none is missing.
+    Each eigenvalue is computed as the energy of its function.
     """
     condensed = _Condensed.joined(of, fixed)
     low, high = of.clear(low, -1), of.clear(high, 1)
@@ -183,7 +189,7 @@ def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tupl
     middle = of.clear((low + high) / 2, 1)
     size = condensed.size + of.levels.size
     inverse = linalg.LinearOperator((size, size), condensed.inverse(middle), dtype=np.float64)
-    start = np.random.default_rng(0).standard_normal(size)  # the same levels every time
+    start = np.random.default_rng(0).standard_normal(size)  # a fixed seed gives reproducible levels
     asked = min(count + _MORE, size - 2)
     _, vectors = linalg.eigsh(inverse, asked, sigma=middle, OPinv=inverse, v0=start, tol=1e-13)
     functions = condensed.functions(vectors)

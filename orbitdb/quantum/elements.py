@@ -1,9 +1,10 @@
-"""Spectral elements: functions on curved cells, and the energy of their gradient.
+"""Spectral elements: functions on curved cells, and the energy of their gradients.
 
-The polynomials interpolate at Gauss-Lobatto-Legendre nodes. The quadrature uses the same nodes, so the mass
-matrix is diagonal. The energy of a function is a sum of squares, without cancellation.
+On each cell, a function is the polynomial that interpolates its values at Gauss-Lobatto-Legendre nodes. The
+quadrature uses the same nodes, so the mass matrix is diagonal. The energy of a function is computed as a sum
+of squares, which avoids cancellation.
 
-Source: A. T. Patera, J. Comput. Phys. 54 (1984) 468; G. E. Karniadakis and S. J. Sherwin,
+Sources: A. T. Patera, J. Comput. Phys. 54 (1984) 468; G. E. Karniadakis and S. J. Sherwin,
 Spectral/hp Element Methods for Computational Fluid Dynamics (2005).
 """
 
@@ -22,14 +23,14 @@ from orbitdb.arrays import Floats
 from orbitdb.quantum.mesh import Cell
 
 _SAME = 1e-10
-"""Nodes closer than this are the same; different ones are at least 1e-6 apart."""
+"""Nodes closer together than this are the same node; different nodes are at least 1e-6 apart."""
 
 _NOTHING = np.finfo(np.float64).tiny
 
 
 @cache
 def nodes(order: int) -> tuple[Floats, Floats, Floats]:
-    """Return nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and the differentiation matrix.
+    """Return the nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and the derivative matrix.
 
     Parameters
     ----------
@@ -38,12 +39,15 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
 
     Returns
     -------
-    ndarray, shape (order + 1,); the same; ndarray, shape (order + 1, order + 1)
+    x, weights : ndarray, shape (order + 1,)
+        The nodes in ascending order, and their weights.
+    matrix : ndarray, shape (order + 1, order + 1)
+        Maps the values of a polynomial at the nodes to the values of its derivative there.
     """
     polynomial = legendre.Legendre.basis(order)
     slope = polynomial.deriv()
     inside = np.sort(slope.roots().real)
-    inside -= slope(inside) / slope.deriv()(inside)  # the roots are only good to 1e-13
+    inside -= slope(inside) / slope.deriv()(inside)  # the roots alone are off by 1e-13
     x = np.concatenate([[-1.0], inside, [1.0]])
     values = polynomial(x)
     matrix = values[:, None] / values / (x[:, None] - x + np.eye(order + 1))
@@ -53,19 +57,19 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
 
 
 class Grid(NamedTuple):
-    """Nodes of cells, and the gradient of functions given at the nodes.
+    """The nodes of the cells, and what is needed to compute gradients from values at the nodes.
 
     Attributes
     ----------
     points : ndarray, shape (E, n, n, 2)
         The nodes of each cell.
     node : ndarray of int, shape (E, n, n)
-        Index of each of them among the M different nodes.
+        Index of each node among the M different nodes; neighbouring cells share the nodes of an edge.
     weight : ndarray, shape (E, n, n)
-        Weights of the quadrature.
+        Weight of each node in integrals.
     slope : ndarray, shape (2, 2, E, n, n)
-        Derivatives of the coordinates of the cell (second index) with respect to x and y (first index), times
-        the root of the weight.
+        Derivatives of the coordinates within the cell (second index) with respect to x and y (first index),
+        times the square root of the weight.
     """
 
     points: Floats
@@ -74,25 +78,26 @@ class Grid(NamedTuple):
     slope: Floats
 
     def gradient(self, values: Floats) -> Floats:
-        """Return the gradients of functions, shape (F, E, n, n), at the nodes, shape (2, F, E, n, n).
+        """Return the weighted gradients at the nodes, shape (2, F, E, n, n), of F functions, (F, E, n, n).
 
-        They are multiplied by the root of the weight, so that the sum of their squares is the energy.
+        They are multiplied by the square root of the weight, so that the sum of their squares is the energy.
         """
         derivative = nodes(values.shape[-1] - 1)[2]
         along, across = derivative @ values, values @ derivative.T
         return np.stack([one * along + other * across for one, other in self.slope])
 
     def energy(self, values: Floats) -> Floats:
-        """Return the energies of functions in each cell, shape (F, E)."""
+        """Return the energy of each function in each cell, shape (F, E)."""
         found = np.empty(values.shape[:2])
-        for n in range(len(values)):  # one at a time, to save memory
+        for n in range(len(values)):  # one function at a time, to save memory
             found[n] = np.square(self.gradient(values[n : n + 1])).sum(axis=(0, 1, 3, 4))
         return found
 
     def truncation(self, values: Floats) -> Floats:
-        """Estimate the energy that functions, shape (F, E, n, n), lack because the degree is too low.
+        """Estimate the error that the finite degree causes in the energies of functions, shape (F, E, n, n).
 
-        In each cell it is the energy of the two highest degrees, times their ratio to the two before.
+        For each cell, it is the energy in the two highest degrees, multiplied by the ratio of this energy to
+        that in the two degrees below.
         """
         lower, lowest = (_lowered(values, by) for by in (2, 4))
         last, before = self.energy(values - lower), self.energy(lower - lowest)
@@ -100,7 +105,7 @@ class Grid(NamedTuple):
 
 
 def _lowered(values: Floats, by: int) -> Floats:
-    """Return functions at the nodes without their highest degrees in either coordinate."""
+    """Return functions at the nodes without the `by` highest degrees in each coordinate."""
     order = values.shape[-1] - 1
     basis = legendre.legvander(nodes(order)[0], order)
     keep = basis[:, :-by] @ np.linalg.inv(basis)[:-by]
@@ -108,7 +113,7 @@ def _lowered(values: Floats, by: int) -> Floats:
 
 
 def grid(cells: Sequence[Cell], order: int) -> Grid:
-    """Return the nodes of cells that share whole edges, for polynomials of a degree."""
+    """Return the grid for polynomials of degree `order` on cells whose neighbours share entire edges."""
     x, weights, derivative = nodes(order)
     s, t = np.meshgrid((x + 1) / 2, (x + 1) / 2, indexing="ij")
     points = np.stack([cell.points(s, t) for cell in cells])
@@ -122,7 +127,7 @@ def grid(cells: Sequence[Cell], order: int) -> Grid:
 
 
 def _joined(points: Floats) -> NDArray[np.intp]:
-    """Return the index of each point, shape (N, 2), among the different ones."""
+    """Return the index of each point, shape (N, 2), among the different points; close points count as one."""
     pairs = cKDTree(points).query_pairs(_SAME, output_type="ndarray")
     links = sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
     return np.asarray(csgraph.connected_components(links, directed=False)[1], np.intp)

@@ -1,4 +1,4 @@
-"""Functions given at the nodes of cells, interpolated at any point by the polynomials of its cell."""
+"""Interpolation of functions that are given at the nodes of cells, with the polynomial of each cell."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,15 +12,15 @@ from orbitdb.arrays import Floats
 from orbitdb.quantum.elements import nodes
 
 _NEAREST = 12
-"""Number of nodes near a point whose cells are searched for it."""
+"""Number of nodes close to a point whose cells are tried when the cell of the point is searched."""
 _NEWTON, _SETTLED = 20, 1e-12
 INSIDE = 1e-7
-"""Distance outside a cell, in its coordinates, at which a point still counts as inside."""
+"""Maximum distance outside a cell, in the coordinates of the cell, at which a point counts as inside."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """The cells shared by the waves of a window; `points` has shape (E, n, n, 2)."""
+    """The cells that all waves of a window share, given by their nodes `points`, shape (E, n, n, 2)."""
 
     points: Floats
 
@@ -29,7 +29,7 @@ class Cells:
         return cKDTree(self.points.reshape(-1, 2))
 
     def at(self, points: Floats) -> "Places":
-        """Find the cells of points, shape (N, 2), and their coordinates there by Newton's method."""
+        """Find the cell of each point, shape (N, 2), and by Newton's method its coordinates in that cell."""
         n = self.points.shape[1]
         x, _, slope = nodes(n - 1)
         _, near = self._tree.query(points, k=_NEAREST)
@@ -64,7 +64,7 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Points given by their cells, shape (N,), and their coordinates in -1..1 there, shape (N, 2)."""
+    """N points, each given by its cell and by its coordinates in that cell, which are from -1 to 1."""
 
     cell: NDArray[np.intp]
     inside: Floats
@@ -76,12 +76,12 @@ class Places:
         return _lagrange(self.inside[:, 0], order), _lagrange(self.inside[:, 1], order)
 
     def interpolated(self, nodal: Floats) -> Floats:
-        """Interpolate nodal values, shape (N, n, n, ...), at the points."""
+        """Interpolate at each point, given the nodal values of its cell, shape (N, n, n, ...)."""
         one, other = self._bases
         return _contracted(one, other, nodal)
 
     def jacobian(self) -> Floats:
-        """Return the derivatives of x, y with respect to the coordinates, shape (N, 2, 2)."""
+        """Return the derivatives of x and y (rows) with respect to the coordinates in the cell, (N, 2, 2)."""
         return np.stack(self._derivatives(self.points[self.cell]), axis=-1)
 
     def _derivatives(self, nodal: Floats) -> tuple[Floats, Floats]:
@@ -90,11 +90,11 @@ class Places:
         return _contracted(one @ slope, other, nodal), _contracted(one, other @ slope, nodal)
 
     def values(self, function: Floats) -> Floats:
-        """Return a function, shape (E, n, n), at the points."""
+        """Return the values of a function at the points, given its nodal values, shape (E, n, n)."""
         return self.interpolated(function[self.cell])
 
     def slopes(self, function: Floats) -> Floats:
-        """Return the gradient of a function at the points, shape (N, 2)."""
+        """Return the gradient of a function at the points, shape (N, 2), given its nodal values."""
         by = np.stack(self._derivatives(function[self.cell]), axis=-1)
         found = np.linalg.solve(np.swapaxes(self.jacobian(), -1, -2), by[..., None])[..., 0]
         return np.asarray(found, np.float64)
@@ -107,5 +107,5 @@ def _contracted(one: Floats, other: Floats, nodal: Floats) -> Floats:
 
 
 def _lagrange(x: Floats, order: int) -> Floats:
-    """Return the Lagrange polynomials of the nodes at x, shape (N, n), by way of Legendre's."""
+    """Return the Lagrange polynomials of the nodes at each x, shape (N, n), from Legendre polynomials."""
     return legvander(x, order) @ np.linalg.inv(legvander(nodes(order)[0], order))

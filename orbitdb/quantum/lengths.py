@@ -1,8 +1,8 @@
-"""The length spectrum: the Fourier transform of the fluctuating density, from levels or from orbits.
+"""The length spectrum, the Fourier transform of the fluctuating density of levels, from levels or orbits.
 
-F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, with the window
-w = sin^4(pi k / K). Levels give a sum of w exp(i k x) minus the smooth part. Every term Re(A exp(i k l)) of
-orbits gives a peak at x = l and a small image at -l.
+F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, where the window is
+w = sin^4(pi k / K). From levels, F is the sum of w exp(i k x) over the levels minus the transform of the
+smooth density. From orbits, each term Re(A exp(i k l)) gives a peak at x = l and a small image of it at -l.
 """
 
 import math
@@ -18,32 +18,34 @@ BLOCK = 1 << 20
 
 EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
         -0.1268 - 0.1103j, -0.1372 - 0.1005j, -0.1452 - 0.0928j, -0.1513 - 0.0870j)  # fmt: skip
-"""Correction E_j for the end of the bouncing balls at a joint, for j = 1, 2, .. times up and down.
+"""Correction E_j for the end of the bouncing-ball family at a joint, after j = 1, 2, .. round trips.
 
-It is the trace of j steps of the quantum map of the transverse coordinate s, minus the part of the balls at
-s < 0. A step is a drift over the length 2 and the phase -k s^2 for s > 0. E_j does not depend on k."""
+E_j is the trace of j steps of the quantum map of the transverse coordinate s, minus the contribution of the
+bouncing balls at s < 0. Each step is a drift over the length 2, and for s > 0 the phase -k s^2. E_j does not
+depend on k."""
 
 
 def reach(k_max: float) -> float:
-    """Return the distance from a length beyond which its peak is below 1e-5, in units of the radius."""
+    """Return the distance from the centre of a peak beyond which it is below 1e-5, in units of the radius."""
     return 30 * math.pi / k_max
 
 
 def of_levels(
     k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
 ) -> Complexes:
-    """Return F from levels.
+    """Return F at the lengths x, computed from levels.
 
     Parameters
     ----------
     k : ndarray, shape (N,)
-        All levels below `k_max`, of one parity or of all; higher ones are ignored.
+        All levels below `k_max`, in 1/radius; higher levels are ignored.
     x : ndarray, shape (n,)
-        Lengths.
+        Lengths, in units of the radius.
     k_max : float
         The end K of the window, in 1/radius.
     stadium : Stadium
     parity : Parity, optional
+        Parity of the levels; by default, levels of all parities.
 
     Returns
     -------
@@ -56,7 +58,7 @@ def of_levels(
 
 
 def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
-    """Return F from terms at rising lengths x, shape (n,)."""
+    """Return F from terms, at lengths x in ascending order, shape (n,)."""
     found = np.zeros(len(x), np.complex128)
     far = reach(k_max)
     ordered = terms.rows(np.argsort(terms.length))
@@ -74,7 +76,7 @@ _POINTS = 64
 
 
 def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
-    """Return F of each term alone at lengths x, shape (n, N)."""
+    """Return the contribution of each term to F at each of the lengths x, shape (n, N)."""
     at, length, amplitude = x[:, None], terms.length, terms.amplitude
     found: Complexes = (
         _peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude
@@ -83,7 +85,7 @@ def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
 
 
 def _peak(y: Floats, k_max: float) -> Complexes:
-    """Return the integral of w(k) exp(i k y); around the middle of the window w is a sum of cosines."""
+    """Return the integral of w(k) exp(i k y) in closed form, because w is a sum of cosines."""
     z = k_max * y / (2 * math.pi)
     sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
     found: Complexes = k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z)
@@ -91,7 +93,7 @@ def _peak(y: Floats, k_max: float) -> Complexes:
 
 
 def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
-    """Return F from the bouncing balls between the straight walls (`family`)."""
+    """Return F from the bouncing balls between the straight walls (`family`), at lengths x."""
     k, weights = _quadrature(k_max, x)
     balls = family(stadium, k, x[-1] + reach(k_max), parity)
     return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
@@ -100,14 +102,14 @@ def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None =
 def family(
     stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None
 ) -> Iterator[tuple[int, Complexes]]:
-    """Yield the lengths l of the bouncing balls, and A exp(i k l) at each k, as in `Terms`.
+    """Yield each length l of the bouncing balls, with A exp(i k l) at each k as for the orbits (`Terms`).
 
     Notes
     -----
     For the levels of one parity, a ball that goes up and down j times in a quarter has the length l = 2j, and
     A is (-chi_y)^j times the sum of three terms: (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4) for the family,
-    chi_x / (2 pi) for the axis x = 0, and (2 / pi) E_j (`EDGE`) for the edge at the joint. For all levels
-    only even j remain, with four times the family and edge terms.
+    chi_x / (2 pi) for the axis x = 0, and (2 / pi) E_j (`EDGE`) for the edge at the joint. For the levels of
+    all parities, only even j remain, and the family and edge terms are four times as large.
     """
     x, y = (0, -1) if parity is None else parity.signs
     step, share = (2, 4) if parity is None else (1, 1)
@@ -118,7 +120,7 @@ def family(
 
 
 def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the bouncing balls as terms with the right amplitudes in the middle of the window."""
+    """Return the bouncing balls as terms whose amplitudes are right in the middle of the window."""
     middle = np.array([k_max / 2])
     balls = list(family(stadium, middle, longest, parity))
     length = np.array([each for each, _ in balls], np.float64)
@@ -129,7 +131,7 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
 
 
 def counted(terms: Terms, k: Floats) -> Floats:
-    """Return the contribution of terms to the number of levels below k: the sum of Im(A exp(i k l)) / l."""
+    """Return what the terms add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
     return _transform(terms.length, terms.amplitude / terms.length, k).imag
 
 
@@ -146,7 +148,7 @@ def _window(k: Floats, k_max: float) -> Floats:
 
 
 def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
-    """Return nodes in 0..K, and weights including the window, that resolve oscillations exp(i k x)."""
+    """Return nodes in 0..K that resolve the oscillations exp(i k x), and weights that include the window."""
     count = math.ceil(k_max * (2 * float(np.abs(x).max()) + reach(k_max)) / 2) + 100
     nodes, weights = np.polynomial.legendre.leggauss(count)
     k = (nodes + 1) * k_max / 2

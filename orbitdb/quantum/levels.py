@@ -1,7 +1,7 @@
-"""The Dirichlet levels of a stadium: the k at which Laplace psi = -k^2 psi, psi = 0 on the boundary.
+"""The Dirichlet levels of a stadium: the k for which Laplace psi = -k^2 psi, with psi = 0 on the boundary.
 
-They are found in windows of k. The error of a level allows for rounding, and for the degree of the
-polynomials: the energy of the two highest degrees, extrapolated cell by cell (`Grid.truncation`).
+The levels are found in windows of k. The error of a level allows for rounding and for the finite degree of
+the polynomials, whose effect is extrapolated from the two highest degrees in each cell (`Grid.truncation`).
 """
 
 import math
@@ -32,24 +32,26 @@ if TYPE_CHECKING:
 
 
 LEAST_A, LARGEST_A = 0.05, 20.0
-"""Range of half lengths for which the errors were tested."""
+"""Half lengths between which the error estimates have been tested."""
 MOST_LEVELS = 20_000
-"""Largest number of levels of all parities below the end of a range. A window needs memory in proportion to
-it, 3 to 4 GB at this limit, and all windows take hours."""
+"""Maximum number of levels, of all parities, below the end of a range. The memory for a window grows in
+proportion to this number, to 3 or 4 GB at the limit, and all windows together take hours."""
 
 _IN_WINDOW = 48
-"""Approximate number of levels of a parity in a window."""
+"""Approximate number of levels of one parity in a window."""
 _GRID = (18, 1)
-"""Degree of the polynomials, and divisions of the cells at the joint."""
+"""Degree of the polynomials, and number of times the cells at the joint are divided."""
 _PHASE = 9.5
-"""Largest value of k times the size of a cell."""
+"""Maximum value of k times the size of a cell."""
 ROUNDING = 4e-15
-"""Relative error allowed for rounding: four times the largest one found, against the levels of rectangles and
-discs in closed form, and against finer grids at half lengths from 0.05 to 20."""
+"""Relative error allowed for rounding. It is four times the largest rounding error found by comparison with
+the exact levels of rectangles and discs, and with finer grids at half lengths from 0.05 to 20."""
 _ON_END = 1e-10
-"""Relative distance from the end of a window within which a level counts as on it; grids differ by less."""
+"""Relative distance from an end of a window within which a level counts as on the end; the levels from
+different grids differ by less."""
 _BEYOND = 1e-6
-"""Relative distance outside a window at which levels are counted; grids differ by less, so numbers agree."""
+"""Relative distance by which a window is extended to find its levels; the levels from different grids differ
+by less, so they agree on the number of levels."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,15 +64,15 @@ class LevelWindow(ByValue):
         Half length of the stadium.
     parity : Parity
     low, high : float
-        The window, in 1/radius: it has all levels with low <= k < high.
+        The ends of the window, in 1/radius; it contains all levels with low <= k < high.
     below : int
-        Number of levels of the parity below the window.
+        Number of levels of the same parity below the window.
     k, error : ndarray, shape (N,)
-        The levels in rising order, and estimates of their errors.
+        The levels in ascending order, and estimates of their errors.
     seconds : float
-        Processor time.
+        Processor time it took to find the levels.
     arithmetic : str
-        The software that computed them (`orbitdb.arithmetic.arithmetic`).
+        The software that computed the levels (`orbitdb.arithmetic.arithmetic`).
     """
 
     a: float
@@ -86,7 +88,7 @@ class LevelWindow(ByValue):
 
 @dataclass(frozen=True)
 class LevelTask:
-    """The task of finding all levels of one parity with low <= k < high, which any process can do."""
+    """The task of finding all levels of one parity with low <= k < high; any process can solve it."""
 
     a: float
     parity: Parity
@@ -94,9 +96,9 @@ class LevelTask:
     high: float
 
     def solved(self, order: int = _GRID[0], layers: int = _GRID[1]) -> LevelWindow:
-        """Solve on a grid.
+        """Find the levels of the window on a grid.
 
-        A level on an end belongs to the window above, whichever way it was rounded.
+        A level at an end of the window belongs to the window above that end, whichever way it was rounded.
 
         Parameters
         ----------
@@ -123,12 +125,15 @@ class LevelTask:
         )
 
     def elements(self, order: int = _GRID[0], layers: int = _GRID[1]) -> Interiors:
-        """Return the elements for the window, by default those that give its levels."""
-        steps = math.ceil(self.high / (2 * _PHASE))  # on half the height, so that windows share their cells
+        """Return the elements for the window, by default those of the grid on which `solved` works."""
+        steps = math.ceil(self.high / (2 * _PHASE))  # per half height; windows with equal steps share cells
         return _elements(self.a, 1 / (2 * steps), order, layers)
 
     def fixed(self, points: Floats) -> NDArray[np.bool_]:
-        """Return at which points, shape (..., 2), the functions are 0: on the edge, and on axes if odd."""
+        """Return whether the functions must be 0 at each point, shape (..., 2).
+
+        They must be 0 on the outer edge, and on an axis under whose reflection they are odd.
+        """
         x, y = points[..., 0], points[..., 1]
         beyond = np.maximum(x - self.a, 0.0)
         odd_x, odd_y = (sign < 0 for sign in self.parity.signs)
@@ -138,17 +143,17 @@ class LevelTask:
 
 @lru_cache(maxsize=1)
 def _elements(a: float, size: float, order: int, layers: int) -> Interiors:
-    """Return the elements of all parities; windows that follow one another share them."""
+    """Return the elements, which are the same for all parities and often for consecutive windows."""
     return Interiors(grid(quarter_stadium(a, size, layers), order))
 
 
 def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
-    """Cut a range of k into windows.
+    """Divide a range of k into windows; yield the task of each window.
 
     Raises
     ------
     InputError
-        If the stadium or the range is outside what has been tested.
+        If the half length or the range is outside the tested limits.
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
@@ -169,28 +174,28 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
 
 
 def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
-    """Return tasks in the order in which windows of all parities share their elements."""
+    """Sort tasks so that windows of different parities can share their elements."""
     return sorted(tasks, key=lambda task: task.high)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Levels(ByValue, Drawn):
-    """All levels in a range of k, of some parities or all; `plot` draws their number up to k, and Weyl's law.
+    """All levels of the given parities in a range of k; `plot` draws the staircase of levels and Weyl's law.
 
     Attributes
     ----------
     a : float
         Half length of the stadium.
     low, high : float
-        The range, in 1/radius: it has all levels with low <= k < high.
+        The ends of the range, in 1/radius; it contains all levels with low <= k < high.
     k, error : ndarray, shape (N,)
-        The levels in rising order, and estimates of their errors.
+        The levels in ascending order, and estimates of their errors.
     parity : ndarray of str, shape (N,)
-        Even or odd in x, then in y, such as ``oe``.
+        Parity of each level, such as ``oe`` for odd in x and even in y.
     parities : tuple of Parity
-        The parities included.
+        The parities whose levels are included.
     basis : str
-        The orbits used, for levels from orbits; empty for levels from elements.
+        For levels from orbits, the orbits that were used; empty for levels from spectral elements.
 
     Examples
     --------
@@ -211,7 +216,7 @@ class Levels(ByValue, Drawn):
     def joined(
         cls, a: float, low: float, high: float, parts: Mapping[Parity, Iterable[LevelWindow]]
     ) -> "Levels":
-        """Return the levels in a range from windows that cover it, given by parity."""
+        """Join the windows of each parity, which must cover the range, into the levels of the range."""
         rows = sorted(
             (k, error, str(parity))
             for parity, found in parts.items()
@@ -232,7 +237,7 @@ class Levels(ByValue, Drawn):
         return f"<{found}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return a data frame with the columns k, error and parity."""
+        """Return a data frame with the columns ``k``, ``error`` and ``parity``."""
         return data_frame({"k": self.k, "error": self.error, "parity": self.parity})
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
@@ -240,7 +245,7 @@ class Levels(ByValue, Drawn):
 
 
 def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
-    """Return parities by name, each once; refuse other names."""
+    """Return the parities with the given names, without repetitions; raise `InputError` for other names."""
     try:
         return list(dict.fromkeys(map(Parity, names)))
     except ValueError:
@@ -250,21 +255,21 @@ def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
 def levels(
     stadium: Stadium | float, high: float, low: float = 0.0, parities: Sequence[Parity | str] = tuple(Parity)
 ) -> Levels:
-    """Return all levels with low <= k < high.
+    """Return all levels of a stadium with low <= k < high.
 
     Parameters
     ----------
     stadium : Stadium or float
         The stadium or its half length, from `LEAST_A` to `LARGEST_A`.
     high, low : float
-        The range of k, in 1/radius.
+        The ends of the range of k, in 1/radius.
     parities : sequence of Parity or str, optional
-        ``ee``, ``eo``, ``oe``, ``oo``: even or odd in x, then in y.
+        Parities of the levels: any of ``ee``, ``eo``, ``oe`` and ``oo``, for even or odd in x and then in y.
 
     Raises
     ------
     InputError
-        If the stadium or the range is outside what has been tested.
+        If the half length or the range is outside the tested limits.
     """
     at = as_stadium(stadium)
     found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}

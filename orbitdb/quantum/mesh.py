@@ -1,8 +1,8 @@
 """Curved quadrilateral cells of the quarter stadium: a rectangle, and a quarter disc made of three patches.
 
-A cell is a part of a patch, which is a smooth map of the unit square. The arc is an edge of two patches and
-exact. The boundary is only once differentiable at the joint of wall and arc, where eigenfunctions behave
-like r^2 ln r. So the cells at the joint shrink towards it.
+A patch is a smooth image of the unit square, and a cell is a part of a patch. The arc is represented exactly,
+as an edge of two patches. At the joint of wall and arc, the boundary is only once differentiable and
+eigenfunctions behave like r^2 ln r, so the cells there shrink towards the joint.
 """
 
 import math
@@ -15,12 +15,12 @@ import numpy as np
 from orbitdb.arrays import Floats
 
 Patch = Callable[[Floats, Floats], Floats]
-"""Maps coordinates in the unit square to points, shape (..., 2)."""
+"""Maps coordinates in the unit square to points of the stadium, shape (..., 2)."""
 
 _CORE = 0.5
-"""Extent of the inner patch of the disc along the axes."""
+"""Extent of the inner patch of the disc along the axes, in units of the radius."""
 _DIAGONAL = 0.4
-"""x and y of its corner on the diagonal."""
+"""x and y of the corner of the inner patch that lies on the diagonal, from the centre of the disc."""
 _SHRINK = 0.15
 _LARGEST = 0.4
 
@@ -33,29 +33,29 @@ class Cell:
     ----------
     patch : Patch
     corners : ndarray, shape (4, 2)
-        Corners in the unit square, in order along the edge of the cell.
+        Corners of the cell in the unit square, in order around the cell.
     """
 
     patch: Patch
     corners: Floats
 
     def points(self, s: Floats, t: Floats) -> Floats:
-        """Return the points at coordinates s, t in 0..1 of the cell, shape (..., 2)."""
+        """Return the points of the stadium at the coordinates s, t in 0..1 of the cell, shape (..., 2)."""
         weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
         place = weights @ self.corners
         return self.patch(place[..., 0], place[..., 1])
 
 
 def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
-    """Return the cells of the quarter x > 0, y > 0; the centre of the arc is at (a, 0).
+    """Return the cells of the quarter x > 0, y > 0 of the stadium; the centre of the arc is at (a, 0).
 
     Parameters
     ----------
     a : float
         Half length of a straight wall.
     size : float
-        Approximate upper limit for the edges of cells, in units of the radius. For the disc and the height of
-        the rectangle it is at most 0.4, for the width of the rectangle at most 1.
+        Approximate upper limit for the edges of the cells, in units of the radius. In any case, edges are at
+        most 1 along the width of the rectangle, and at most about 0.4 along its height and in the disc.
     layers : int
         Number of times the cells at the joint are divided.
     """
@@ -97,19 +97,19 @@ def quarter_disc(centre: float, size: float) -> list[Cell]:
 
 
 def _steps(length: float, size: float) -> Floats:
-    """Return equal steps from 0 to 1 that divide a length into parts of at most a size."""
+    """Return the equidistant points from 0 to 1 that divide a length into parts of at most the given size."""
     return np.linspace(0.0, 1.0, max(1, math.ceil(length / size)) + 1)
 
 
 def _divided(patch: Patch, along: Floats, across: Floats) -> Iterator[Cell]:
-    """Yield the cells of a patch between its coordinate lines."""
+    """Yield the cells into which the given coordinate lines divide a patch."""
     for low, high in pairwise(along):
         for near, far in pairwise(across):
             yield Cell(patch, np.array([[low, near], [high, near], [high, far], [low, far]]))
 
 
 def _towards(joint: Floats, cell: Cell, layers: int) -> Iterator[Cell]:
-    """Yield the parts of a cell, divided towards the joint if the joint is one of its corners."""
+    """Divide a cell into parts that shrink towards the joint; yield other cells unchanged."""
     corners = cell.corners
     places = cell.patch(corners[:, 0], corners[:, 1])
     here = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)

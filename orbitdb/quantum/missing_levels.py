@@ -1,8 +1,8 @@
-"""Number the levels of a list, with some missing and some spurious, at the least cost.
+"""Number the levels of a list in which some levels are missing and others spurious, at the lowest cost.
 
-The orbits give each level a number x_i, which is not an integer. Its true number n_i rises with i and costs
-(x_i - n_i)^2 / (2 sigma^2). A skipped number and a spurious level cost `LEFT_OUT` each. Dynamic programming
-finds the cheapest assignment, for many lists at once.
+The orbits give the i-th level of the list a number x_i, which is not an integer. Its true number n_i
+increases with i and costs (x_i - n_i)^2 / (2 sigma^2). Each skipped number and each spurious level costs
+`LEFT_OUT`. Dynamic programming finds the cheapest assignment, for many lists at once.
 """
 
 import numpy as np
@@ -14,30 +14,31 @@ LEFT_OUT = 6.0
 """Cost of a missing or a spurious level."""
 
 _BAND = 12
-"""Largest distance of true numbers from the expected ones."""
+"""Maximum distance between the true number and the expected number of a level."""
 
 
 def numbered(expected: Floats, sigma: float) -> tuple[Integers, Floats]:
-    """Return the true numbers of levels with the least cost, for several lists at once.
+    """Return the true numbers of levels that have the lowest cost, for S lists at once.
 
     Parameters
     ----------
     expected : ndarray, shape (S, N)
-        Number of each level according to the orbits, in rising order; not an integer.
+        Number of each level according to the orbits, not rounded to an integer.
     sigma : float
-        Its uncertainty.
+        Uncertainty of the expected numbers.
 
     Returns
     -------
     number : ndarray of int, shape (S, N)
-        Rising numbers from 1; 0 for spurious levels.
+        True numbers, counted from 1 and increasing along each list; 0 for spurious levels.
     cost : ndarray, shape (S,)
+        Total cost of each list.
     """
     lists, count = expected.shape
     low = np.maximum.accumulate(np.floor(expected).astype(np.int64), axis=1) - _BAND
     width = 2 * _BAND + 2
     offset = np.arange(width)
-    # total[s, j]: the least cost at which all numbers up to base[s] + j are settled
+    # total[s, j] is the lowest cost at which all numbers up to base[s] + j are assigned or skipped
     base = low[:, 0]
     settled = base[:, None] + offset
     total = np.where(settled >= 0, LEFT_OUT * settled, np.inf)
@@ -61,7 +62,7 @@ def numbered(expected: Floats, sigma: float) -> tuple[Integers, Floats]:
 
 
 def _moved(total: Floats, shift: Integers) -> Floats:
-    """Return the costs in a band moved up by a shift; numbers past the old band cost `LEFT_OUT` each."""
+    """Return the costs for a band moved up by a shift; numbers above the old band count as skipped."""
     width = total.shape[1]
     place = np.arange(width) + shift[:, None]
     inside = np.minimum(place, width - 1)
@@ -70,7 +71,7 @@ def _moved(total: Floats, shift: Integers) -> Floats:
 
 
 def _last_least(values: Floats, least: Floats) -> NDArray[np.int16]:
-    """Return the last place at which the running minimum of each row was reached."""
+    """Return, for each entry, the index at which the running minimum of its row was last reached."""
     places = np.where(values <= least, np.arange(values.shape[1]), 0)
     return np.maximum.accumulate(places, axis=1).astype(np.int16)
 
@@ -78,7 +79,7 @@ def _last_least(values: Floats, least: Floats) -> NDArray[np.int16]:
 def _traced(
     total: Floats, taken: NDArray[np.bool_], came: NDArray[np.int16], low: Integers
 ) -> tuple[Integers, Floats]:
-    """Trace the cheapest assignments back from the last level; return their numbers and costs."""
+    """Trace the cheapest assignment of each list back from its last level; return numbers and costs."""
     count, lists, _ = taken.shape
     every = np.arange(lists)
     at = total.argmin(axis=1)

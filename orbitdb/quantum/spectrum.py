@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
 _LEAST_LEVELS = 10
 _OFF, _FEW = 0.2, 4
-"""Allowed difference from Weyl's law: a share of its number, and a few levels."""
+"""Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
 _FAMILY = "02"
 
 
@@ -38,15 +38,15 @@ class Peak(NamedTuple):
     length : float
         Position of the peak, in units of the radius.
     height : float
-        Modulus of F at the peak, from the levels if there are any, otherwise from the orbits.
+        Modulus of F at the peak, from the levels if they are given, otherwise from the orbits.
     code : str
-        Representative of the class; ``02`` is the bouncing-ball family.
+        Representative of the symmetry class of the orbit; ``02`` is the bouncing-ball family.
     repetitions : float
-        Number of traversals; halves come from half orbits, which occur for one parity.
+        Number of traversals. For one parity, half orbits contribute, and it can be a half-integer.
     total : float
-        Length of the repeated orbit.
+        Length of the repeated orbit, in units of the radius.
     strength : float
-        Modulus of F of this term alone at the peak.
+        Modulus of the contribution of this orbit alone to F at the peak.
     """
 
     length: float
@@ -61,27 +61,28 @@ class Peak(NamedTuple):
 class Spectrum(ByValue, Drawn):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
 
-    `plot` draws the modulus of F, for the orbits downwards and for any levels upwards.
+    `plot` draws the modulus of F, downwards for the orbits and upwards for the levels, if there are any.
 
     Attributes
     ----------
     a : float
+        Half length of the stadium.
     parity : Parity or None
-        None for all levels.
+        Parity of the levels; None for levels of all parities.
     k_max : float
         End of the window, in 1/radius.
     length : ndarray, shape (n,)
-        x, in units of the radius.
+        The lengths x, in units of the radius.
     orbits : ndarray of complex128, shape (n,)
-        F of the orbits and the bouncing-ball family.
+        F from the orbits and the bouncing-ball family.
     quantum : ndarray of complex128, shape (n,), or None
-        F of the levels without their smooth density; None without levels.
+        F from the levels, minus their smooth density; None if there are no levels.
     complete : float
-        Length up to which the sum is proved to contain every orbit; beyond it the sum is partial.
+        Length up to which the sum is proved to contain every orbit; beyond it, orbits may be missing.
     terms : Terms
-        The terms of the orbits, then those of the family.
+        The terms of the orbits, followed by those of the bouncing-ball family.
     codes : ndarray of object, shape (C,)
-        Representatives of the classes.
+        Representatives of the symmetry classes to which `Terms.orbit` refers.
     """
 
     a: float
@@ -103,13 +104,13 @@ class Spectrum(ByValue, Drawn):
 
     @property
     def misfit(self) -> float | None:
-        """rms of quantum - orbits divided by the rms of quantum; None without levels."""
+        """rms of ``quantum - orbits`` divided by the rms of ``quantum``; None if there are no levels."""
         if self.quantum is None:
             return None
         return float(np.linalg.norm(self.quantum - self.orbits) / np.linalg.norm(self.quantum))
 
     def notes(self) -> list[str]:
-        """Say how complete the orbits are and how far they are from the levels, one line each."""
+        """Return one line on how complete the orbits are, and one on how well they agree with the levels."""
         end = math.floor(self.complete * 100) / 100
         if end < self.length[-1]:
             said = [f"complete, by proof, up to length {end:.2f}: beyond it the sum over orbits is partial"]
@@ -124,7 +125,7 @@ class Spectrum(ByValue, Drawn):
         return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 
     def rows(self) -> list[tuple[float | None, ...]]:
-        """Return one row per length, with the columns `COLUMNS`."""
+        """Return one row for each length, with the values of `COLUMNS`."""
         nothing = [None] * len(self.length)
         quantum = (nothing, nothing) if self.quantum is None else _parts(self.quantum)
         return list(zip(self.length.tolist(), *quantum, *_parts(self.orbits), strict=True))
@@ -137,7 +138,7 @@ class Spectrum(ByValue, Drawn):
         return "curves.draw_spectrum", (self,), repr(self).strip("<>")
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
-        """Yield up to `most` of the strongest orbits of each peak, by rising length."""
+        """Yield up to `most` of the strongest orbits of each peak, with the peaks in ascending order."""
         height = np.abs(self.orbits if self.quantum is None else self.quantum)
         inner = height[1:-1]
         tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
@@ -157,12 +158,12 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
 
 
 def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -> Floats:
-    """Return levels in rising order; refuse a list that cannot be all levels of a stadium of radius 1.
+    """Sort levels, after a check that they can be all levels of a stadium of radius 1 up to the highest.
 
     Raises
     ------
     InputError
-        If the levels are too few, not positive, or not as many as Weyl's law expects.
+        If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
     """
     k = np.sort(np.asarray(levels, np.float64), axis=-1)
     if k.ndim != 1:
@@ -187,13 +188,13 @@ def _plausible(count: int, end: float, stadium: Stadium, parity: Parity | None) 
 
 
 def _remedy(count: int, end: float, stadium: Stadium, parity: Parity | None) -> str:
-    """Say what may be wrong with a list that has too many levels or too few."""
+    """Return a message that says what may be wrong with a list that has too many or too few levels."""
     if _plausible(count, math.sqrt(end), stadium, parity):
         return "they look like energies: give --energies"
     if _plausible(count, end**2, stadium, parity):
         return "they look like wavenumbers: leave out --energies"
     if parity is not None and _plausible(count, end, stadium, None):
-        return "they look like those of all parities: leave out --parity"
+        return "they look like the levels of all parities: leave out --parity"
     if parity is None and any(_plausible(count, end, stadium, each) for each in Parity):
-        return "they look like those of one parity: name it with --parity"
+        return "they look like the levels of one parity: name it with --parity"
     return "check --parity, --a and the unit: k is in 1/radius, frequencies need --frequency and --radius"

@@ -16,32 +16,35 @@ from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.lengths import family_count
 
 LENGTHS = (1, 5, 20)
-"""L of the number variance and of Delta_3, in mean spacings."""
+"""Lengths L for the number variance and Delta_3, in mean spacings."""
 
 FAMILY_TO = 30.0
-"""Largest length of bouncing balls that are taken out of the staircase, in units of the radius."""
+"""Maximum length of the bouncing balls that can be removed from the staircase, in units of the radius."""
 
 _WINDOWS_A_SPACING = 4
 _NODES = 64
 
 
 class Statistics(NamedTuple):
-    """Statistics of the levels of one parity, in mean spacings.
+    """Statistics of the levels of one parity, unfolded to a mean spacing of 1.
 
     Attributes
     ----------
     parity : str
-        A parity, or ``GOE`` or ``Poisson`` for random matrices or random numbers.
+        A parity, or ``GOE`` for random matrices, or ``Poisson`` for random numbers.
     balls : str
-        ``in`` if levels are unfolded with Weyl's law alone; ``out`` if bouncing balls are taken out too.
+        ``in`` if the levels are unfolded with Weyl's law alone, ``out`` if the contribution of the bouncing
+        balls is removed as well, empty for ``GOE`` and ``Poisson``.
     levels : int or None
+        Number of levels; None for ``GOE`` and ``Poisson``.
     gap_ratio, gap_ratio_error : float or None
-        Mean of min/max of neighbouring gaps, and its standard error.
+        Mean ratio of the smaller to the larger of two neighbouring gaps, and its standard error.
     spacing_variance : float
+        Variance of the gap between neighbouring levels.
     delta3_1, delta3_5, delta3_20 : float or None
-        Dyson and Mehta's Delta_3 at L = 1, 5, 20; None if there are too few levels.
+        Dyson and Mehta's Delta_3 for L = 1, 5, 20; None if there are too few levels.
     variance_1, variance_5, variance_20 : float or None
-        Variance of the number of levels in a stretch of L = 1, 5, 20 mean spacings; None as above.
+        Variance of the number of levels in a stretch of L = 1, 5, 20; None if there are too few levels.
     """
 
     parity: str
@@ -59,13 +62,13 @@ class Statistics(NamedTuple):
 
 
 def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
-    """Return levels in units of the mean spacing by Weyl's law, with or without the bouncing balls."""
+    """Unfold levels to a mean spacing of 1 with Weyl's law, to which `balls` adds the bouncing balls."""
     smooth: Floats = weyl(stadium, parity)(k)
     return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
 
 
 def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Statistics:
-    """Return the statistics of all levels k of one parity from the lowest, shape (N,), in 1/radius."""
+    """Return the statistics of the N lowest levels k of one parity, shape (N,), in 1/radius."""
     x = np.sort(unfolded(k, stadium, parity, balls))
     gaps = np.diff(x)
     ratios = gap_ratios(x)
@@ -77,7 +80,7 @@ def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False)
 
 
 def expected() -> list[Statistics]:
-    """Return the statistics of random matrices (GOE) and of random numbers (Poisson)."""
+    """Return the statistics expected for random matrices (GOE) and for random numbers (Poisson)."""
     goe = [*(float(goe_delta3(each)) for each in LENGTHS), *(float(goe_variance(each)) for each in LENGTHS)]
     poisson = [*(each / 15 for each in LENGTHS), *map(float, LENGTHS)]
     return [
@@ -87,21 +90,21 @@ def expected() -> list[Statistics]:
 
 
 def gap_ratios(x: Floats) -> Floats:
-    """Return min/max of neighbouring gaps, shape (N - 2,); 1 if both are zero."""
+    """Return the ratio min/max of each pair of neighbouring gaps, shape (N - 2,); 1 if both are zero."""
     gaps = np.diff(x)
     low, high = np.minimum(gaps[1:], gaps[:-1]), np.maximum(gaps[1:], gaps[:-1])
     return np.where(high > 0, low / np.where(high > 0, high, 1.0), 1.0)
 
 
 def _windows(x: Floats, length: float) -> Floats:
-    """Return where stretches of a length begin; empty if the levels do not span two lengths."""
+    """Return where stretches of the given length begin; empty if the levels span less than two lengths."""
     room = x[-1] - x[0] - length
     count = math.floor(room * _WINDOWS_A_SPACING) if room >= length else 0
     return x[0] + room * (np.arange(count) + 0.5) / max(count, 1)
 
 
 def number_variance(x: Floats, length: float) -> float | None:
-    """Return the mean of (n - L)^2 over stretches of L mean spacings; None if there are too few levels."""
+    """Return the mean of (n - L)^2, where n levels are in a stretch of length L; None for too few levels."""
     starts = _windows(x, length)
     if not len(starts):
         return None
@@ -110,9 +113,10 @@ def number_variance(x: Floats, length: float) -> float | None:
 
 
 def delta3(x: Floats, length: float) -> float | None:
-    """Return Delta_3, the mean square deviation of the staircase from a straight line over L mean spacings.
+    """Return Delta_3, the mean square deviation of the staircase from its best straight line over a length L.
 
-    For n levels at z_i from the middle of a stretch, with S1 = sum z_i and S2 = sum z_i^2, it is
+    It is averaged over stretches of length L, and None if there are too few levels. For n levels at distances
+    z_i from the middle of a stretch, with S1 = sum z_i and S2 = sum z_i^2, it is
     n^2/16 - S1^2/L^2 + 3 n S2 / (2 L^2) - 3 S2^2 / L^4 + sum (n - 2 i + 1) z_i / L.
     """
     starts = _windows(x, length)

@@ -1,11 +1,11 @@
 """Wave functions of levels, and how strongly orbits scar them.
 
-A wave is given at the nodes of the elements of a quarter stadium and interpolated by their polynomials.
-The integral of psi^2 over the whole stadium is 1. The scar strength of an orbit is
+A wave psi is given at the nodes of spectral elements on a quarter of the stadium and interpolated from them.
+The integral of psi^2 over the entire stadium is 1. In a wave, an orbit of length L has the scar strength
 
     S = (area / L) * integral of psi^2 along the orbit.
 
-Its mean over the levels of a parity is 1, or 2 or 0 for an orbit on an axis.
+The mean of S over the levels of one parity is 1, or, for an orbit on an axis, 2 or 0 depending on the parity.
 
 Sources: E. J. Heller, Phys. Rev. Lett. 53 (1984) 1515; E. B. Bogomolny, Physica D 31 (1988) 169;
 A. Baecker, S. Fuerstberger, R. Schubert, Phys. Rev. E 70 (2004) 036204 (Husimi functions on the boundary).
@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 
 
 _BLOCK = 1 << 13
-"""Number of points evaluated together, so that their data stay in the cache."""
+"""Number of points evaluated together, small enough for their data to stay in the cache."""
 _MORE_NODES = 24
-"""Extra nodes of the quadrature along a chord, in addition to k times its length."""
+"""Number of quadrature nodes along a chord in excess of k times its length."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -54,7 +54,7 @@ class Wave:
     k : float
         The level, in 1/radius.
     values : ndarray, shape (E, n, n)
-        psi at the nodes of the cells.
+        Values of psi at the nodes of the cells.
     """
 
     stadium: Stadium
@@ -67,12 +67,13 @@ class Wave:
         return f"<wave {self.parity} at k = {self.k:.6g}, a = {exact(self.stadium.a)}>"
 
     def psi(self, x: ArrayLike, y: ArrayLike) -> Floats:
-        """Return psi at points of the stadium, in units of 1/radius; NaN outside.
+        """Return psi at the given points, in units of 1/radius; NaN outside the stadium.
 
         Parameters
         ----------
         x, y : array-like
-            Coordinates from the centre, in units of the radius; their shapes must be compatible.
+            Coordinates from the centre of the stadium, in units of the radius. The shapes of x and y are
+            broadcast against each other.
         """
         x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
         sign = np.where(x < 0, self.parity.signs[0], 1) * np.where(y < 0, self.parity.signs[1], 1)
@@ -88,12 +89,12 @@ class Wave:
         return sign * found.reshape(x.shape)
 
     def normal_derivative(self, s: ArrayLike) -> Floats:
-        """Return the outward normal derivative of psi at places of the boundary.
+        """Return the outward normal derivative of psi at points on the boundary.
 
         Parameters
         ----------
         s : array-like
-            Arc length anticlockwise from the left end of the bottom wall, in units of the radius.
+            Arc lengths, anticlockwise from the left end of the bottom wall, in units of the radius.
         """
         points, normal = boundary(self.stadium, np.asarray(s, np.float64))
         signs = np.where(points < 0, self.parity.signs, 1).prod(axis=-1)
@@ -101,17 +102,17 @@ class Wave:
         return signs * (slopes * np.abs(normal)).sum(axis=-1)
 
     def strength(self, orbit: "Orbit") -> float:
-        """Return the scar strength of an orbit: the mean of psi^2 along it times the area.
+        """Return the scar strength of an orbit, the mean of psi^2 along the orbit times the area.
 
         Raises
         ------
         InputError
-            If the word is not an orbit, or belongs to another stadium.
+            If the word is not an orbit, or if it was solved in another stadium.
         """
         return float(self.strengths([orbit])[0])
 
     def strengths(self, orbits: "Sequence[Orbit]") -> Floats:
-        """Return the strengths of several orbits (`strength`)."""
+        """Return the scar strengths of several orbits, as in `strength`."""
         places, weights, count = [], [], []
         for orbit in orbits:
             if orbit.points is None or orbit.a != self.stadium.a:
@@ -131,12 +132,12 @@ class Wave:
         Parameters
         ----------
         s : array-like, shape (S,)
-            Arc lengths, as in `normal_derivative`.
+            Arc lengths along the boundary, as in `normal_derivative`.
         sine : array-like, shape (P,)
-            Sines of the angles to the normal.
+            Sines of the angles between path and normal.
         """
         whole = self.stadium.perimeter
-        count = 2 * math.ceil(2 * self.k * whole) + 128  # even, to keep the symmetry of the stadium
+        count = 2 * math.ceil(2 * self.k * whole) + 128  # even, so that the points are symmetric
         place = (np.arange(count) + 0.5) * whole / count
         slope = self.normal_derivative(place)
         away = place - np.asarray(s, np.float64)[:, None]
@@ -147,34 +148,35 @@ class Wave:
         return found / found.max()
 
     def plot(self, ax: "Axes | None" = None, orbit: "Orbit | None" = None) -> "Axes":
-        """Draw psi^2 with matplotlib, with an orbit on top if one is given.
+        """Draw psi^2 with matplotlib; if an orbit is given, draw it on top.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw on; by default those of a new figure.
+            Axes to draw on; by default, the axes of a new figure.
         orbit : Orbit, optional
+            Orbit to draw on top of psi^2.
         """
         title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
         return drawn("waves.draw_wave", (self, orbit), title, ax)
 
 
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:
-    """Yield the waves of all levels of one parity with low <= k < high, in rising order.
+    """Yield the waves of all levels of one parity with low <= k < high, in ascending order of k.
 
     Parameters
     ----------
     stadium : Stadium or float
         The stadium or its half length.
     low, high : float
-        The range of k, in 1/radius.
-    parity : str
-        ``ee``, ``eo``, ``oe`` or ``oo``: even or odd in x, then in y.
+        The ends of the range of k, in 1/radius.
+    parity : Parity or str
+        ``ee``, ``eo``, ``oe`` or ``oo``, for even or odd in x and then in y.
 
     Raises
     ------
     InputError
-        If the stadium or the range is outside what has been tested (`orbitdb.quantum.levels.windows`).
+        If the half length or the range is outside the tested limits (`orbitdb.quantum.levels.windows`).
     """
     at, (of,) = as_stadium(stadium), parities_of([parity])
     for task in windows(at, of, low, high):
@@ -187,7 +189,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
 
 
 def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
-    """Return the points and outward normals of the boundary at arc lengths s, shape (..., 2) each."""
+    """Return the points of the boundary at arc lengths s, shape (..., 2), and the outward normals there."""
     a = stadium.a
     s = np.mod(s, stadium.perimeter)
     right, top, left = 2 * a, 2 * a + math.pi, 4 * a + math.pi
@@ -204,7 +206,7 @@ def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
 
 
 def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
-    """Return nodes and weights of a quadrature along a closed path, fine enough for psi^2."""
+    """Return the nodes and weights of a quadrature along a closed path that is fine enough for psi^2."""
     places, weights = [], []
     for one, other in pairwise([*points, points[0]]):
         length = float(np.hypot(*(other - one)))

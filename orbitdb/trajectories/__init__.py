@@ -1,1 +1,1 @@
-"""Random trajectories: the reference for averages over orbits."""
+"""Trajectories: random ones as a reference for averages over orbits, and single ones as symbol sequences."""

@@ -1,8 +1,8 @@
 """Ensembles of random trajectories: the reference for averages over orbits.
 
-The starts are drawn from the invariant measure of the bounces on the semicircles and followed from
-semicircle to semicircle (`orbitdb.trajectories.rays`). So every step is a fair sample from the start; only
-the tangent vectors need time to settle.
+The trajectories start from the invariant measure of the bounces on the semicircles and are followed from one
+such bounce to the next (`orbitdb.trajectories.rays`). So all steps, including the first, sample the invariant
+measure; only the tangent vectors need time to settle.
 """
 
 import math
@@ -18,10 +18,10 @@ from orbitdb.extras import Record
 from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 TRAJECTORIES = 4096
-"""Number followed at the same time, small enough for their arrays to stay in the cache."""
+"""Maximum number of trajectories by default, small enough for their arrays to stay in the cache."""
 
 LEAST = 256
-"""Least number of trajectories; with fewer, the errors from their spread would be uncertain."""
+"""Minimum number of trajectories by default; with fewer, errors estimated from their spread are uncertain."""
 
 BLOCK = 256
 _RENORMALISE = 8
@@ -29,25 +29,25 @@ _SETTLED = 8.0
 
 
 class Beam(NamedTuple):
-    """Tangent vectors along N trajectories and sums along the path; shape (N,) each."""
+    """Tangent vectors of N trajectories and sums along their paths; all arrays have shape (N,)."""
 
     y: Floats  # offset across the path, scaled to |y| + |slope| = 1
-    slope: Floats  # change of direction
-    growth: Floats  # logarithm of the scale factors taken out
-    path: Floats  # length of the path
-    bounces: Floats  # number of bounces on walls and semicircles
+    slope: Floats  # change of direction, scaled by the same factor
+    growth: Floats  # sum of the logarithms of all scale factors so far
+    path: Floats  # length of the path so far
+    bounces: Floats  # number of bounces so far, on straight walls and semicircles
 
     @classmethod
     def begin(cls, y: Floats, slope: Floats) -> "Beam":
-        """Return beams with the given tangent vectors and zero sums."""
+        """Return beams with the given tangent vectors, with all sums at zero."""
         return cls(y, slope, *np.zeros((3, len(y))))
 
 
 def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
-    """Follow trajectories and their tangent vectors over a number of steps.
+    """Follow trajectories and their tangent vectors for a number of steps.
 
     A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
-    slope. These are the matrices of `orbitdb.billiard.stability` without the factor -1 of each bounce.
+    slope. These are the matrices of `orbitdb.billiard.stability`, without the factor -1 for each bounce.
     """
     y, slope = beam.y, beam.slope
     growth, path, bounces = beam.growth.copy(), beam.path.copy(), beam.bounces + steps
@@ -66,10 +66,10 @@ def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
 
 
 def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
-    """Return random starts whose tangent vectors have settled.
+    """Return random trajectories whose tangent vectors have settled into the unstable direction.
 
-    With det M = 1, growth by e^g turns a vector to within about e^(-2g) of the unstable direction. Near the
-    circle a vector first grows only by shear, and lambda (measured) is 1.6 sqrt(a) per step.
+    Because det M = 1, a vector that has grown by e^g is within about e^(-2g) of the unstable direction. In a
+    nearly circular stadium, a vector first grows only by shear, and lambda is about 1.6 sqrt(a) per step.
     """
     arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
     arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
@@ -91,14 +91,15 @@ class Reference(Record):
     lambda_d, lambda_d_error : float
         Lyapunov exponent per bounce.
     lambda_c, lambda_c_error : float
-        Lyapunov exponent per length.
+        Lyapunov exponent per unit length.
     mean_free_path, mean_free_path_error : float
-        Mean path between bounces; `Stadium.mean_free_path` is its exact value.
+        Mean path length between bounces, whose exact value is `Stadium.mean_free_path`.
     bounces : int
         Total number of bounces.
     groups : int
-        Number of independent starts; the errors come from their spread.
+        Number of independent starts; the errors are estimated from their spread.
     seed : int
+        Seed of the random numbers.
     """
 
     lambda_d: float
@@ -115,16 +116,16 @@ class Reference(Record):
     def of(
         cls, growth: Measured, path: Measured, per_bounce: float, per_length: float, *counts: int
     ) -> "Reference":
-        """Return the averages that follow from the mean growth and path of a step, and exact rates.
+        """Return the averages that follow from the mean growth and mean path of a step, and from exact rates.
 
         Parameters
         ----------
         growth, path : (float, float)
-            The means, each with its standard error.
+            Mean logarithmic growth and mean path length per step, each with its standard error.
         per_bounce, per_length : float
-            The mean numbers of steps per bounce and per length.
+            Exact mean numbers of steps per bounce and per unit length.
         *counts : int
-            Bounces, groups and seed.
+            `bounces`, `groups` and `seed`.
         """
         return cls(
             float(growth[0] * per_bounce), float(growth[1] * per_bounce),
@@ -147,11 +148,11 @@ def simulate(
     ----------
     stadium : Stadium
     bounces : int
-        Expected total number of bounces; every trajectory makes at least one on a semicircle.
+        Expected total number of bounces; every trajectory has at least one bounce on a semicircle.
     seed : int, optional
-        The same arguments give the same result.
+        Seed of the random numbers; the same arguments give the same result.
     trajectories : int, optional
-        Number followed at the same time; by default at most `TRAJECTORIES` and at least `LEAST`.
+        Number of trajectories; by default, at most `TRAJECTORIES` and at least `LEAST`.
     progress : callable, optional
         Called every few hundred steps with the fraction done and the averages so far.
 
@@ -169,9 +170,9 @@ def simulate(
 def references(
     stadium: Stadium, bounces: int, seed: int = 0, trajectories: int | None = None
 ) -> Iterator[tuple[float, Reference]]:
-    """Yield the fraction done and the averages so far, every few hundred steps of `simulate`.
+    """Simulate as `simulate` does; every few hundred steps, yield the fraction done and the averages so far.
 
-    Every value is a complete result from fewer bounces, so the caller may stop at any time.
+    Every yielded result is valid by itself, from fewer bounces, so the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
@@ -189,22 +190,22 @@ def references(
 
 
 def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference:
-    """Average over trajectories, with errors from their spread.
+    """Average over trajectories, with errors estimated from their spread.
 
-    By the invariant measure, a step from semicircle to semicircle has perimeter / 2 pi bounces and a path of
-    area / 2 on average. With these exact numbers the exponents need only the growth per step.
+    By the invariant measure, a step has perimeter / 2 pi bounces and a path length of area / 2 on average.
+    Given these exact numbers, the exponents need only the growth per step.
 
-    The mean free path is a check of that measure. The plain number of bounces has no reliable error: n walls
-    between two semicircles have a probability of about a^2 / n^3, one such leg causes others nearly as long,
-    and most simulations lack the few very long legs that determine the mean. But such a leg is steep, with a
-    path hardly longer than 2 n. So the scatter of the path minus twice the walls is soon known. The mean of
-    the part subtracted, twice 2a / pi, is exact.
+    The mean free path checks the invariant measure. The error of a plain mean would be unreliable: the
+    probability of n walls between two semicircles is about a^2 / n^3, one such leg is followed by others
+    nearly as long, and most simulations lack the few very long legs that determine the mean. But such a leg
+    is steep, and its path is hardly longer than 2 n. So the path minus twice the number of walls scatters
+    little, and the mean of the part subtracted, twice 2a / pi, is known exactly.
     """
     count = len(beam.growth)
     walls = beam.bounces - steps
 
     def mean(values: Floats) -> Measured:
-        """Return the mean per step and its standard error."""
+        """Return the mean of the values per step, and its standard error."""
         return float(values.mean()) / steps, float(values.std(ddof=1)) / steps / math.sqrt(count)
 
     rest, error = mean(beam.path - 2 * walls)

@@ -1,12 +1,12 @@
 """Lyapunov exponents from random trajectories leg by leg, given the exact means of the largest terms.
 
-Over a leg a beam grows by ln D + ln K + c2 + rest (`orbitdb.averages.exact_means`). The means of all terms
-except the rest are known exactly. The rest
+Over a leg and the run before it, a beam grows by ln D + ln K + c2 + remainder
+(`orbitdb.averages.exact_means`). The means of the first three terms are known exactly. The remainder
 
     ln(1 + (1/D + b)/K) - ln(1 + (1/D + 1/D')/K),     b = 1/(D' + 1/(K' + b')),
 
-is small and scatters little; D', K' and b' belong to the leg before. The starts are drawn from the invariant
-measure of the runs and are independent.
+is small and scatters little, where D', K' and b' belong to the previous leg. The starts are drawn
+independently from the invariant measure of the runs.
 """
 
 import math
@@ -23,16 +23,17 @@ _TINY = 1e-150
 
 
 class Runs(NamedTuple):
-    """N runs of trajectories; arrays of shape (N,)."""
+    """One run of each of N trajectories; all arrays have shape (N,)."""
 
     t: Floats  # angle between path and circle, in (0, pi/2)
-    beta: Floats  # direction of the incoming line, in (-t, t)
+    beta: Floats  # direction of the incoming path, in (-t, t)
 
 
 def random_runs(n: int, rng: np.random.Generator) -> Runs:
     """Draw n runs from the invariant measure.
 
-    The place u in (0, pi) and cos(t) of a bounce are uniform; it is the first of its run if u < 2 t.
+    The position u in (0, pi) of a bounce and cos(t) are uniformly distributed. A bounce is the first of its
+    run if u < 2 t.
     """
     kept: list[Floats] = []
     have = 0
@@ -45,24 +46,25 @@ def random_runs(n: int, rng: np.random.Generator) -> Runs:
 
 
 class Leg(NamedTuple):
-    """N runs and the legs after them, up to the next runs; arrays of shape (N,)."""
+    """A run and the leg after it for each of N trajectories; all arrays have shape (N,)."""
 
-    runs: Runs  # the next runs
-    bounces: Floats  # number of bounces of the run
-    walls: Floats  # straight bounces of the leg
+    runs: Runs  # the runs that follow the legs
+    bounces: Floats  # number k of bounces of the run
+    walls: Floats  # number of straight bounces of the leg
     kick: Floats  # K = 2 k / sin(t) of the run
     drift: Floats  # D of the leg
-    path: Floats  # length from the foot of the centre on the incoming line to the next such foot
+    # path length from the point of the incoming line closest to the centre to the same point for the next run
+    path: Floats
 
 
 def next_leg(runs: Runs, a: float) -> Leg:
-    """Follow runs to their end and on to the next ones.
+    """Follow each run and the leg after it, up to the next run.
 
     Notes
     -----
-    The line that leaves a run reaches the copy of the other semicircle whose centre is nearest to its height
-    there, and passes that centre at the signed distance s. |s| is cos(t) of the next run. The sign says
-    whether that run goes up or down; a mirror makes it go up, with direction beta.
+    In the unfolded stadium, the line that leaves a run reaches the copy of the other semicircle whose centre
+    is nearest in height, and passes this centre at the signed distance s. |s| is cos(t) of the next run. The
+    sign of s says whether the next run goes up or down; if it goes down, it is reflected so that it goes up.
     """
     t = runs.t
     bounces = np.floor((np.pi - runs.beta - t) / (2 * t)) + 1
@@ -78,21 +80,21 @@ def next_leg(runs: Runs, a: float) -> Leg:
 
 
 STARTS = 4096
-"""Largest number followed at the same time, small enough for their arrays to stay in the cache."""
+"""Maximum number of starts in a batch, small enough for their arrays to stay in the cache."""
 
 LEGS = 32
-"""Largest number of legs per start; more would add little information."""
+"""Maximum number of legs per start; more legs would add little information."""
 
 _SETTLED = 1e-9
 _LONGEST_WAY = 2000
 
 
 class Beams(NamedTuple):
-    """N trajectories as they arrive at a run, shape (N,) each."""
+    """The beams of N trajectories as they arrive at a run; all arrays have shape (N,)."""
 
     drift: Floats  # D of the leg before the run
-    low: Floats  # convergence b of the beam at the end of that leg, for the least possible initial value
-    high: Floats  # the same for the largest initial value; equal to `low` once the start is forgotten
+    low: Floats  # convergence b of the beam at the end of that leg, if it was the least possible at the start
+    high: Floats  # convergence b if it was the largest possible; equal to `low` once the start is forgotten
 
 
 def simulate_legs(
@@ -111,7 +113,7 @@ def simulate_legs(
     known : (float, float)
         The exact mean of ln D + ln K + c2 per leg, and a bound on its error.
     seed : int, optional
-        The same arguments give the same result.
+        Seed of the random numbers; the same arguments give the same result.
     progress : callable, optional
         Called after every batch with the fraction done and the averages so far.
 
@@ -119,7 +121,7 @@ def simulate_legs(
     -------
     Reference
         The errors combine the spread of the independent starts (`Reference.groups`), the error of the known
-        mean, and the remaining influence of the start.
+        mean, and what influence of the initial beams is left.
 
     Raises
     ------
@@ -128,8 +130,8 @@ def simulate_legs(
 
     Notes
     -----
-    Below about a = 0.1 the angle t changes little over many legs, and the rest is no longer small. The errors
-    are still correct, but those of `orbitdb.trajectories.ensemble` are smaller.
+    Below about a = 0.1, the angle t changes little over many legs, and the remainder is no longer small. The
+    errors are still correct, but `orbitdb.trajectories.ensemble` gives smaller errors.
     """
     if bounces < 1:
         raise ValueError("give at least one bounce")
@@ -150,7 +152,7 @@ def simulate_legs(
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
-    """Follow new random starts; return the means per leg of the terms from `follow`, shape (4, N)."""
+    """Follow new random starts; return the mean per leg of each term from `follow`, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
     for _ in range(legs):
@@ -160,7 +162,7 @@ def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats
 
 
 def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
-    """Follow starts until their beams no longer depend on the initial convergence."""
+    """Follow trajectories until their beams no longer depend on the initial convergence."""
     first = next_leg(runs, a)
     runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
     for _ in range(_LONGEST_WAY):
@@ -173,8 +175,8 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
 def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg after it.
 
-    Returns the next runs, the beams there, and an array of shape (4, N): the rest, the width of its bounds,
-    the path minus two for every wall, and the number of bounces.
+    Returns the next runs, the beams that arrive there, and an array of shape (4, N). Its rows are the
+    remainder, the width of its bounds, the path length minus two for every wall, and the number of bounces.
     """
     leg = next_leg(runs, a)
     inverse = 1 / leg.drift
@@ -190,10 +192,11 @@ def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 def _reference(
     moments: Floats, starts: int, legs: int, stadium: Stadium, known: Measured, seed: int
 ) -> Reference:
-    """Compute the averages from sums over starts of the terms and of their squares, shape (2, 4).
+    """Compute the averages from sums of the terms and of their squares over all starts, shape (2, 4).
 
-    A leg has a + pi/2 bounces and a path of pi (pi + 4a) / 4 on average. The path minus 2 per wall scatters
-    little, and the mean number of walls is a. So the mean free path checks the map and the measure.
+    On average, a leg with its run has a + pi/2 bounces, a of them on walls, and a path length of
+    pi (pi + 4a) / 4. The path length minus 2 per wall scatters little, so the mean free path that follows
+    is a check of the map and of the measure.
     """
     rest, width, path, bounces = means = moments[0] / starts
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))

@@ -1,8 +1,8 @@
-"""Trajectories bounce by bounce or, faster and for averages, from semicircle to semicircle.
+"""Trajectories, either bounce by bounce or, faster and for averages, between bounces on semicircles.
 
-If the stadium is unfolded at its walls, a path from one semicircle to the other is a straight line. The copy
-of the strip in which it reaches the other circle gives the number of walls. So thousands of bounces between
-the walls cost no more than one and accumulate no rounding errors.
+If the stadium is unfolded at its straight walls, a path from one semicircle to the other is a straight line.
+The number of walls that it hits follows from the copy of the stadium in which it ends. So thousands of
+bounces between the walls cost no more than one bounce, and their rounding errors do not accumulate.
 """
 
 from typing import NamedTuple
@@ -16,28 +16,28 @@ _TINY = 1e-150
 
 
 class Rays(NamedTuple):
-    """N trajectories just after a bounce; all arrays of shape (N,)."""
+    """N trajectories just after a bounce; all arrays have shape (N,)."""
 
     x: Floats  # point of the bounce, from the centre of the stadium
     y: Floats
     vx: Floats  # direction of the outgoing path, a unit vector
     vy: Floats
-    side: Floats  # place of the bounce: -1 left semicircle, +1 right semicircle, 0 straight wall
+    side: Floats  # what the bounce is on: -1 left semicircle, +1 right semicircle, 0 straight wall
 
 
 class Bounce(NamedTuple):
-    """The next bounce of N rays; all arrays of shape (N,)."""
+    """The next bounce of each of N rays; all arrays have shape (N,)."""
 
-    rays: Rays  # just after the bounce
-    path: Floats  # length of the path to it
-    kick: Floats  # convergence that it adds to a beam: 2 / sin(theta) on a semicircle, 0 on a wall
+    rays: Rays  # the rays just after the bounce
+    path: Floats  # length of the path to the bounce
+    kick: Floats  # convergence that the bounce adds to a beam: 2 / sin(theta) on a semicircle, 0 on a wall
 
 
 def bounce(rays: Rays, a: float) -> Bounce:
     """Move rays to their next bounce and reflect them.
 
-    The stadium is convex. If the path crosses the height of the wall ahead within (-a, a), it hits the wall;
-    otherwise it hits the semicircle on that side.
+    Because the stadium is convex, a path hits the straight wall ahead if it reaches the height of the wall at
+    an x in (-a, a). Otherwise it hits the semicircle on the side of this x.
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
     wall = np.copysign(1.0, vy)
@@ -58,9 +58,9 @@ def bounce(rays: Rays, a: float) -> Bounce:
 
 
 class Arcs(NamedTuple):
-    """N trajectories just after a bounce on a semicircle; all arrays of shape (N,)."""
+    """N trajectories just after a bounce on a semicircle; all arrays have shape (N,)."""
 
-    side: Floats  # -1 left, +1 right semicircle
+    side: Floats  # -1 for the left semicircle, +1 for the right semicircle
     x: Floats  # point of the bounce, from the centre of its circle
     y: Floats
     vx: Floats  # direction of the outgoing path, a unit vector
@@ -78,10 +78,10 @@ def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
 
 
 class Step(NamedTuple):
-    """The step of N trajectories to their next bounce on a semicircle; all arrays of shape (N,)."""
+    """The step of N trajectories to their next bounce on a semicircle; all arrays have shape (N,)."""
 
-    arcs: Arcs  # just after that bounce
-    path: Floats  # length of the path to it
+    arcs: Arcs  # the trajectories just after this bounce
+    path: Floats  # length of the path to this bounce
     walls: Floats  # number of straight bounces on the way
     kick: Floats  # 2 / sin(theta), the convergence that the bounce adds to a beam
 
@@ -89,8 +89,8 @@ class Step(NamedTuple):
 def advance(arcs: Arcs, a: float) -> Step:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
-    The next bounce is on the same semicircle if the chord of the circle ends there. Otherwise the height at
-    which the unfolded path reaches the x of the other centre gives the copy.
+    The next bounce is on the same semicircle if the chord of the full circle ends on it. Otherwise, the path
+    is unfolded, and the height at which it reaches the x of the other centre determines the copy it hits.
     """
     side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
     along = x * vx + y * vy
@@ -107,10 +107,10 @@ def advance(arcs: Arcs, a: float) -> Step:
 
 
 def _off_circle(dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: Marks) -> tuple[Floats, ...]:
-    """Reflect paths at a circle: return their length, sin(theta), point from the centre and direction.
+    """Reflect paths at a circle; return their lengths, sin(theta), points from the centre, and directions.
 
-    The distance comes from the impact parameter about the centre, which is accurate at any distance. Bounces
-    on the same circle keep their angle exactly. Points and directions are normalised to first order.
+    The length is computed from the impact parameter, which is accurate at any distance. Successive bounces on
+    the same circle keep their angle exactly. Points and directions are normalised to first order.
     """
     along = dx * vx + dy * vy
     impact = dx * vy - dy * vx

@@ -1,4 +1,4 @@
-"""One trajectory as a symbol sequence: followed both ways from a start, or measured as points."""
+"""A single trajectory as a sequence of symbols, followed both ways from a start or given as points."""
 
 import math
 from collections.abc import Sequence
@@ -16,28 +16,28 @@ from orbitdb.numerals import exact
 from orbitdb.trajectories.rays import Rays, bounce
 
 BOUNCES = 60
-"""Default number of bounces each way; rounding may allow fewer."""
+"""Default number of bounces in each direction; rounding errors may allow fewer."""
 
 MOST_BOUNCES = 1000
 _LEAST_POINTS = 3
 _ROUNDED = 1e-6
-"""A start may be this far outside, as when it is given with six digits."""
+"""Allowed distance of a start outside the stadium, because it may be given with only six digits."""
 
 _ROUNDING = 8 * EPSILON
 """Rounding error of a start and of one bounce, in units of 1 + a."""
 
 _LOST = 1e20
-"""Cap on the growth of an error, so that numbers stay finite."""
+"""Upper limit on the growth of an error, so that numbers stay finite."""
 
 _EXACT = 1e-9
-"""If its error is below this, a bounce no farther from a joint than the error counts as on the joint."""
+"""A bounce whose error is below this counts as on a joint if the joint is no farther away than the error."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trace(ByValue):
     """The bounces of one trajectory."""
 
-    first: int  # number of the first bounce; number 1 is the first after a start, or the first point
+    first: int  # number of the first bounce; bounce 1 is the first bounce after a start, or the first point
     symbols: Words  # shape (T,)
     points: Floats  # Cartesian, from the centre of the stadium, in units of the radius, shape (T, 2)
 
@@ -48,16 +48,17 @@ class Trace(ByValue):
 def trace_start(
     stadium: Stadium, start: Sequence[float], tolerance: float, bounces: int | None = None
 ) -> Trace:
-    """Follow a trajectory from its start, forward and back, until rounding makes its bounces uncertain.
+    """Follow a trajectory from its start, forward and backward, until rounding makes its bounces uncertain.
 
     Parameters
     ----------
+    stadium : Stadium
     start : (float, float, float)
-        x, y from the centre of the stadium, and the angle of the path from the x axis (radians).
+        x and y from the centre of the stadium, and the angle of the path from the x axis (radians).
     tolerance : float
-        Estimated error of a bounce at which to stop.
+        Largest estimated error of a bounce that is accepted.
     bounces : int, optional
-        Largest number of bounces each way; `BOUNCES` by default.
+        Maximum number of bounces in each direction; `BOUNCES` by default.
 
     Raises
     ------
@@ -74,7 +75,7 @@ def trace_start(
     ahead, back = (_known(stadium, [row[n] for row in rows], tolerance, way) for n, way in ((0, 1), (1, -1)))
     if not ahead + back:
         raise InputError(
-            f"rounding hides every bounce of this start at {tolerance:g}: give a larger tolerance"
+            f"rounding makes every bounce uncertain by more than {tolerance:g}: give a larger tolerance"
         )
     middle = rows[0].shape[1] - 1
     kept = slice(middle - back, middle + ahead)
@@ -113,11 +114,11 @@ def _numbers(values: Any, help: str) -> Floats:
 
 
 def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return x, y and side of the bounces, and estimates of their errors along the wall.
+    """Return x, y and side of each bounce, and an estimate of the error of its position along the boundary.
 
     Notes
     -----
-    An error across the path and one of its direction grow like tangent vectors
+    An initial error across the path and an initial error of its direction grow like tangent vectors
     (`orbitdb.trajectories.ensemble.follow`). Errors added by later bounces grow less.
     """
     offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays.x))
@@ -135,7 +136,10 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:
-    """Return the number of known bounces one way, without the last one followed; refuse a joint."""
+    """Return how many bounces in one direction are certain, without the last bounce followed.
+
+    `way` is 1 forward and -1 backward. A trajectory through a joint raises `InputError`.
+    """
     x, y, side, error = rows
     angle = np.arctan2(y, side * x - stadium.a)
     room = np.where(side == 0, stadium.a - np.abs(x), HALF_PI - np.abs(angle))
@@ -152,19 +156,20 @@ def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> 
 
 
 def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
-    """Write measured bounces as symbols.
+    """Translate measured bounces into symbols.
 
     Parameters
     ----------
+    stadium : Stadium
     points : array-like, shape (N, 2)
-        x, y of N >= 3 successive bounces; the last may repeat the first to close a polygon.
+        x and y of N >= 3 successive bounces; the last may repeat the first to close a polygon.
     tolerance : float
-        Largest distance of a point from the boundary.
+        Maximum distance of a point from the boundary.
 
     Raises
     ------
     InputError
-        If the points are not such bounces.
+        If the points do not have this shape, are not on the boundary, or repeat a bounce.
     """
     found = _numbers(points, "give points as pairs x,y, one per bounce")
     if found.size == 0:
@@ -185,7 +190,7 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     x, y = found.T
     side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
     y = np.where(side == 0, np.copysign(1.0, y), y)
-    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # a straight wall at each end, so that runs end
+    alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # a straight bounce at each end ends all runs
     return Trace(1, written(stadium, *alone)[0][0], found)
 
 

@@ -1,4 +1,4 @@
-"""Averages checked against all symbol sequences, orbits solved by hand, and the paper's table."""
+"""Averages compared with sums over all symbol sequences, with independent formulas, and with the paper."""
 
 import itertools
 import math
@@ -38,7 +38,8 @@ DIRECT = 6
 def every_sequence(a, p):
     """Return length, lambda and |det(1 - M)| of every sequence of p symbols that is a fixed point.
 
-    Every rotation is solved on its own. Lengths and matrices, of repetitions too, follow the paper's bounces.
+    Each rotation is solved separately. Lengths and matrices, including those of repetitions, are computed
+    bounce by bounce as in the paper.
     """
     sequences = np.array(list(itertools.product(range(6), repeat=p)), dtype=np.uint8)
     sequences = sequences[rules_broken(sequences) == 0]
@@ -64,7 +65,7 @@ def weights_of(weight, exponent, determinant):
 
 @pytest.mark.parametrize("a", slow_but([1.6], [1.6, 0.7]))
 @pytest.mark.parametrize("weight", Weight)
-def test_averages_equal_those_over_every_sequence(a, weight):
+def test_averages_equal_averages_over_all_sequences(a, weight):
     rows = class_rows(a, DIRECT)
     counts, averages = entropy(rows, DIRECT), lyapunov(rows, DIRECT, weight)
     for i, p in enumerate(range(2, DIRECT + 1)):
@@ -76,8 +77,8 @@ def test_averages_equal_those_over_every_sequence(a, weight):
 
 
 @pytest.mark.parametrize("weight", Weight)
-def test_zeta_averages_are_derivatives_of_the_growth_rate_over_all_sequences(weight):
-    """Tilt all weights by e^(beta A), find the zero of exp(-sum T_n z^n / n) again, and differentiate."""
+def test_zeta_averages_are_derivatives_of_the_growth_rate(weight):
+    """The derivative is taken of the zero of exp(-sum T_n z^n / n), with all weights tilted by e^(beta A)."""
 
     def growth(order, tilt):
         log_zeta = np.zeros(order + 1)
@@ -108,7 +109,7 @@ def test_zeta_averages_are_derivatives_of_the_growth_rate_over_all_sequences(wei
         assert averages.lambda_c_zeta[i] == pytest.approx(slope[0] / slope[1], rel=1e-6)
 
 
-def test_topological_zeta_is_the_product_over_every_cyclic_word():
+def test_the_topological_zeta_function_is_the_product_over_all_cyclic_words():
     product = np.eye(1, DIRECT + 1)[0]
     for p in range(2, DIRECT + 1):
         for _ in range((solve(words_of(p), Stadium(1.6)).status == "orbit").sum()):
@@ -135,7 +136,7 @@ def test_a_stability_cut_that_keeps_everything_equals_truncation_by_period(weigh
 @given(st.integers(0, 2**32 - 1), st.sampled_from(list(Weight)))
 @settings(max_examples=settings().max_examples // 4)
 def test_only_classes_and_their_sizes_matter(seed, weight):
-    """Shuffling rows or splitting classes into single words does not change the numbers."""
+    """Shuffling the rows or splitting classes into single words does not change the averages."""
     rows = class_rows(1.6, 6)
     split = np.repeat(np.arange(len(rows)), rows.size)
     np.random.default_rng(seed).shuffle(split)
@@ -159,7 +160,7 @@ def test_without_orbits_every_average_is_nan(weight):
 
 
 def test_repetitions_are_weighted_by_their_own_matrices():
-    """Up to six repetitions, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
+    """Up to six repetitions are tried, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
     lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
     rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
     sums = PeriodSums.of(rows, 3).sums
@@ -217,8 +218,8 @@ def test_averages_from_sums_equal_averages_from_orbits(a, weight):
             np.testing.assert_allclose(*values, rtol=1e-12, err_msg=field.name)
 
 
-def test_impossible_averages_are_reported_whatever_longer_orbits_allow():
-    """At a tiny a, where zeros are spurious, next to longer and far more unstable orbits."""
+def test_impossible_averages_are_reported_even_if_longer_orbits_allow_them():
+    """Zeros are spurious at this tiny a, while the orbits of period 7 are made far more unstable."""
     rows = class_rows(1e-6, 7)
     rows = replace(rows, lyapunov=np.where(rows.period == 7, 5, 1) * rows.lyapunov)
     sums = {p: PeriodSums.of(rows.rows(rows.period == p), p) for p in range(2, 8)}

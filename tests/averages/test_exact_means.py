@@ -1,4 +1,4 @@
-"""Exact means checked against explicit sums, known figures, and random trajectories leg by leg."""
+"""Exact means compared with explicit sums, known values, and random trajectories leg by leg."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,8 @@ HALF_LENGTHS = (0.05, 0.7, 1.6, 8.0)
 def leg_probabilities(a, most):
     """Return the probabilities of 0, 1, ..., `most` straight bounces in a leg, shape (most + 1,).
 
-    Second differences of G(h) = sqrt(4 a^2 + h^2): P_n = [G(2n + 2) - 2 G(2n) + G(2n - 2)] / 4,
-    twice that for n > 0, where either wall may come first.
+    They are second differences of G(h) = sqrt(4 a^2 + h^2): P_n = [G(2n + 2) - 2 G(2n) + G(2n - 2)] / 4, and
+    twice as much for n > 0, because either wall can come first.
     """
     h = 2.0 * np.arange(-1, most + 2)
     g = np.sqrt(4 * a * a + h * h)
@@ -51,7 +51,7 @@ def test_run_probabilities_add_up_to_one_and_average_half_pi_bounces():
 
 
 def test_means_equal_known_values():
-    """30 digits from mpmath, with an Euler-Maclaurin tail."""
+    """The values were computed to 30 digits with mpmath, with the tail from the Euler-Maclaurin formula."""
     k, p = np.arange(1, 2001), run_probabilities(2000)
     tail = np.pi**3 / 8 * (np.log(2000.5) / 3 + 1 / 9) / 2000.5**3
     catalan = 0.915965594177219015
@@ -66,7 +66,7 @@ def test_means_equal_known_values():
 
 @pytest.mark.parametrize("a", [300.0, 3000.0])
 def test_the_tail_of_the_leg_sum_equals_a_longer_sum(a):
-    """Sum all copies of the circle up to 400 000, each over its rise u; a/n is still small at the end."""
+    """The longer sum is over all copies of the circle up to 400 000, each integrated over u."""
     x, weight = np.polynomial.legendre.leggauss(20)
     total = 1 + np.log(a)
     for n in np.array_split(np.arange(400_001.0), 50):
@@ -82,7 +82,7 @@ MEANS_OF_C2 = {
     1e-4: 8.333998299, 1e-3: 6.033147408, 0.00636: 4.192291004, 0.02: 3.066897346, 0.0362: 2.495462128,
     0.1: 1.559301490, 1.6: 0.152769820, 6.0: 0.043553803,
 }  # fmt: skip
-"""Computed within 4e-9, with three times the nodes in phi and panels of t from a width of a/10 on."""
+"""Values accurate to 4e-9, computed with three times as many nodes in phi and initial panels a/10 wide."""
 
 
 @pytest.mark.parametrize(
@@ -93,7 +93,7 @@ MEANS_OF_C2 = {
     ],
 )
 def test_the_mean_of_c2_is_within_its_stated_error(a):
-    """Includes cases where wide panels would miss the peak at t = pi/2k, and where D is short."""
+    """This includes half lengths at which wide panels would miss the peak at t = pi/2k or D is short."""
     rough, fine = mean_coupling(a, 1e-4), mean_coupling(a, 1e-7)
     for found in (rough, fine):
         assert abs(found.value - MEANS_OF_C2[a]) <= found.error + 4e-9

@@ -1,4 +1,4 @@
-"""Zeta functions checked against known and listed ones; averages that do not converge are blank."""
+"""Zeta functions compared with known results and lists of terms, and averages that do not converge."""
 
 import itertools
 import math
@@ -39,7 +39,7 @@ def test_the_leading_zero_is_nan_if_no_zero_is_positive():
 
 
 @given(st.lists(st.floats(0.2, 3), min_size=1, max_size=6))
-def test_the_leading_zero_is_the_least_of_the_known_zeros(zeros):
+def test_the_leading_zero_is_the_smallest_known_zero(zeros):
     zeros = sorted(set(np.round(zeros, 1)))
     polynomial = np.polynomial.Polynomial([1.0])
     for zero in zeros:
@@ -47,7 +47,7 @@ def test_the_leading_zero_is_the_least_of_the_known_zeros(zeros):
     assert leading_zero(np.array(polynomial.coef, float)) == pytest.approx(zeros[0], rel=1e-7)
 
 
-def test_a_leading_zero_close_to_others_is_more_exact_than_an_eigenvalue():
+def test_a_leading_zero_close_to_others_is_more_accurate_than_an_eigenvalue():
     """The eigenvalue alone is off by 1e-11 here."""
     zeros = [0.5, 0.55, 0.6, 0.65, 3, 3.1, 3.2]
     exact, none = [Fraction(1)], Fraction(0)
@@ -77,7 +77,7 @@ kinds = st.tuples(
 
 @given(st.lists(kinds, min_size=0, max_size=4), st.integers(3, 60), st.integers(1, 25))
 def test_the_stability_expansion_equals_a_list_of_pseudocycles(rows, cut, degree):
-    """Costs are odd multiples of 1/8 of the cut's unit: sums are exact, and none equals the cut."""
+    """Costs are multiples of 1/4 and the cut is not, so that sums are exact and none equals the cut."""
     period, count, cost, negative, one, two = np.array(rows, float).reshape(-1, 6).T
     factors = Factors(
         period.astype(int),
@@ -153,9 +153,9 @@ def test_every_kind_of_fault_is_reported():
     small = class_rows(1e-6, HIGHEST)
     said = faults_of(lyapunov(small, HIGHEST, Weight.DETERMINANT), range(2, HIGHEST + 1))
     assert "at p = 6 (its zero 0.002432 is spurious: lambda_d = -0.0002322 is outside 2e-06 to" in said
-    assert "at p = 8 (it has no real zero)" in said
+    assert "at p = 8 (it has no positive zero)" in said
     assert "at p = 9 (its zero 1.342 is spurious: the first term there is 1, but the last is 4.51e+21" in said
-    assert "8, 9 (it has no real zero)" in faults_of(entropy(small, HIGHEST), range(2, HIGHEST + 1))
+    assert "8, 9 (it has no positive zero)" in faults_of(entropy(small, HIGHEST), range(2, HIGHEST + 1))
     assert faults_of(lyapunov(small, HIGHEST), [2, 3, 9]) == ""
 
 
@@ -192,7 +192,7 @@ def test_each_average_needs_its_own_periods(tmp_path):
     assert shown["lambda_c"] == [2, 3, 4, 6]
 
 
-def test_the_reason_why_a_period_is_missing_is_named():
+def test_the_reason_for_a_missing_period_is_given():
     chosen = Selection(periods=((5, 9),))
     said = why_missing([2, 3, 6, 7], chosen, [7])
     assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not found, left out)"

@@ -1,9 +1,10 @@
-"""Time and memory of questions to a large catalogue, by whole commands and in the terminal UI.
+"""Measure the time and memory of questions to a large catalogue, by commands and in the terminal UI.
 
 Run it as ``python tests/benchmarks/bench_asking.py DATABASE [asking | exports | verify | browse] [OPTIONS]``
-with orbitdb installed, on Linux or macOS. Options such as ``--p 13`` go to every command. Processor time is
-the sum over all processes of a command, memory the peak of the largest. The UI is driven without a terminal:
-keys are pressed until a question is answered; the last columns are the elapsed time and the slowest key.
+with orbitdb installed, on Linux or macOS. Options such as ``--p 13`` are passed to every command. The
+processor time is the sum over all processes of a command; the memory is the peak of the largest process. The
+UI is driven without a terminal: keys are pressed until a question is answered. The last columns are the
+elapsed time and the time of the slowest key.
 """
 
 import asyncio
@@ -18,7 +19,7 @@ from typing import Any
 
 MAIN = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()"]
 MEGABYTE = 1e6 if sys.platform == "darwin" else 1e6 / 1024
-"""In the unit in which the system reports memory."""
+"""A megabyte in the unit in which the system reports memory."""
 
 FIRST = ["query", "--json", "--limit", "40"]
 ASKING = {
@@ -55,7 +56,7 @@ PARTS = {"asking": ASKING, "exports": EXPORTS, "verify": VERIFY}
 
 
 def measure(command: list[str], folder: str) -> tuple[float, float]:
-    """Return the processor time in seconds and the peak memory in MB of a command."""
+    """Return the processor time of a command in seconds, and its peak memory in MB."""
     process = subprocess.Popen(
         [*MAIN, *command], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
@@ -82,7 +83,7 @@ BROWSE: dict[str, tuple[dict[str, Any], str]] = {
 
 
 async def browse(path: Path) -> None:
-    """Ask the terminal UI the questions in turn; print processor and elapsed seconds."""
+    """Ask the terminal UI the questions one after another; print the processor time and the elapsed time."""
     from textual import events
 
     from orbitdb.cli.tui.app import BrowseApp
@@ -97,7 +98,7 @@ async def browse(path: Path) -> None:
         table = main.query_one(PagedTable)
         while not len(table.source):
             await asyncio.sleep(0.005)
-        await pilot.pause()  # drawing the first screen delays keys, too
+        await pilot.pause()  # the first screen must be drawn, or keys are delayed
         for name, (criteria, order) in BROWSE.items():
             begun, worked, before, slowest = time.perf_counter(), time.process_time(), table.source, 0.0
             main.choices.selection = chosen_by(**criteria)

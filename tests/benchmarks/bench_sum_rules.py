@@ -1,7 +1,7 @@
-"""Sum rules against trajectories: deviations, error estimates, and how often the estimates hold.
+"""Compare sum rules with trajectories: deviations, error estimates, and how often the estimates hold.
 
-Run it as ``python tests/benchmarks/bench_sum_rules.py [PERIOD [A ...]]`` with orbitdb installed. The default
-is p = 13 and eight half lengths, about a minute. No catalogue is needed.
+Run it as ``python tests/benchmarks/bench_sum_rules.py [PERIOD [A ...]]`` with orbitdb installed. By default,
+the period is 13 and there are eight half lengths, which takes about a minute. No catalogue is needed.
 """
 
 import sys
@@ -27,7 +27,7 @@ BOUNCES = 20_000_000
 
 
 def report(a: float, highest: int) -> tuple[SumRules, Reference]:
-    """Print the line of one half length."""
+    """Print the line for a half length."""
     means = exact_means(a)
     clock = time.process_time()
     found = swept_sum_rules(a, [], highest)

@@ -1,4 +1,4 @@
-"""Methods compared: where statuses differ and why, and run time against true error."""
+"""Comparison of the methods: where and why their statuses differ, and run time against true error."""
 
 import re
 from collections import Counter
@@ -57,7 +57,7 @@ def test_methods_differ_at_a_1_only_on_orbits_through_a_joint():
 
 
 @pytest.mark.slow
-def test_a_disagreement_without_a_reason_is_not_explained():
+def test_a_disagreement_without_a_reason_counts_as_unexplained():
     stadium = Stadium(1.6)
     words, _ = representatives(4)
     relaxed = relax(words, stadium)
@@ -95,7 +95,7 @@ def test_newton_and_balls_are_charged_once_per_class(cases, measure, setting):
 
 
 def test_only_orbits_are_measured_and_boundary_words_are_not_failures():
-    """At a = 1 seven words of p = 6 run through a joint."""
+    """At a = 1, seven words of period 6 run through a joint."""
     every = sample(6, Stadium(1.0))
     (row,) = newton_rows(every, (1e-16,))
     assert Counter(each.status for each in every.truth)[Status.BOUNDARY] == len(THROUGH_A_JOINT)
@@ -132,7 +132,7 @@ def test_a_root_finder_is_judged_by_the_orbit_it_finds(cases):
     assert 0 < (loose.seconds + tight.seconds) * 8 < perf_counter() - begin
     assert tight.coordinates_max < 1e-7 < loose.coordinates_max
     assert tight.words == loose.words == 8
-    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # also finds the places of pruned words
+    (some,) = root_rows(sample(5, Stadium(0.3)), (1e-10,))  # it also solves pruned words
     assert some.failures == 0 < some.coordinates_max < 1e-7
 
 
@@ -154,5 +154,5 @@ def test_stage_times_count_the_words_and_classes_they_time():
     assert times.sequences == count_admissible(8)
     assert times.classes == len(representatives(8)[0])
     assert all(value > 0 for value in (times.enumeration, times.cutting, times.newton))
-    assert times.balls < times.assessment  # balls have no word to decide, which takes no time
-    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven words need balls
+    assert times.balls < times.assessment  # there is no word to decide in ball arithmetic
+    assert stage_times(6, Stadium(1.0)).balls > 10 * times.balls  # seven words need ball arithmetic

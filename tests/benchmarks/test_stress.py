@@ -1,4 +1,4 @@
-"""Small versions of the stress cases: every error is below its stored bound."""
+"""Small versions of the stress cases, in which every error is below its stored bound."""
 
 import dataclasses
 from collections.abc import Callable, Iterator
@@ -24,7 +24,7 @@ from orbitdb.symbols.enumeration import representatives
 
 
 @pytest.mark.slow
-def test_stadiums_from_a_circle_to_a_channel_pass():
+def test_stadia_from_a_circle_to_a_channel_pass():
     outcomes = list(extreme_stadia(p=6))
     assert len(outcomes) == 13
     assert all(outcome.passed for outcome in outcomes)
@@ -42,7 +42,7 @@ SMALL: dict[str, tuple[tuple[Any, ...], str]] = {
     "trajectory": (((300,), 2), "closed segments of p = 300"), "sum": ((100_000,), "e^-40 .. e^0,"),
     "margin": (((6, 7), 0.05), "|margin| < 0.05 of p = 7,"),
 }  # fmt: skip
-"""The arguments of each case here, and the start of its last question."""
+"""The arguments of each small case, and the beginning of its last question."""
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -43,7 +43,7 @@ def numbers(text):
 def test_a_complete_list_passes_and_removed_levels_are_found(cli, own, exact, tmp_path):
     whole = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "oo", "--db", own)
     assert whole.code == 0
-    assert whole.err == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}\n"
+    assert whole.err == f"no level is missing out of {len(exact)}, k from 0 to {exact[-1]:.4g}\n"
     few = np.delete(exact, 9).tolist()
     found = cli("assess", written(tmp_path / "few.txt", few), "--parity", "oo", "--db", own, "--json")
     assert found.code == 1
@@ -198,7 +198,7 @@ def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact
 
 def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
-    assert cli("assess", path, "--db", own).says(2, "those of one parity: name it with --parity")
+    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it with --parity")
 
 
 @pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
@@ -224,4 +224,4 @@ def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own,
         found = cli(*command, *asked)
         assert found.code == 0
         assert "not in order: sorted" in found.err
-        assert "1 level is missing of 21, k from 0 to 11.91: 8.127 to 9.109;" in found.err
+        assert "1 level is missing out of 21, k from 0 to 11.91: 8.127 to 9.109;" in found.err

@@ -1,4 +1,4 @@
-"""A catalogue to draw, and axes to draw into."""
+"""A catalogue to draw, and axes to draw on."""
 
 import shutil
 from pathlib import Path
@@ -20,7 +20,7 @@ TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 6
 
 @pytest.fixture(scope="session")
 def known(varied, tmp_path_factory) -> Catalogue:
-    """The varied catalogue with births, a trajectory, and bounds at two a."""
+    """The varied catalogue with births, averages over trajectories, and bounds at two half lengths."""
     path = Path(shutil.copy(varied, tmp_path_factory.mktemp("drawn") / "orbits.db"))
     made(path, fill_births(path, range(2, 7)))
     writer = Writer(path, {})
@@ -45,7 +45,7 @@ def ax():
 
 @pytest.fixture
 def few_places(monkeypatch) -> None:
-    """Draw curves over a through few points, each of which costs as much as an orbit."""
+    """Draw curves over a with only a few points, because each point takes as long as an orbit."""
     monkeypatch.setattr(orbits, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES", 12)
     monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)

@@ -1,4 +1,4 @@
-"""Figures of `orbitdb plot`: the numbers on their axes are those of the library."""
+"""Figures of `orbitdb plot`: the numbers drawn are those that the library returns."""
 
 import shutil
 from bisect import bisect_right
@@ -52,7 +52,7 @@ LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c
 
 @pytest.mark.parametrize(("kind", "where"), [("sheet", LONG), ("sheet", None), ("lyapunov", LONG)])
 @pytest.mark.slow
-def test_titles_stay_in_their_figure(known, kind, where):
+def test_titles_fit_into_their_figures(known, kind, where):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,), where=where)
     made = draw(kind, known, chosen, 9)
     (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
@@ -276,7 +276,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
 
 
 def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
-    """Check the frame of a length spectrum. Peaks are named above the curves if side > 0, else below."""
+    """Check the axes and labels of a length spectrum; peaks are labelled above it if side > 0, else below."""
     (band,) = ax.patches
     assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete, 12))
     assert legend(ax) == [*["levels"] * (side > 0), "orbits, downwards", "orbits may be missing"]

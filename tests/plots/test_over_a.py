@@ -25,13 +25,13 @@ from orbitdb.store.reading.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:
-    """Return the number of words of a period that are orbits at a."""
+    """Return the number of words of a period that are orbits at half length a."""
     lives = known.births(p)
     return sum(life.class_size for life in lives if (life.born or 0.0) <= a < (life.dies or math.inf))
 
 
 def entropy_at(known: Catalogue, highest: int, a: float) -> float:
-    """Return the entropy from births up to a period."""
+    """Return the entropy at half length a from the births of all periods up to the highest."""
     return entropy_of_counts(
         np.array([0, 0, *(orbits_at(known, p, a) for p in range(2, highest + 1))])
     ).h_zeta[-1]
@@ -76,7 +76,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
 
 
 def test_periods_without_births_are_refused(known):
-    """Words of fewer than five bounces are orbits at every a, or at none."""
+    """Words of fewer than five bounces are orbits at every a or at no a."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
         answer(known.path, over_a.draw_births, Selection(1.6, periods=((2, 4),)))
 

@@ -1,4 +1,4 @@
-"""Paths in the stadium: one orbit, its reverse, sheets of many, and bounces in phase space."""
+"""Paths in the stadium: an orbit, its reverse, labels and arrows, and bounces in phase space."""
 
 import math
 from itertools import pairwise
@@ -21,7 +21,7 @@ from orbitdb.plots.style import BLUE, ORANGE
 
 
 def arrows(ax) -> list[NDArray[np.float64]]:
-    """Return the directions of the arrows."""
+    """Return the directions of the arrows on the axes."""
     tips = [each for each in ax.texts if isinstance(each, Annotation) and each.arrow_patch is not None]
     return [np.subtract(each.xy, each.xyann) for each in tips]
 
@@ -92,7 +92,7 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
 
 
 @pytest.mark.slow
-def test_labels_of_walls_do_not_touch_and_are_as_many_as_fit(ax):
+def test_as_many_wall_labels_are_shown_as_fit_without_touching(ax):
     counts = set()
     for a in np.geomspace(0.02, 50, 60).tolist():
         ax.clear()

@@ -1,4 +1,4 @@
-"""Figures show the given data, and their files match their endings."""
+"""Figures show the given data, and files have the format that their extension names."""
 
 import os
 import sys
@@ -33,7 +33,7 @@ def test_every_bounce_is_numbered_once_outside_the_stadium(word):
 @pytest.mark.parametrize(
     ("ending", "head"), slow_but(1, [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
 )
-def test_files_match_their_endings_and_are_reproducible(tmp_path, ending, head):
+def test_files_match_their_extensions_and_are_reproducible(tmp_path, ending, head):
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
     for name in "ab":
         with style.figure(4, 3) as made:
@@ -56,7 +56,7 @@ def test_the_svg_path_goes_through_the_bounces():
 
 @pytest.mark.slow
 def test_drawing_keeps_the_settings_of_a_notebook_backend(tmp_path):
-    """The first figure loads the backend, which shows later ones only while it is interactive."""
+    """The first figure loads the backend, which shows figures only while matplotlib is interactive."""
     (tmp_path / "notebook_backend.py").write_text(
         "import matplotlib\n"
         "from matplotlib.backends.backend_agg import FigureCanvas\n"

@@ -1,4 +1,4 @@
-"""`plot()` of what the library returns, on axes of its own and on yours."""
+"""`plot()` of the objects that the library returns, on new and on given axes."""
 
 import matplotlib
 import numpy as np
@@ -45,19 +45,19 @@ def test_a_result_draws_the_averages_that_it_has(catalogue):
     np.testing.assert_array_equal(curve(other, "sum rules")[1], lyapunov["lambda_c_sum_rule"])
 
 
-def test_a_subset_that_knows_no_bounds_draws_its_entropy(catalogue):
+def test_a_subset_without_proved_bounds_draws_its_entropy(catalogue):
     ax = catalogue.select(p="2-6", status="orbit").entropy().plot()
     assert [text.get_text()[:4] for text in ax.get_legend().get_texts()] == ["$h(p", "$K_0"]
 
 
-def test_a_result_without_such_averages_says_what_it_has(catalogue):
+def test_a_result_without_averages_to_draw_says_what_it_has(catalogue):
     with pytest.raises(ValueError, match=r"^draw the entropy, lambda_d or lambda_c"):
         catalogue.table(p="2-6").plot()
     with pytest.raises(ValueError, match="'entropy': this result has lambda_d, lambda_c"):
         catalogue.lyapunov(p="2-6").plot("entropy")
 
 
-def test_a_spectrum_draws_both_sides_and_has_a_short_name(catalogue):
+def test_a_spectrum_draws_its_orbits_downwards_and_has_a_short_repr(catalogue):
     found = catalogue.spectrum((4, 9), points=60)
     np.testing.assert_array_equal(curve(found.plot(), "orbits")[1], -np.abs(found.orbits))
     assert repr(found) == "<length spectrum at a = 1.6: orbits, x = 4 to 9, k below 30>"

@@ -1,4 +1,4 @@
-"""Sheets in any order and of given words, figures of any size, and grids of small drawings."""
+"""Sheets of orbits in any order and of given words, figures of any size, and grids of small drawings."""
 
 import io
 import sys
@@ -72,7 +72,7 @@ def test_a_subset_can_be_drawn_as_a_sheet(filled):
 
 
 def test_a_grid_of_orbits_does_not_overlap(filled):
-    """Titles, numbers and labels stay out of neighbouring drawings."""
+    """Titles, numbers and labels do not extend into neighbouring drawings."""
     figure = Figure(figsize=(8, 8))
     chosen = Catalogue(filled).select(p="2-5", status="orbit", coordinates=True)[:20]
     axes = [orbit.plot(ax=ax) for orbit, ax in zip(chosen, figure.subplots(5, 4).flat, strict=True)]

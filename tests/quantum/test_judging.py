@@ -1,4 +1,4 @@
-"""Orbits judge a spectrum: levels from orbits, missing levels, and the radius."""
+"""Spectra judged by the orbits: levels from orbits, missing levels, and the fitted radius."""
 
 import math
 
@@ -61,7 +61,7 @@ def test_the_staircase_is_the_sum_of_its_terms(catalogue):
 
 
 @pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
-def test_levels_from_orbits_are_near_the_exact_ones_within_their_errors(catalogue, exact, parity):
+def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogue, exact, parity):
     known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
     found = catalogue.levels(16.0, parity, method="orbits")
     assert len(found) == len(known)
@@ -106,7 +106,7 @@ def own_rows(catalogue):
 def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
     whole = assess(exact, orbits, 1.6, Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
-    assert whole.verdict() == f"no level is missing of {len(exact)}, k from 0 to {exact[-1]:.4g}"
+    assert whole.verdict() == f"no level is missing out of {len(exact)}, k from 0 to {exact[-1]:.4g}"
     assert np.abs(whole.excess).max() < 0.3
     for n in range(len(exact) - 3):  # a missing level is seen if three or more follow it
         found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
@@ -116,14 +116,14 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
         assert (gap.after or 0) - 1.5 * spacing < exact[n] < gap.before + 1.5 * spacing
 
 
-def test_a_double_level_is_spurious(orbits, exact):
+def test_a_duplicate_level_is_spurious(orbits, exact):
     for n in (10, 30):
         found = assess(np.sort([*exact, exact[n] + 1e-3]), orbits, 1.6, Parity.OO)
         (gap,) = found.gaps
         assert gap.missing == -1
         assert gap.after <= exact[n] + 0.3
         assert found.spurious == 1
-        assert "1 is spurious or double" in found.verdict()
+        assert "1 is spurious or duplicate" in found.verdict()
 
 
 @pytest.mark.parametrize("off", [-0.003, 0.0021])
@@ -134,8 +134,8 @@ def test_the_radius_is_found_from_the_levels(orbits, exact, off):
 
 
 @given(st.data())
-def test_the_assignment_found_is_the_cheapest_of_all(data):
-    """The reference tries every assignment of a few levels."""
+def test_the_cheapest_assignment_is_found(data):
+    """The reference tries all assignments of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
     sigma = data.draw(st.floats(0.1, 1))
@@ -146,7 +146,7 @@ def test_the_assignment_found_is_the_cheapest_of_all(data):
 
 
 def _every(count, most, least=0):
-    """Yield all assignments of numbers to levels: 0, or increasing numbers."""
+    """Yield all assignments of true numbers to levels: 0 for a spurious level, otherwise increasing."""
     if count == 0:
         yield []
         return
@@ -156,7 +156,7 @@ def _every(count, most, least=0):
 
 
 def _cost(expected, sigma, numbers):
-    """Return the cost of an assignment; numbers after the last one are not missing."""
+    """Return the cost of an assignment, in which numbers after the last level do not count as missing."""
     given = [number for number in numbers if number]
     left_out = max(given, default=0) - len(given) + numbers.count(0)
     off = sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
@@ -167,7 +167,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     few = np.delete(exact, [7, 21])
     found = catalogue.assess(few[::-1], "oo")
     assert found.missing == 2
-    assert repr(found).startswith("<2 levels are missing of 40")
+    assert repr(found).startswith("<2 levels are missing out of 40")
     assert found.to_pandas()["missing"].tolist() == [1, 1]
     refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "too few": exact[:5], "above 0": -exact}
     for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:

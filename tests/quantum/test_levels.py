@@ -1,4 +1,4 @@
-"""The levels of the stadium against shapes with known levels, finer grids, and another method."""
+"""Levels compared with exact levels of other shapes, with finer grids, and with another method."""
 
 import math
 import os
@@ -48,8 +48,8 @@ def test_errors_hold_where_the_degree_is_too_low(a, parity, high):
 
 
 @pytest.mark.parametrize("parity", Parity)
-def test_levels_are_counted_as_in_the_whole_matrix_even_at_poles(parity):
-    """The stiffness of all nodes, from functions that are 1 at one node."""
+def test_level_counts_agree_with_the_full_matrix_even_at_poles(parity):
+    """The full stiffness matrix comes from functions that are 1 at one node and 0 at all others."""
     task, made = LevelTask(0.5, parity, 0.0, 9.0), grid(quarter_disc(0.5, 0.5), 6)
     fixed = np.bincount(made.node.ravel(), task.fixed(made.points).ravel()) > 0
     mass = np.bincount(made.node.ravel(), made.weight.ravel())
@@ -66,7 +66,7 @@ def test_levels_are_counted_as_in_the_whole_matrix_even_at_poles(parity):
 
 
 def _number(low: float, high: float, order: int = 8) -> tuple[int, int]:
-    """Return the number of levels below a window, and in it."""
+    """Return the number of levels below a window, and the number in the window."""
     found = LevelTask(0.5, Parity.EE, low, high).solved(order, 1)
     assert ((low <= found.k) & (found.k < high)).all()
     return found.below, len(found.k)
@@ -80,8 +80,8 @@ def lowest() -> float:
 
 
 @pytest.mark.parametrize("places", [-2, 0, 2])
-def test_a_level_on_an_end_belongs_to_the_window_above_it(places, lowest):
-    """So does a level a few floats away, which another grid or processor may give."""
+def test_a_level_at_the_end_of_a_window_belongs_to_the_window_above(places, lowest):
+    """This includes levels off by a few units in the last place, as from another grid or processor."""
     end = lowest + places * np.spacing(lowest)
     assert _number(0.0, end) == (0, 0)
     assert _number(end, 2.0) == (0, 1)
@@ -93,7 +93,7 @@ def test_a_level_close_to_an_end_stays_on_its_side(off, lowest):
     assert _number(lowest * (1 + off), 2.0) == ((0, 1) if off < 0 else (1, 0))
 
 
-def test_a_level_moved_to_an_end_says_so_in_its_error(lowest):
+def test_the_error_of_a_level_includes_its_shift_to_an_end(lowest):
     end = lowest * (1 + 5e-11)
     found = LevelTask(0.5, Parity.EE, end, 2.0).solved(8, 1)
     assert found.k.tolist() == [end]
@@ -120,7 +120,7 @@ def test_a_window_between_two_levels_is_solved():
 
 
 @pytest.mark.slow
-def test_windows_meet_without_a_gap_and_follow_weyls_law():
+def test_windows_leave_no_gap_and_follow_weyls_law():
     found = [task.solved() for task in windows(Stadium(1.6), Parity.OO, 0.0, 27.0)]
     assert len(found) > 1
     assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
@@ -133,7 +133,7 @@ def test_windows_meet_without_a_gap_and_follow_weyls_law():
 
 
 def _smallest(k: float, a: float) -> float:
-    """Return the smallest singular value of the method of particular solutions, odd in x and y."""
+    """Return the smallest singular value in the method of particular solutions, for parity oo."""
     s = np.linspace(0.01, 0.99, 60)
     edge = np.concatenate([a * s + 1j, a + np.exp(0.5j * math.pi * s)])
     inside = 0.9 * edge * np.linspace(0.2, 0.9, 120)

@@ -1,4 +1,4 @@
-"""Cells, windows, Weyl's law and peaks against their definitions, at any a, parity and range."""
+"""Cells, windows, Weyl's law and peaks compared with their definitions, for any a, parity and range."""
 
 import math
 from collections import Counter
@@ -24,14 +24,14 @@ EDGE = np.linspace(0, 1, 200)
 
 
 def outline(cell) -> list[np.ndarray]:
-    """Return the four edges of a cell as consecutive polygons."""
+    """Return the four edges of a cell, in order around the cell, each as a chain of points."""
     nothing, whole = np.zeros(200), np.ones(200)
     sides = ((EDGE, nothing), (whole, EDGE), (EDGE[::-1], whole), (nothing, EDGE[::-1]))
     return [cell.points(s, t) for s, t in sides]
 
 
 @pytest.mark.parametrize(("a", "size", "layers"), [(1.6, 0.35, 2), (0.05, 0.2, 1), (3.0, 2.0, 3)])
-def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
+def test_cells_fill_the_quarter_and_share_entire_edges(a, size, layers):
     cells = [outline(cell) for cell in quarter_stadium(a, size, layers)]
     ends: Counter[tuple[tuple[float, ...], ...]] = Counter()
     area, lengths = 0.0, []
@@ -59,7 +59,7 @@ def test_cells_fill_the_quarter_and_meet_in_whole_edges(a, size, layers):
 
 
 def test_functions_have_the_right_energy_and_mass():
-    """Integrals of f^2 and |grad f|^2 over a quarter disc around (0.3, 0), with r from there."""
+    """The exact integrals of f^2 and |grad f|^2 are over a quarter disc around (0.3, 0), where r is 0."""
     made = grid(quarter_disc(0.3, 0.5), 10)
     assert made.energy(np.ones((1, *made.node.shape))).sum() < 1e-20
     x, y = np.moveaxis(made.points - [0.3, 0.0], -1, 0)
@@ -76,7 +76,7 @@ def test_functions_have_the_right_energy_and_mass():
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, number=st.floats(5, 20_000))
 def test_weyls_law_adds_up_edges_and_corners(a, parity, number):
-    """Walls and odd axes are edges of one kind, even axes of the other. Corners join two edges."""
+    """Walls and odd axes are Dirichlet edges, even axes are Neumann edges. A corner joins two edges."""
     smooth, stadium = weyl(Stadium(a), parity), Stadium(a)
     if parity is None:
         area, edge, constant = 4 * a + math.pi, 4 * a + 2 * math.pi, 1 / 6
@@ -97,7 +97,7 @@ def test_weyls_law_adds_up_edges_and_corners(a, parity, number):
 @example(1.6, Parity.OE, 5.0, 2, 11.9)
 @example(1.6, Parity.OE, 5.0, 2, 12.1)
 def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
-    """Each has 48 levels. A remainder of at least 12 levels is a window of its own."""
+    """Each window has 48 levels by Weyl's law; a remainder of at least 12 levels is a separate window."""
     smooth = weyl(Stadium(a), parity)
     first = max(smooth(low), 0.0)
     high = wavenumber(smooth, first + 48 * whole + rest)
@@ -118,8 +118,8 @@ ENDS = st.floats(0, 9)
 @example([1.0, 2.0, 3.0], 1.0, 2.0)
 @example([1.0, 2.0], 2.0, 3.0)
 @example([1.0, 2.0], 0.0, 1.0)
-def test_missing_levels_are_the_ranges_no_window_covers(cuts, low, high):
-    """Every other interval between cuts, and the last, is a window."""
+def test_missing_levels_are_in_the_ranges_that_no_window_covers(cuts, low, high):
+    """Every other interval between cuts, and the last interval, is a window."""
     none = np.zeros(0)
     windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
     known = [LevelWindow(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
@@ -133,7 +133,7 @@ def test_missing_levels_are_the_ranges_no_window_covers(cuts, low, high):
 
 @pytest.mark.parametrize("parity", Parity)
 def test_levels_are_between_those_of_two_rectangles(parity):
-    """One inside the quarter, one around it. A function that is 0 at the walls of a part extends by 0."""
+    """One rectangle is inside the quarter, the other around it; a Dirichlet function can be extended by 0."""
     found = LevelTask(1.3, parity, 3.0, 6.0).solved(8, 1)
     number, k = found.below, found.k
     quarters = np.array([0.5 if letter == "e" else 1.0 for letter in str(parity)])
@@ -148,7 +148,7 @@ def test_levels_are_between_those_of_two_rectangles(parity):
 
 
 @given(a=st.floats(0.05, 20), parity=PARITIES, k_max=st.floats(5, 100))
-def test_bouncing_balls_as_terms_have_the_strength_at_the_middle_of_the_window(a, parity, k_max):
+def test_bouncing_ball_terms_are_right_in_the_middle_of_the_window(a, parity, k_max):
     k, longest = np.array([k_max / 2]), 22.0
     terms, waves = family_terms(Stadium(a), k_max, longest, parity), family(Stadium(a), k, longest, parity)
     once = 4 if parity is None else 2  # up and down, in the whole or a quarter
@@ -230,7 +230,7 @@ def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     ],
 )
 @pytest.mark.parametrize("parity", [None, Parity.OE])
-def test_bad_levels_are_refused_by_weyls_law(parity, change, told):
+def test_lists_that_contradict_weyls_law_are_refused(parity, change, told):
     smooth = weyl(Stadium(1.6), parity)
     k = change(np.array([wavenumber(smooth, n) for n in range(1, 61)]))
     with nullcontext() if told is None else pytest.raises(InputError, match=told) as refused:

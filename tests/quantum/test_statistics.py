@@ -1,4 +1,4 @@
-"""Statistics of levels against random matrices, random numbers and equal spacings."""
+"""Statistics of levels, checked on random matrices, random numbers and equal spacings."""
 
 import math
 from typing import Any
@@ -78,7 +78,7 @@ def test_random_matrices_have_goe_statistics(rng):
 
 
 def test_the_rigidity_of_random_matrices_follows_from_their_number_variance():
-    """For long stretches it is (ln(2 pi L) + gamma - 5/4 - pi^2/8) / pi^2, up to order 1/L."""
+    """For large L, Delta_3 is (ln(2 pi L) + gamma - 5/4 - pi^2/8) / pi^2, up to terms of order 1/L."""
     for length in (50.0, 200.0):
         long = (math.log(2 * math.pi * length) + np.euler_gamma - 1.25 - math.pi**2 / 8) / math.pi**2
         assert goe_delta3(length) == pytest.approx(long, abs=0.11 / length)

@@ -1,4 +1,4 @@
-"""The trace formula: parities add up to the whole, and the length spectrum of levels shows the orbits."""
+"""The trace formula: parities add up to all levels, and the length spectrum of levels shows the orbits."""
 
 import math
 
@@ -30,7 +30,7 @@ def classes(catalogue):
     return answer(catalogue.path, read_classes, Selection(1.6))[0]
 
 
-def test_orbits_by_parity_add_up_to_all(classes):
+def test_terms_of_the_four_parities_add_up_to_those_of_all_levels(classes):
     longest = 24.0
     assert len(set(classes.symmetry)) > 5
     x = np.linspace(9.5, 20.0, 80)
@@ -104,7 +104,7 @@ def test_peaks_name_orbits_of_their_length(catalogue):
     assert found.k_max == 30.0  # the default without levels
 
 
-def test_bouncing_balls_by_parity_add_up_to_all():
+def test_bouncing_balls_of_the_four_parities_add_up_to_those_of_all_levels():
     stadium, k = Stadium(0.7), np.linspace(2, 9, 50)
     parts = sum(_density(family(stadium, k, 20.0, parity)) for parity in Parity)
     np.testing.assert_allclose(parts, _density(family(stadium, k, 20.0)), atol=1e-12)
@@ -127,7 +127,7 @@ def test_a_peak_is_the_transform_of_its_cosine(classes):
 
 @pytest.mark.parametrize("times", [1, 2, 3])
 def test_edge_corrections_are_traces_of_a_map_with_half_a_parabola(times):
-    """By matrices on a grid with a soft edge, extrapolated to zero softness."""
+    """The traces are those of matrices on a grid with a soft edge, extrapolated to a hard edge."""
 
     def trace(soft):
         reach = math.sqrt(18 / soft)
@@ -173,7 +173,7 @@ WORDS = ["13", "1232131", "0103155", "1155", "013", "0201232", "11335"]
 
 
 def _foci(word: str, a: float) -> int:
-    """Follow a wavefront bounce by bounce; return the number of foci in one period."""
+    """Follow a wavefront bounce by bounce; return the number of foci in one traversal of the orbit."""
     points = there(solve_word(word, a).points)
     path = np.roll(points, -1, axis=0) - points
     distance = np.hypot(*path.T)

@@ -153,7 +153,7 @@ def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
 
 
 @pytest.mark.slow
-def test_scars_are_sorted_by_strength_and_judged_by_their_neighbours(few):
+def test_scars_are_sorted_by_strength_and_compared_with_neighbouring_levels(few):
     orbit = solve_word("0123", A)
     found = scars_of(orbit, 8, 10, [Parity.OO])
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)

@@ -1,4 +1,4 @@
-"""Random trajectories: billiard laws, invariant measure, and lambda computed in two ways."""
+"""Random trajectories: the laws of billiards, the invariant measure, and lambda computed in two ways."""
 
 import math
 from functools import cache, partial
@@ -76,7 +76,7 @@ def test_long_trajectories_stay_finite_and_on_the_boundary(a):
 
 
 def test_a_whispering_gallery_path_keeps_its_angle():
-    """At 1e-9 from the tangent, a path follows the semicircle in equal chords."""
+    """A path that starts 1e-9 from the tangent follows the semicircle in equal chords."""
     graze = 1e-9
     arcs = Arcs(*(np.array([v]) for v in (1.0, 1.0, 0.0, -graze, 1.0)))
     angles = []
@@ -90,7 +90,7 @@ def test_a_whispering_gallery_path_keeps_its_angle():
 
 
 def test_growth_agrees_with_the_product_of_bounce_matrices():
-    """Lambda from one tangent vector, with the paper's matrices at every bounce and independent points.
+    """The product uses the paper's matrices at bounces that are found independently, one after another.
 
     The matrices act on (d theta, d y) = (slope, y). Each has a factor -1 that the beam leaves out.
     """
@@ -164,7 +164,7 @@ def found_by_seeds(a):
 @pytest.mark.slow
 @pytest.mark.parametrize("a", [0.3, 1.6, 5.0])
 def test_the_stated_error_of_the_mean_free_path_is_realistic(a):
-    """Over many seeds. A plain ratio of sums would be off by up to seven errors, mostly to one side."""
+    """Over many seeds, a plain ratio of sums would be off by up to seven errors, mostly in one direction."""
     stadium = Stadium(a)
     found = found_by_seeds(a)
     off = np.array(
@@ -186,7 +186,7 @@ def test_the_stated_errors_of_exponents_match_their_scatter(a):
 
 
 @pytest.mark.parametrize(("a", "bounces"), [(0.1, 1000), (1.6, 9000), (0.1, 50_000)])
-def test_the_number_of_bounces_is_close_to_the_one_asked_for(a, bounces):
+def test_the_number_of_bounces_is_close_to_the_requested_number(a, bounces):
     made = [simulate(Stadium(a), bounces, seed).bounces for seed in range(5)]
     assert np.median(made) == pytest.approx(bounces, rel=0.2)
 
@@ -194,7 +194,7 @@ def test_the_number_of_bounces_is_close_to_the_one_asked_for(a, bounces):
 @pytest.mark.parametrize("legwise", [False, True])
 @pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
 def test_errors_of_short_simulations_are_precise(a, bounces, legwise):
-    """The spread of 16 or 32 groups would give an error only to a sixth or an eighth of itself."""
+    """The spread of only 16 or 32 groups would determine the error to a sixth or an eighth of its value."""
     run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate
     found = [run(Stadium(a), bounces, seed=seed) for seed in range(40)]
     errors = np.array([one.mean_free_path_error for one in found])
@@ -207,14 +207,14 @@ def test_many_bounces_use_the_usual_number_of_trajectories():
 
 
 def test_averages_of_steps_become_averages_of_bounces_and_of_length():
-    """A step has two bounces and the length 4 here."""
+    """In this example, a step has two bounces and the length 4."""
     found = Reference.of((3.0, 0.5), (4.0, 0.25), 0.5, 0.25, 100, 7, 1)
     assert found == Reference(1.5, 0.25, 0.75, 0.125, 2.0, 0.125, bounces=100, groups=7, seed=1)
 
 
 @pytest.mark.parametrize("legwise", [False, True])
 def test_errors_have_the_units_of_their_values(legwise):
-    """Exact means turn growth per step into both exponents, scaling value and error by the same factor."""
+    """Both exponents are the growth per step times an exact rate, by which the error is also multiplied."""
     stadium = Stadium(0.7)
     found = simulate_legs(stadium, 20_000, (2.0, 0.0)) if legwise else simulate(stadium, 20_000)
     for each in (found.lambda_d / found.lambda_c, found.lambda_d_error / found.lambda_c_error):

@@ -1,4 +1,4 @@
-"""Trajectories leg by leg: the map against single bounces, averages against tangent vectors."""
+"""Trajectories leg by leg: the map compared with single bounces, the averages with tangent vectors."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 
 def run_of(arcs):
-    """Return the runs that start with given first bounces, with the path leading to them."""
+    """Return the runs that start with the given bounces, reconstructed from their incoming paths."""
     out = arcs.vx * arcs.x + arcs.vy * arcs.y
     vx, vy = arcs.vx - 2 * out * arcs.x, arcs.vy - 2 * out * arcs.y
     impact = arcs.x * vy - arcs.y * vx
@@ -39,7 +39,7 @@ def test_the_leg_map_agrees_with_single_bounces(a):
 
 
 def test_the_terms_of_a_leg_are_the_growth_of_its_matrices():
-    """A beam of convergence b, first with b known, then with the range of possible b."""
+    """The beam is followed with a known convergence b, and with the range of all possible b."""
     a, rng = 0.9, np.random.default_rng(6)
     first = next_leg(random_runs(300, rng), a)
     y, slope = np.ones(300), rng.random(300) / first.drift

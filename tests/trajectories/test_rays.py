@@ -1,4 +1,4 @@
-"""Rays bounce by bounce: the law of reflection, symbols, and followed paths."""
+"""Rays bounce by bounce: the law of reflection, symbols, and trajectories from a start."""
 
 import math
 
@@ -81,7 +81,7 @@ def test_bouncing_balls_never_end_and_a_steep_path_is_one_step():
 
 @pytest.mark.parametrize(("p", "a"), [(2, 1.6), (3, 0.4), (5, 1.6), (6, 4.0), (7, 1.6), (8, 0.7)])
 def test_solved_orbits_can_be_followed_and_read_back(p, a):
-    """Rays started on all solved orbits reproduce their words and coordinates."""
+    """Rays that start on solved orbits reproduce the words and coordinates of these orbits."""
     stadium = Stadium(a)
     orbits = solve(words_of(p), stadium)
     real = orbits.status == "orbit"
