@@ -69,7 +69,7 @@ def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
             assert "worker" in told.err
             workers._client.close()
             for ask in (workers.size, lambda: next(workers.solved([int]))):
-                with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
+                with pytest.raises(WorkError, match="connection to the dask scheduler was lost"):
                     ask()
         wait_until(lambda: not cluster.scheduler.tasks)
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
@@ -85,7 +85,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
 
     monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
-        with pytest.raises(WorkError, match="died 2 times on one block"):
+        with pytest.raises(WorkError, match="died 2 times on the same block"):
             list(workers.solved([Deadly()]))
         client.wait_for_workers(2)  # a cluster cannot close while it restarts a worker
     wait_until(lambda: not {key for key in local_cluster.scheduler.clients if "Client" in key})

@@ -56,7 +56,7 @@ def test_a_period_that_lost_words_does_not_become_whole(tmp_path):
     going = fill_periods(path, 1.6, [6])
     assert next(going).words < 252
     alter(path, "DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
-    with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
+    with pytest.raises(StoreError, match=r"period 6 has 244 words instead of 252: .* is damaged"):
         list(going)
     assert not Catalogue(path).fills(1.6)[0].whole
 

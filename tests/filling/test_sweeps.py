@@ -178,5 +178,5 @@ def test_blocks_are_cut_the_same_from_any_start():
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.symbols.enumeration.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
-    with pytest.raises(StoreError, match="period 3 holds 0 words instead of 8"):
+    with pytest.raises(StoreError, match="period 3 has 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

@@ -74,14 +74,14 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
-        ("state = 'filling'", "counts of a period that is not done"),
+        ("state = 'filling'", "final counts, although the period is not done"),
         ("cursor = '03132'", "cursor 03132 instead of 77777"),
         (f"{BEGUN}, cursor = '03132'", "96 words instead of 76"),
         (f"{BEGUN}, blocks = 1", "1 blocks instead of 0"),
         (f"words = 97, {BEGUN}", "97 words instead of 96"),
-        (f"n_c = 97, {BEGUN}", "more words have a status than there are"),
-        (f"unresolved = 17, {BEGUN}", "more words have a status than there are"),
-        (f"classes = 81, {BEGUN}", "more words have a status than there are"),
+        (f"n_c = 97, {BEGUN}", "more words or classes than there can be"),
+        (f"unresolved = 17, {BEGUN}", "more words or classes than there can be"),
+        (f"classes = 81, {BEGUN}", "more words or classes than there can be"),
     ],
 )
 def test_impossible_counts_are_found(swept, change, first):
