@@ -1,4 +1,4 @@
-"""Notes on what an answer lacks: periods that are not or only partly filled, and births.
+"""Notes on what an answer lacks: periods that are unfilled or only partly filled, and births.
 
 Missing data never count as zero. Instead, a note with every list, count or average says what is missing.
 """
@@ -56,7 +56,7 @@ def gaps(
 
 
 def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
-    """Return the fills of the chosen periods that are only partly stored; lists of rows include these."""
+    """Return the fills of the chosen periods that are only partly stored; lists include their words."""
     return [fill for fill in moment.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
 
@@ -76,7 +76,7 @@ def lacking_births(
 def without_births(
     moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
-    """Return the chosen, filled periods whose births are needed but not stored."""
+    """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
         return []
     filled = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p)]
@@ -94,7 +94,7 @@ def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
 def _missing(
     asked: Sequence[tuple[int, int]], known: Collection[int]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the fillable periods in some ranges that are not `known`, and the parts beyond `MAX_PERIOD`."""
+    """Return the periods in the given ranges that are not `known`, and the parts above `MAX_PERIOD`."""
     within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
     beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
     return [p for p in within if p not in known], beyond
@@ -143,8 +143,8 @@ def describe_fills(fills: Sequence[Fill], a: float) -> str:
     """Return a short text that says which periods are filled at the given a."""
     whole, partial = ([fill.p for fill in fills if fill.whole is state] for state in (True, False))
     parts = [written_periods(whole)] if whole else []
-    parts += [f"{written_periods(partial)} in part"] if partial else []
-    return f"{' and '.join(parts) or 'no whole period'} at a = {exact(a)}"
+    parts += [f"part of {written_periods(partial)}"] if partial else []
+    return f"{' and '.join(parts) or 'no complete period'} at a = {exact(a)}"
 
 
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:

@@ -40,7 +40,7 @@ class Counted:
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     known : dict of int to Tally
         Counts by period, including periods that are not chosen but are needed in sums over divisors.
     chosen : tuple of int
@@ -94,7 +94,7 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 
 def _tally(fill: Fill) -> "Tally":
-    """Return the counts of a filled period; raise if one is missing, instead of taking it for zero."""
+    """Return the counts of a filled period; raise if one is missing, rather than treat it as zero."""
     from orbitdb.orbits.sums import Tally
 
     counts = [getattr(fill, name) for name in _COUNTS]

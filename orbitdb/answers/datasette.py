@@ -22,8 +22,8 @@ _SHOWN: dict[str, tuple[str, str, Sequence[Column]]] = {
     "entropy_bound": ("Bounds on the topological entropy", "", OF_BOUNDS),
     "trajectory": ("Averages over random trajectories", "", OF_ENSEMBLES),
 }
-"""The views and tables with results, each with its title, its description, and the columns that have another
-meaning than in the view ``catalogue``. Datasette lists all others as hidden."""
+"""The views and tables with results, each with its title, its description, and the columns whose meaning
+differs from that in the view ``catalogue``. Datasette lists all others as hidden."""
 _OTHERS = {
     "words": "all words of the class, one after another",
     "coordinates": "coordinates of the representative, little-endian float64",

@@ -102,7 +102,7 @@ def entropy_of_rows(subset: WholePeriods) -> Result:
 def _entropy(
     cycles: Integers, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the columns of the entropy by period, given the number of orbits of each period, and notes."""
+    """Return the columns of the entropy by period, and notes, given the number of orbits of each period."""
     found = by_period.entropy_of_counts(cycles)
     columns = {"p": found.p.tolist()}
     columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)

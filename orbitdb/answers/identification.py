@@ -106,7 +106,7 @@ class Trajectory(ByValue):
 
     def __repr__(self) -> str:
         bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
-        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} here>"
+        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} listed>"
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """Yield one row for each shadowed orbit, with the columns `SHADOWED`."""
@@ -219,7 +219,7 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
     number = isinstance(value, Real) and not isinstance(value, bool)
     if number and (0 < value <= most or (zero and value == 0)):
         return float(value)
-    least = "0" if zero else "more than 0"
+    least = "0" if zero else "0 (excluded)"
     raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")
 
 

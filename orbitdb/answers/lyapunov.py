@@ -202,7 +202,7 @@ def _up_to(
         if cut > complete:
             notes.append(
                 f"complete, by proof, up to lambda = {complete:.3f} at a = {exact(a)}: below the cut "
-                f"{cut:g}, orbits of periods above {subset.highest} may be missing, and they change the "
+                f"{cut:g}, orbits of periods above {subset.highest} may be missing, which changes the "
                 "average"
             )
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)

@@ -18,7 +18,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 SHORTEST = 20
-"""Number of classes to try, the shortest first, if no word is given."""
+"""Number of classes, those with the shortest orbits, to try if no word is given."""
 STRONGEST = 5
 """Number of orbits to report for each level."""
 NEIGHBOURS = 15

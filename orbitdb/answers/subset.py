@@ -173,7 +173,7 @@ class Subset(ByValue):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Tell type checkers about the columns that formulas give."""
+            """Tell type checkers that there are columns computed by formulas."""
 
     @cached_property
     def start(self) -> Integers:
@@ -196,7 +196,7 @@ class Subset(ByValue):
         return self.coordinates
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a pandas data frame (extra ``pandas``); codes remain texts."""
+        """Return the rows as a pandas data frame (extra ``pandas``); codes remain strings."""
         frame = subset_tables.to_pandas(self._columns())
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
@@ -207,7 +207,7 @@ class Subset(ByValue):
         return subset_tables.to_arrow(self._columns(), notes)
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Offer the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
+        """Export the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def entropy(self) -> "Result":

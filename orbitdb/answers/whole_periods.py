@@ -1,7 +1,6 @@
 """A chosen subset as averages need it: its symmetry classes, without words and coordinates.
 
-Averages use only whole periods, which are completely filled or swept; sum rules need all orbits up to some
-period.
+Averages use only complete periods, filled or swept; sum rules need all orbits up to some period.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,7 +30,7 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 _IMPOSSIBLE = 1e15
-"""No number is as large as this, a thousand times the length of a million bounces at the largest a."""
+"""No number in a catalogue is this large: 1000 times the length of a million bounces at the largest a."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +103,7 @@ def _sound(selection: Selection, values: NDArray[np.generic], least: bool = Fals
 
 @dataclass(frozen=True)
 class WholePeriods:
-    """The chosen classes, or sums over them, of the periods that are completely filled or swept.
+    """The chosen classes of all filled periods, and the sums over the chosen classes of swept periods.
 
     Attributes
     ----------
@@ -137,7 +136,7 @@ class WholePeriods:
 
     @cached_property
     def periods(self) -> list[int]:
-        """The whole periods, filled or swept, in ascending order."""
+        """The complete periods, filled or swept, in ascending order."""
         return sorted([*self.filled, *self.swept])
 
     def counted(self) -> Counted:
@@ -159,7 +158,7 @@ class WholePeriods:
 
     @property
     def highest(self) -> int:
-        """The highest whole period, or 0 if there is none."""
+        """The highest complete period, or 0 if there is none."""
         return max(self.periods, default=0)
 
     @property
@@ -192,7 +191,7 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
 
 
 def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
-    """Return the chosen classes of whole periods, or None if there are none; note what is left out."""
+    """Return the chosen classes of complete periods, if there are any; add to `notes` what is left out."""
     subset = read_whole(moment, chosen, swept)
     notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
@@ -254,7 +253,7 @@ def _why_none(subset: WholePeriods) -> str:
 
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
-    """Return the averages of whole periods by sum rules, or None if there are none."""
+    """Return the averages of complete periods by sum rules, or None if there are none."""
     if _why_none(subset):
         return None
     a = subset.selection.a

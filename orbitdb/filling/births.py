@@ -34,7 +34,7 @@ BLOCK = 1 << 17
 """Approximate number of words in a block, which takes a few seconds."""
 
 _WORDS_A_SECOND = 40_000
-"""Approximate number of words per second whose births are found."""
+"""Approximate number of words for which births are found per second."""
 
 
 def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
@@ -47,7 +47,7 @@ def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tel
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
-    """Find and store all births and deaths of the given periods; yield steps like `.fill.fill_periods`."""
+    """Find and store all births and deaths of the given periods; yield a `Step` after every stored block."""
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
         yield from resume(_Births(writer), periods, workers)

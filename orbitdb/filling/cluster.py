@@ -89,7 +89,7 @@ class Cluster(Workers):
             yield answered(version, found)
 
     def size(self) -> tuple[int, int]:
-        """Return the number of workers, each of which solves one block at a time, and of their threads."""
+        """Return the numbers of workers and of their threads; each worker solves one block at a time."""
         try:
             threads = self._running().nthreads().values()
         except Exception as error:
@@ -112,7 +112,7 @@ class _Call:
     """A block that is solved by unpickling it.
 
     A worker without orbitdb then fails only at this task, and reports it. A task that a worker could not even
-    receive would kill that worker, and then one worker after another.
+    receive would kill that worker, and then the others one by one.
     """
 
     def __init__(self, block: Task[Any]) -> None:

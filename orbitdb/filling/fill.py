@@ -184,7 +184,7 @@ def fill_periods(
     few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
-        yield from resume(work, few, HERE)  # done sooner than other processes start
+        yield from resume(work, few, HERE)  # done before other processes could start
         yield from resume(work, set(periods).difference(few), workers)
 
 

@@ -136,7 +136,7 @@ def find_bounds(
 def _enclosed(
     values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
-    """Yield bounds, each with the arithmetic of the process that computed it, or None for this process."""
+    """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
         from orbitdb.entropy import proof  # loads flint, which double precision does not need

@@ -139,7 +139,7 @@ class Work(ABC):
 
 
 def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
-    """Complete the given periods, starting from where this or another process has got to.
+    """Do the work that is left on the given periods, from where this or another process stopped.
 
     Yields
     ------

@@ -39,7 +39,7 @@ CLASSES = 1 << 15
 """Maximum number of classes in a block; it limits the memory used."""
 
 SMALL = 200_000
-"""A period of at most this many words is swept in this process, sooner than other processes start."""
+"""A period of at most this many words is swept in this process, before other processes could start."""
 
 
 def sweep(
@@ -108,7 +108,7 @@ class _Sweep(Work):
         return open_cursor(connection, tables.sweep, **own, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
-        """Cut a period into the same blocks for any number of jobs, so that its sums are also the same."""
+        """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
 

@@ -1,9 +1,8 @@
-"""Check births and deaths: their order, their agreement with fills, each of them anew, and completeness.
+"""Check births and deaths: their order, agreement with fills, brackets and bounces, and that none is missing.
 
 The status at both ends of the bracket around a birth or death is decided again, as in
-`orbitdb.orbits.births.brackets`. The stored bounce must pass through its joint there, at the stored speed. A
-method that differs from the one that found the births and deaths proves, cell by cell in ln a, that none is
-missing.
+`orbitdb.orbits.births.brackets`. The stored bounce must pass through its joint there, at the stored speed.
+That none is missing is proved cell by cell in ln a, by another method than the one that found them.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -81,7 +80,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the classes whose changes are not numbered by ascending a, or not births and deaths in turn."""
+    """Yield the classes whose changes are not numbered by ascending a, or whose kinds do not alternate."""
     for _, changes in groupby(rows, key=lambda row: row.cycle):
         own = list(changes)
         kinds = [DIED if n % 2 else BORN for n in range(len(own))]
@@ -97,7 +96,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the changes with a wrong event number; those at the same a share it, those at a = 0 have none."""
+    """Yield the changes with a wrong event number: changes at the same a share it, and a = 0 has none."""
     moving = [row for row in rows if row.a > 0]
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
@@ -107,7 +106,7 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
-    """Yield the wrong counts of a period, which SQLite counts here, not the code that stored them."""
+    """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
     born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
     first, count = change.c.number == 1, sa.func.count
     births = sa.case((born, change.c.a))
@@ -138,7 +137,7 @@ def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str
 
 
 def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
-    """Prove, block by block, that no birth or death is missing in periods with complete births.
+    """Prove, block by block, that no birth or death is missing in the given periods.
 
     Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
     that, as rows of ``undecided``.
@@ -242,7 +241,7 @@ def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the smooth slacks at the maxima of length, their slopes in ln a, and bounds on their errors."""
+    """Return the smooth slacks at the maximal lengths, their slopes in ln a, and bounds on their errors."""
     limits = direction_limits(legs, a)
     alpha = newton(legs, a).alpha
     _, drift = motion(legs, a, alpha, limits)

@@ -100,7 +100,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 
 
 def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
-    """Yield the periods that have rows from a fill of periods; single words need no row in `fill`."""
+    """Yield those periods that contain rows from a fill of periods; single words need no row in `fill`."""
     asked = parameters_of(connection)
     for p in periods:
         runs = [number for number, by in asked.items() if p in by.get("periods", ())]
@@ -112,7 +112,7 @@ def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) ->
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
-    """Check that a period that is said to be complete has all its words."""
+    """Check that a period has all its words if it is marked as complete."""
     expected = count_admissible(p) if whole else words
     first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
     return Check("counts", words, abs(words - expected), first=first)
@@ -195,7 +195,7 @@ def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Ch
 
 
 def _id(word: str, of_pruned: bool, stored: int) -> int:
-    """Return the id that a word must have; words too long for a key are numbered in the order of storing."""
+    """Return the id that a word must have; words too long for a key are numbered one after another."""
     if len(word) <= MAX_KEYED:
         return -key(word) if of_pruned else key(word)
     return min(stored, -LONG) if of_pruned else max(stored, LONG)

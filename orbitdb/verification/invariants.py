@@ -37,8 +37,8 @@ def rounding_of_places(stadium: Stadium) -> float:
 class _Path:
     """Closed paths through the stored bounces, and their possible distance from the orbits.
 
-    `sine` and `tilt`, shape (2, N, p), are for the angles of the incoming and outgoing path with the tangent.
-    The other arrays have the shape (N, p).
+    `sine` and `tilt`, shape (2, N, p), refer to the angles between the tangent and the incoming and outgoing
+    path. The other arrays have shape (N, p).
     """
 
     links: Links
@@ -91,7 +91,7 @@ def _behind(values: Floats) -> Floats:
 
 
 def _finite(matrices: Floats) -> Floats:
-    """Replace by zeros those of N matrices, shape (N, p, p), that coinciding bounces make infinite or NaN.
+    """Replace matrices that are not finite, because bounces coincide, by zeros; the shape is (N, p, p).
 
     The signs of their eigenvalues then count as undecided.
     """

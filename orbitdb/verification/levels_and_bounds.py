@@ -44,7 +44,7 @@ _BOUNCES = 100_000
 """Number of bounces of a new run, which takes a tenth of a second at most values of a."""
 
 _MANY = 12.0
-"""Allowed deviation in standard errors, whose estimates from few groups have long tails in short runs."""
+"""Allowed deviation, in standard errors; their estimates from few groups have long tails in short runs."""
 
 _TOO_SMALL = 4.0
 _ROUNDING = 1e-12
@@ -104,7 +104,7 @@ def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
 
 
 def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:
-    """Tell whether a row agrees with a new count; balls may leave windows undecided that doubles decide."""
+    """Tell whether a row agrees with a new count; ball arithmetic may leave more windows undecided."""
     if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
         return True
     wider = one.lower <= new.lower and new.upper <= one.upper

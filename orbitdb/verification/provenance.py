@@ -37,7 +37,7 @@ _COMMANDS = {
 
 
 def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
-    """Return the parameters of each run, if they can be read."""
+    """Return the parameters of every run whose parameters can be read."""
     found = {}
     for number, text in connection.execute(sa.select(run.c.id, run.c.parameters)):
         try:
@@ -98,7 +98,7 @@ def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> 
 
 
 def _is_told(started: str, version: str) -> bool:
-    """Tell whether a run has a valid time at which it began, and a version."""
+    """Tell whether a run has a valid starting time and a version."""
     try:
         datetime.fromisoformat(started)
     except ValueError:

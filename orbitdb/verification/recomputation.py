@@ -124,7 +124,7 @@ def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
 
 _BATCH = 256
 _SHARP = 512
-"""Precision in bits for rows whose bounds came from a ball, and are as tight as the usual ball."""
+"""Precision in bits for rows that a usual ball cannot prove, because their bounds came from such a ball."""
 
 
 def certify(
@@ -199,7 +199,7 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
     Returns
     -------
     check : Check
-        Its deviation is that of the coordinates, length, lambda or margin with the largest share.
+        A row's deviation is that of the coordinates, length, lambda or margin with the largest share.
     proved : ndarray of bool, shape (N,)
     radius : ndarray, shape (N,)
         Proved distance of the stored coordinates from the true ones; 0 without coordinates.

@@ -270,7 +270,7 @@ def verification_steps(
 
 
 def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
-    """Yield the same steps, and report progress."""
+    """Yield the given steps, and report their progress."""
     for step in steps:
         tell(step.done, step.total if step.total > 1 else 0, step.stage)
         yield step

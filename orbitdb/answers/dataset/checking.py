@@ -94,7 +94,7 @@ def _counts(path: Path) -> Counts:
 
 
 def _miscounted(path: Path, counts: Counts) -> str | None:
-    """Return a text if the numbers of rows of a complete period differ from ``counts.csv``, else None."""
+    """Return how the rows of a complete period disagree with ``counts.csv``, or None if they agree."""
     a, p, status = (column.to_pylist() for column in _parquet(path).read(["a", "p", "status"]).columns)
     found = str(len(status)), str(status.count("orbit"))
     if set(zip(a, p, strict=True)) == {(a[0], p[0])} and counts.get((a[0], p[0])) == found:

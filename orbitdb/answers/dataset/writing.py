@@ -38,7 +38,7 @@ _LICENCE = {
     "path": "https://creativecommons.org/licenses/by/4.0/",
 }
 _TYPES = {"text": "string", "numbers": "any"}
-"""The standard's types for the kinds of columns that it names differently; its own arrays are JSON."""
+"""The standard's types where they differ from our kinds of columns; its own type "array" means JSON."""
 
 _OF_FILE, _OF_WORD, _OF_BOUNCE = 8_000, 20, 4
 """Maximum number of bytes for a file, for each word in it, and for each bounce of a word."""
@@ -55,7 +55,7 @@ def write_dataset(
     folder : Path
         The folder to create; it appears only when it is complete.
     chosen : sequence of Selection
-        One for each a, otherwise the same. They choose the periods, and the words in the tables of orbits;
+        One for each a; they differ only in a. They choose the periods, and the words in the tables of orbits;
         the other tables do not depend on which words are chosen.
     force : bool, optional
         Replace an existing dataset.
