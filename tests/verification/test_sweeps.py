@@ -1,4 +1,4 @@
-"""Stored sweeps and births: whole periods are checked, whatever else is unfinished."""
+"""Stored sweeps and births: complete periods are checked, whichever others are unfinished."""
 
 import shutil
 import sqlite3
@@ -184,7 +184,7 @@ def test_only_births_of_chosen_periods_are_checked(begun):
 
 
 def test_a_class_that_died_and_was_reborn_is_sound_and_counts_once(begun):
-    """Made by hand, because only longer words do so, such as classes of p = 9."""
+    """The rebirth is made by hand, because only longer words die and are reborn, such as some of p = 9."""
 
     def alter(*statements: str) -> None:
         with closing(sqlite3.connect(begun)) as plain, plain:
