@@ -102,7 +102,7 @@ def test_deviations_and_tolerances_agree_with_a_check_bounce_by_bounce(a, p):
 
 @pytest.mark.parametrize("a", [0.5, 3.0])
 def test_bounds_derived_for_rows_without_them_hold_and_are_sharp(a):
-    """Rows without bounds, as from the relaxation, are moved where forces show it least; others keep theirs."""
+    """Rows without bounds, as from the relaxation, are moved where forces show it least; others stay."""
     stadium = Stadium(a)
     exact = solve(representatives(6), stadium)
     exact = exact.rows(exact.status == "orbit")
