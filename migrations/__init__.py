@@ -1,1 +1,1 @@
-"""The database schema's history: the Alembic environment and its versions."""
+"""The history of the database schema: the Alembic environment and one migration for each version."""

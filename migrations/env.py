@@ -1,4 +1,4 @@
-"""Alembic's environment: runs on the connection that `orbitdb.store.file.migrate` hands over."""
+"""Alembic's environment, which runs on the connection that it gets from `orbitdb.store.file.migrate`."""
 
 from alembic import context
 

@@ -1,4 +1,4 @@
-"""Fixtures of several test modules: filled catalogues and the command line."""
+"""Fixtures that several test modules share: filled catalogues and the command line."""
 
 import asyncio
 import gc
@@ -51,7 +51,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Keep the tests and the developer's own choices in `browse` apart."""
+    """Keep the tests apart from the developer's own choices in `browse`."""
     os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
 
 
@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
     err: str
 
     def says(self, code: int, *pieces: str) -> bool:
-        """Tell whether it exited with a code, without data, and with one line that contains all pieces."""
+        """Tell whether the command exited with `code`, without data, and with one line of all pieces."""
         one = self.err.count("\n") == 1
         return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
 
@@ -100,7 +100,7 @@ def filled(filled_once: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def begin_fill(small_blocks: None) -> Callable[..., Generator["Step"]]:
-    """Start to fill a period in small blocks; return the rest of the fill, which close() stops."""
+    """Start to fill a period in small blocks; return the remainder of the fill, which close() stops."""
     from orbitdb.filling.fill import fill_periods
 
     def begin(path: Path, p: int, batches: int = 3, a: float = 1.6) -> Generator["Step"]:

@@ -1,4 +1,4 @@
-"""The assumptions of error bounds on NumPy's functions are checked before the first bound is computed."""
+"""What error bounds assume about NumPy's functions is checked before the first bound is computed."""
 
 import mpmath as mp
 import numpy as np
@@ -28,7 +28,7 @@ def test_the_table_of_hard_arguments_is_rounded_correctly():
 
 @pytest.mark.parametrize("name", arithmetic.UNITS)
 def test_an_inaccurate_function_is_refused_in_one_line(name, monkeypatch):
-    """Off by two more units than assumed, at only one argument. Then no orbit is solved."""
+    """A function is off by two more units than assumed, at a single argument; then no orbit is solved."""
     right = getattr(np, name)
 
     def careless(x, *args, **kwargs):
@@ -43,7 +43,7 @@ def test_an_inaccurate_function_is_refused_in_one_line(name, monkeypatch):
 
 
 def test_the_functions_of_this_numpy_are_as_accurate_as_assumed():
-    """At random arguments in the ranges used, including those close to pi/2."""
+    """They are tried at random arguments in the ranges used, including arguments close to pi/2."""
     rng = np.random.default_rng(2)
     near = np.pi / 2 - 10.0 ** rng.uniform(-13, 0, 500)
     ranges = {

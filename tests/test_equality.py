@@ -53,7 +53,7 @@ def test_every_public_record_with_arrays_is_compared_by_value():
 
 
 @pytest.mark.parametrize("word", ["13", "1232131", "1001", "1111111111111111111102020202023"])
-def test_equal_orbits_are_one_key(word):
+def test_equal_orbits_are_the_same_key(word):
     one, same = solve_word(word, 1.6), solve_word(word, 1.6)
     assert one == same == pickle.loads(pickle.dumps(one)) == replace(one, stored=True)
     assert len({one, same, solve_word(word[1:] + word[0], 1.6), solve_word(word, 1.7)}) == 2
@@ -83,7 +83,7 @@ def test_parts_of_a_batch_join_in_order():
     assert Chain.joined(parts) == legs.chain(np.array([2, 0, 1]))
 
 
-def test_nan_equals_nan_in_the_same_place():
+def test_nan_equals_nan_at_the_same_position():
     one = solve(from_strings(["1232131", "0103155"]), 1.6)
     odd = np.frombuffer(np.array([0xFFF8000000000001] * 2, dtype=np.uint64).tobytes(), dtype=float)
     here, there = np.array([np.nan, 1.0]), np.array([1.0, np.nan])

@@ -1,4 +1,4 @@
-"""Files of columns are complete or absent, and the same by rows as by columns."""
+"""Files of columns are either complete or absent, and do not depend on writing by rows or by columns."""
 
 import errno
 import os

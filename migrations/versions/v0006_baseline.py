@@ -1,7 +1,6 @@
-"""The baseline, schema 6; older files are refused.
+"""Schema 6, the baseline: files with an older schema are refused.
 
-New catalogues are created with the newest schema (`orbitdb.store.file.migrate`), so there is nothing to do
-here.
+There is nothing to do here, because `orbitdb.store.file.migrate` creates catalogues with the latest schema.
 """
 
 revision = "0006"

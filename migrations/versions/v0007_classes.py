@@ -1,7 +1,7 @@
-"""One row per symmetry class with all its words; the table of words goes.
+"""Store one row per symmetry class, with all its words, and drop the table of words.
 
-The tables and views are those of `orbitdb.store.file.schema`, the result of this step. The next step must
-copy the statements that it changes to here.
+This migration takes its tables and views from `orbitdb.store.file.schema`, which describes its result. The
+next migration must copy here, unchanged, each statement that it changes there.
 """
 
 import sqlite3
@@ -24,7 +24,7 @@ branch_labels = None
 depends_on = None
 
 _ROWS = 1 << 14
-"""Number of classes in memory at a time."""
+"""Number of classes to hold in memory at a time."""
 
 _STORED = """
     UPDATE fill SET words = (
@@ -46,17 +46,17 @@ def upgrade() -> None:
     plain = driver(op.get_bind())
     for view in ("catalogue", "life"):
         plain.execute(f"DROP VIEW IF EXISTS {view}")
-    plain.execute("PRAGMA legacy_alter_table = ON")  # references keep the name of the table
+    plain.execute("PRAGMA legacy_alter_table = ON")  # so that references keep the table's name
     for table in ("cycle", "fill"):
         plain.execute(f"ALTER TABLE {table} RENAME TO old_{table}")
     for table in ("pruned", "cycle", "element", "fill", "level_fill", "level"):
         plain.execute(TABLES[table])
     try:
         plain.executemany("INSERT INTO pruned VALUES (?, ?, ?, ?)", _pruned(plain))
-        plain.execute("DROP TABLE sequence")  # first, because the classes fit into the space it frees
+        plain.execute("DROP TABLE sequence")  # first, to reuse its space for the classes
         plain.executemany("INSERT INTO cycle VALUES (?, ?, ?, ?, ?, ?, ?, ?)", _classes(plain))
-    except (LookupError, ValueError, OverflowError) as error:  # of a text that is not a word
-        raise StoreError("the catalogue was altered: restore a copy of it, or fill a new one") from error
+    except (LookupError, ValueError, OverflowError) as error:  # from a text that is not a word
+        raise StoreError("the catalogue was altered: restore it from a copy, or fill a new one") from error
     for table in ("orbit", "certificate", "change"):
         plain.execute(f"UPDATE {table} SET cycle = {LONG - 1} - cycle WHERE cycle < 0")
     plain.executemany("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
@@ -77,7 +77,7 @@ def _pruned(plain: sqlite3.Connection) -> Iterator[tuple[int, int, str, str]]:
 
 
 def _classes(plain: sqlite3.Connection) -> Iterator[tuple[int | str, ...]]:
-    """Yield the rows of the classes, each with its words; the ids of long ones now rise."""
+    """Yield the rows of the classes, each with its words; the ids of words too long to pack now ascend."""
     for p in range(1, MAX_KEYED + 1):
         stored = plain.execute("SELECT * FROM old_cycle WHERE p = ? AND id >= 0 ORDER BY word", (p,))
         while rows := stored.fetchmany(_ROWS):

@@ -1,1 +1,1 @@
-"""Answers to questions about a catalogue: functions of a `Moment`, and what they return."""
+"""Answers to questions about a catalogue: functions that take a `Moment`, and the objects they return."""

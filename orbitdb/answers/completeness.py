@@ -1,6 +1,6 @@
-"""Say up to where an answer is complete, and what it lacks: periods not filled or only in part, and births.
+"""Notes on what an answer lacks: periods that are unfilled or only partly filled, and births.
 
-What is not filled never counts as zero: every list, count or average comes with a note.
+Missing data never count as zero. Instead, a note with every list, count or average says what is missing.
 """
 
 import math
@@ -19,10 +19,10 @@ from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.enumeration import MAX_PERIOD
 
 _USUAL = 11
-"""The highest period of a first fill, in messages."""
+"""Highest period of the first fill that messages suggest."""
 
 _SHOWN = 6
-"""Most values of a in a message."""
+"""Maximum number of values of a to list in a message."""
 
 _SINGLE = "'orbitdb fill --code WORD' stores single words"
 
@@ -35,11 +35,11 @@ def gaps(
     names: Sequence[str] = (),
     order: str = "p",
 ) -> list[str]:
-    """Return a line each on the chosen periods that are partial, not filled, or lack births that matter.
+    """Return one line for each kind of gap: chosen periods that are partial, not filled, or without births.
 
-    Another line names those that are counted from births or a sweep, which are complete. `left_out` says that
-    the result leaves out partial periods. Births matter if the subset, the columns `names` or the order of
-    rows depends on them.
+    Births matter only if the subset, the columns `names` or the order of the rows depends on them. Another
+    line names the periods that were counted from births or a sweep; these are complete. Set `left_out` if the
+    result leaves out partial periods.
     """
     said: list[str | None] = []
     rest: Selection | None = chosen
@@ -56,12 +56,12 @@ def gaps(
 
 
 def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
-    """Return the chosen periods that are stored in part; rows, classes and counts include them."""
+    """Return the fills of the chosen periods that are only partly stored; lists include their words."""
     return [fill for fill in moment.fills(chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
 
 def unfilled(moment: Moment, chosen: Selection) -> str | None:
-    """Return a line on the chosen periods that are not filled (`describe_unfilled`)."""
+    """Return a line that names the chosen periods that are not filled, or None (`describe_unfilled`)."""
     elsewhere = a_stored(driver(moment.connection), ["fill"])
     return describe_unfilled(moment.fills(chosen.a), chosen.periods, chosen.a, elsewhere)
 
@@ -69,14 +69,14 @@ def unfilled(moment: Moment, chosen: Selection) -> str | None:
 def lacking_births(
     moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> str | None:
-    """Return a line on the chosen periods without stored births, if births matter."""
+    """Return a line that names the filled periods whose births are needed but not stored, or None."""
     return describe_lacking(without_births(moment, chosen, names, order))
 
 
 def without_births(
     moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
-    """Return the chosen periods that are filled, but without stored births, if births matter."""
+    """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
         return []
     filled = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p)]
@@ -85,7 +85,7 @@ def without_births(
 
 
 def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
-    """Return a subset without some of its periods; None if none is left."""
+    """Return the subset without the `known` periods, or None if no period is left."""
     within, beyond = _missing(chosen.periods, known)
     spans = (*((p, p) for p in within), *beyond)
     return replace(chosen, periods=spans) if spans else None
@@ -94,14 +94,14 @@ def without(chosen: Selection, known: tuple[int, ...]) -> Selection | None:
 def _missing(
     asked: Sequence[tuple[int, int]], known: Collection[int]
 ) -> tuple[list[int], list[tuple[int, int]]]:
-    """Return the unknown periods in some ranges, and the parts of ranges that no fill can reach."""
+    """Return the periods in the given ranges that are not `known`, and the parts above `MAX_PERIOD`."""
     within = [p for p in range(2, MAX_PERIOD + 1) if any(low <= p <= high for low, high in asked)]
     beyond = [(max(low, MAX_PERIOD + 1), high) for low, high in asked if high > MAX_PERIOD]
     return [p for p in within if p not in known], beyond
 
 
 def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]:
-    """Say that a subset is empty, if at least one of its periods is filled or swept."""
+    """Return a message that a subset is empty, or [] if none of its periods is filled or swept."""
     missing = unfilled(moment, chosen)
     if missing and not swept and not any(chosen.includes(fill.p) for fill in moment.fills(chosen.a)):
         return []
@@ -110,9 +110,9 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
 
 
 def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
-    """Return the length up to which no chosen orbit is missing, by proof, in units of the radius.
+    """Return the length, in units of the radius, up to which it is proved that no chosen orbit is missing.
 
-    None unless at least period 2 is filled without unresolved words.
+    Return None unless at least period 2 is filled and has no unresolved words.
     """
     whole = [fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)]
     highest = 1
@@ -122,7 +122,7 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
 
 
 def describe_complete(complete: float | None) -> str:
-    """Say up to which length, rounded down, a list of orbits is complete."""
+    """Return a line that says up to which length, rounded down, a list of orbits is complete."""
     if complete is None:
         return "orbits of any length may be missing: fill all periods from 2 on"
     end = math.floor(complete * 100) / 100
@@ -130,7 +130,7 @@ def describe_complete(complete: float | None) -> str:
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:
-    """Name periods without stored births, and the command that finds them; None without periods."""
+    """Return a line that names periods without births, and a command to find them; None if there are none."""
     if not periods:
         return None
     return (
@@ -140,15 +140,15 @@ def describe_lacking(periods: Sequence[int]) -> str | None:
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:
-    """Say in a few words what is filled at one a."""
+    """Return a short text that says which periods are filled at the given a."""
     whole, partial = ([fill.p for fill in fills if fill.whole is state] for state in (True, False))
     parts = [written_periods(whole)] if whole else []
-    parts += [f"{written_periods(partial)} in part"] if partial else []
-    return f"{' and '.join(parts) or 'no whole period'} at a = {exact(a)}"
+    parts += [f"part of {written_periods(partial)}"] if partial else []
+    return f"{' and '.join(parts) or 'no complete period'} at a = {exact(a)}"
 
 
 def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) -> str:
-    """Name periods that are stored in part, and the command that completes them."""
+    """Return a line that names periods that are only partly stored, and the command that completes them."""
     many = len(fills) > 1
     periods = ", ".join(str(fill.p) for fill in fills)
     return (
@@ -162,10 +162,11 @@ def describe_partial(fills: Sequence[Fill], a: float, left_out: bool = False) ->
 def describe_unfilled(
     known: Sequence[Fill], periods: Sequence[tuple[int, int]], a: float, filled_at: Sequence[float]
 ) -> str | None:
-    """Name the chosen periods that are not filled, those that are, and the command that fills the others.
+    """Return a line that says which chosen periods are not filled, which are, and how to fill the others.
 
-    None if nothing is missing. Partial periods do not count as missing, nor do those below 2, which have no
-    words. Without ranges, whatever is filled is chosen. `filled_at` are the values of a with fills.
+    Return None if no period is missing. Partial periods do not count as missing, nor do periods below 2,
+    which have no words. If `periods` is empty, all filled periods are chosen. `filled_at` lists every a that
+    has fills.
     """
     if not periods and known:
         return None
@@ -178,12 +179,12 @@ def describe_unfilled(
     command = f"'orbitdb fill --p {gaps[-1]} --a {exact(a)}'" if gaps else ""
     remedy = f"{command} fills {written_spans(spans) if not periods else 'them' if are_many(spans) else 'it'}"
     if beyond:
-        remedy = f"fills go up to period {MAX_PERIOD}{f' ({command})' if gaps else ''}, {_SINGLE}"
+        remedy = f"fills go up to period {MAX_PERIOD}{f' ({command})' if gaps else ''}; {_SINGLE}"
     return f"{what} at a = {exact(a)}{_filled(known, a, filled_at)}: {remedy}"
 
 
 def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
-    """Say in parentheses what is filled at this a, and which other a have fills; empty if nothing is."""
+    """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
     here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
     parts = [written_spans(here)] if here else []

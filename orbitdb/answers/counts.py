@@ -1,4 +1,4 @@
-"""Count orbits by period at any a, and rows of a subset by values or bins of columns."""
+"""Count orbits by period at any a, and count the rows of a subset by the values, or bins, of columns."""
 
 import math
 from collections import Counter
@@ -22,31 +22,31 @@ if TYPE_CHECKING:
     from orbitdb.orbits.sums import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
-"""The columns of a fill that make a `Tally`, in its order."""
+"""The columns of a fill that make up a `Tally`, in the order of its fields."""
 
 _FINEST = 1e-12
-"""Least relative width of a bin; closer edges would look alike in print."""
+"""Smallest relative width of a bin; edges closer than this would look the same in print."""
 
 _DECADES = 1000.0
-"""Bins are logarithmic if the greatest value is more than this many times the least."""
+"""Bins are logarithmic if the largest value is more than this many times the smallest."""
 
 Key = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
 class Counted:
-    """Counts of whole periods at one a.
+    """Counts of the words and orbits of complete periods at one a.
 
     Attributes
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     known : dict of int to Tally
-        By period, with those that are not chosen, but needed in sums over divisors.
+        Counts by period, including periods that are not chosen but are needed in sums over divisors.
     chosen : tuple of int
-        The chosen periods among them.
+        The chosen periods in `known`.
     from_births, from_sweeps : tuple of int
-        The chosen periods counted from births, or else by a sweep, because they are not filled.
+        The chosen periods that are not filled and were counted from births, or by a sweep, instead.
     """
 
     a: float
@@ -57,20 +57,20 @@ class Counted:
 
     @property
     def without_rows(self) -> tuple[int, ...]:
-        """The chosen periods without a fill."""
+        """The chosen periods that were counted without a fill."""
         return self.from_sweeps + self.from_births
 
     def cycles(self) -> Integers:
-        """Return the number of orbits of each period from 0 to the highest chosen; 0 if unknown."""
+        """Return the number of orbits of each period from 0 to the highest chosen one; 0 where unknown."""
         found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
         for p in self.chosen:
             found[p] = self.known[p].n_c
         return found
 
     def describe(self) -> str | None:
-        """Say how the periods without a fill are counted; None if there are none."""
-        sources = {"from a sweep, their rows are not stored": self.from_sweeps,
-                   "from births, with no fill": self.from_births}  # fmt: skip
+        """Return a line that says how the periods without a fill were counted; None if there are none."""
+        sources = {"counted by a sweep, without stored rows": self.from_sweeps,
+                   "counted from births, without a fill": self.from_births}  # fmt: skip
         told = [
             f"{written_periods(periods)} at a = {exact(self.a)}: {source}"
             for source, periods in sources.items()
@@ -80,7 +80,7 @@ class Counted:
 
 
 def count(moment: Moment, selection: Selection) -> Counted:
-    """Count the orbits of each period at one a: from a fill, else a sweep, else births."""
+    """Return the counts of each chosen period: from its fill, else from a sweep, else from births."""
     known = {fill.p: _tally(fill) for fill in moment.fills(selection.a) if fill.whole}
     swept = {each.p: each.tally for each in moment.sweeps(selection.a) if each.whole and each.p not in known}
     known |= swept
@@ -94,7 +94,7 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 
 def _tally(fill: Fill) -> "Tally":
-    """Return the counts of a filled period; a missing count is an error, not zero."""
+    """Return the counts of a filled period; raise if one is missing, rather than treat it as zero."""
     from orbitdb.orbits.sums import Tally
 
     counts = [getattr(fill, name) for name in _COUNTS]
@@ -105,17 +105,17 @@ def _tally(fill: Fill) -> "Tally":
 
 @dataclass(frozen=True, eq=False)
 class Histogram(ByValue):
-    """How many rows lie in each bin of a column.
+    """Numbers of rows in the bins of a column.
 
     Attributes
     ----------
     edges : ndarray, shape (bins + 1,)
-        In rising order; a value on an edge is in the bin above it.
+        In ascending order; a value on an edge belongs to the bin above it.
     counts : ndarray of int64, shape (bins,)
     without : int
-        Rows without a value.
+        Number of rows without a value.
     logarithmic : bool
-        Whether the bins are of equal width in the logarithm.
+        Whether the bins have equal widths in the logarithm of the value.
     """
 
     edges: Floats
@@ -130,7 +130,7 @@ def tally(
     columns: Sequence[str],
     cancelled: Callable[[], bool] = never,
 ) -> dict[Key, int]:
-    """Count the rows of a subset by the values of some columns of the view ``class``."""
+    """Count the rows of a subset for each combination of values of some columns of the view ``class``."""
     chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
     found: Counter[Key] = Counter()
     values = (chosen.values[name].tolist() for name in columns)
@@ -146,9 +146,9 @@ def histogram(
     bins: int,
     cancelled: Callable[[], bool] = never,
 ) -> Histogram | None:
-    """Count the rows of a subset in at most `bins` bins of a numeric column; None if no row has a value.
+    """Count the rows of a subset in at most `bins` bins of a numeric column.
 
-    The edges are round numbers, or evenly spaced in the logarithm.
+    The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
     chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
@@ -165,7 +165,7 @@ def histogram(
 
 
 def _round_edges(low: float, high: float, bins: int) -> Floats:
-    """Return successive multiples of a round number, such as 0.2 or 2.5, that enclose two values."""
+    """Return successive multiples of a round number, such as 0.2 or 2.5, from below `low` to above `high`."""
     width = max((high - low) / bins, _FINEST * abs(high))
     decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
@@ -179,7 +179,7 @@ def _multiples(low: float, high: float, step: float) -> Floats:
 
 
 def marginal(counts: Mapping[Key, int], place: int) -> dict[Any, int]:
-    """Count the rows of a `tally` by the values of one of its columns."""
+    """Return the counts of a `tally` by the values of its column `place` alone."""
     found: Counter[Any] = Counter()
     for key, count in counts.items():
         found[key[place]] += count

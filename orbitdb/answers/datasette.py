@@ -1,4 +1,4 @@
-"""What Datasette needs to explain a catalogue: titles, columns with units, and canned queries."""
+"""Metadata with which Datasette explains a catalogue: titles, columns with units, and canned queries."""
 
 import re
 from collections.abc import Sequence
@@ -15,25 +15,25 @@ _SHOWN: dict[str, tuple[str, str, Sequence[Column]]] = {
     "class": ("Symmetry classes", "One row for each symmetry class and half length a.", ()),
     "life": (
         "Births and deaths",
-        "One row for each stretch of a over which a class is an orbit, from born to dies.",
+        "One row for each range of a over which a class is an orbit, from born to dies.",
         OF_LIVES,
     ),
     "level": ("Quantum levels", "", OF_LEVELS),
     "entropy_bound": ("Bounds on the topological entropy", "", OF_BOUNDS),
     "trajectory": ("Averages over random trajectories", "", OF_ENSEMBLES),
 }
-"""Views and tables with results: a title, a description, and columns that mean something else than in the
-view ``catalogue``. Datasette lists the others as hidden."""
+"""The views and tables with results, each with its title, its description, and the columns whose meaning
+differs from that in the view ``catalogue``. Datasette lists all others as hidden."""
 _OTHERS = {
     "words": "all words of the class, one after another",
     "coordinates": "coordinates of the representative, little-endian float64",
     "word": EVERY["representative"].means,
     "edges": EVERY["window"].means,
     "id": "number of the row",
-    "stadium": "row of the table stadium, which has a",
-    "run": "row of the table run, which says who wrote it",
+    "stadium": "id of the row of the table stadium that gives a",
+    "run": "id of the row of the table run that says what wrote this row",
 }
-"""Columns that no registry has."""
+"""Meanings of the columns that are in no registry."""
 _A = "a = CAST(:a AS REAL)"
 _QUERIES = {
     "shortest": (
@@ -42,12 +42,12 @@ _QUERIES = {
         " AND status = 'orbit' ORDER BY length, code LIMIT 100",
     ),
     "least_unstable": (
-        "The hundred orbits with the least lambda per bounce at one a, up to a period",
+        "The hundred orbits with the smallest lambda per bounce at one a, up to period p",
         f"SELECT code, p, lambda_d, length, time_reversal FROM catalogue WHERE {_A}"
         " AND p <= CAST(:p AS INTEGER) AND status = 'orbit' ORDER BY lambda_d, code LIMIT 100",
     ),
     "word": (
-        "What became of one word (its least rotation) at every a",
+        "One word, given as its least rotation, at every a",
         "SELECT * FROM catalogue WHERE code = :code AND p = length(:code)",
     ),
     "orbits_by_period": (
@@ -65,7 +65,7 @@ _QUERIES = {
         f"SELECT k, error, parity, number FROM level WHERE {_A} ORDER BY k",
     ),
 }
-"""By name: a title, and SQL whose parameters Datasette asks for."""
+"""The canned queries by name: a title, and SQL with parameters that Datasette asks for."""
 
 
 def datasette_metadata(path: Path) -> dict[str, Any]:
@@ -74,7 +74,7 @@ def datasette_metadata(path: Path) -> dict[str, Any]:
     Parameters
     ----------
     path : Path
-        Its stem is the name of the database.
+        The file; Datasette names the database after its stem.
     """
     tables: dict[str, Any] = {
         name: {"description": text, "hidden": True} for name, text in comments().items()
@@ -96,13 +96,13 @@ def datasette_metadata(path: Path) -> dict[str, Any]:
 
 
 def _columns(name: str) -> list[str]:
-    """Return the columns of a table or view."""
+    """Return the names of the columns of a table or view."""
     of_view = {"catalogue": [each.name for each in IN_CATALOGUE], "class": [*SHARED, *OF_CLASS], "life": LIFE}
     return list(of_view[name]) if name in of_view else re.findall(r"(?m)^    ([a-z]\w*) ", TABLES[name])
 
 
 def _explained(column: Column) -> str:
-    """Return the meaning of a column, with its unit and the bound on its error."""
+    """Return the meaning of a column, with its unit and the name of the column that bounds its error."""
     unit = f" [{column.unit}]" if column.unit not in ("", "1") else ""
     bound = f"; error in {column.bound}" if column.bound.endswith("_error") else ""
     return f"{column.means}{unit}{bound}"

@@ -31,7 +31,7 @@ from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
 
 _EDGES = 10
-"""Length of the windows if no bounds are stored; takes up to half a second, at small a."""
+"""Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
 
 def table(moment: Moment, chosen: Selection) -> Result:
@@ -40,7 +40,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
     notes = gaps(moment, chosen, left_out=True, counted=counted)
     for p in counted.chosen:
         if missing := sorted(of_divisors(p) - counted.known.keys()):
-            notes.append(f"p = {p}: N needs p = {', '.join(map(str, missing))}: not filled")
+            notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
     known = stored_enclosure(moment, chosen.a) if counted.chosen else None
@@ -51,7 +51,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
 def table_of_rows(
     chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
 ) -> Result:
-    """Return counts by period of rows already read (`Subset.table`)."""
+    """Return the paper's Table 1 for rows that were already read (`Subset.table`)."""
     known = {}
     for order in filled:
         here, least = status[p == order], representative[p == order]
@@ -62,7 +62,7 @@ def table_of_rows(
 
 
 def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
-    """Return the columns of Table 1, from the counts of the periods and of their divisors."""
+    """Return the columns of Table 1, computed from the counts of the periods and of their divisors."""
     rows = []
     for p in periods:
         here, whole = known[p], known.keys() >= of_divisors(p)
@@ -94,7 +94,7 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
 
 
 def entropy_of_rows(subset: WholePeriods) -> Result:
-    """Return the topological entropy by period of orbits already read (`Subset.entropy`)."""
+    """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     columns, notes = _entropy(subset.cycles(), subset.periods, subset.why_missing(), subset.selection)
     return Result(subset.selection, columns, (subset.selection.describe(),), notes)
 
@@ -102,7 +102,7 @@ def entropy_of_rows(subset: WholePeriods) -> Result:
 def _entropy(
     cycles: Integers, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the entropy of whole periods, from the counts of their orbits, and notes."""
+    """Return the columns of the entropy by period, and notes, given the number of orbits of each period."""
     found = by_period.entropy_of_counts(cycles)
     columns = {"p": found.p.tolist()}
     columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
@@ -112,7 +112,7 @@ def _entropy(
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
-    """Return a note if periods have births, which count all orbits, but nothing on the subset."""
+    """Return a note on periods with only births, which give the number of all orbits but not of a subset."""
     if all_orbits(chosen):
         return []
     known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
@@ -120,15 +120,15 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     if not (born := tuple(p for p in born if p not in known)):
         return []
     return [
-        f"births only count all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not the chosen "
-        "ones: leave out all options but --p, or fill these periods"
+        f"births give the number of all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not of "
+        "the chosen ones: use no option but --p, or fill these periods"
     ]
 
 
 def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
-    """Return the closest stored bounds on the entropy at one a, and a line on them.
+    """Return the tightest stored bounds on the entropy, if any, and a line that describes them.
 
-    The line also gives the closest bounds that are proved in balls.
+    The line also gives the tightest bounds that are proved in ball arithmetic.
     """
     closest = moment.entropy_bounds(a)
     if closest is None:
@@ -139,17 +139,17 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
 
 
 def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
-    """Return the closest stored bounds on the entropy at one a, else bounds found now, and a line on them."""
+    """Return the tightest stored bounds on the entropy, or else new ones, and a line that describes them."""
     if (known := stored_enclosure(moment, a)) is not None:
         return known
     found = _found_now(a)
-    closer = f"'orbitdb bounds --a {exact(a)}' finds closer ones"
+    closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
     return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
 
 
 @cache
 def _found_now(a: float) -> EntropyBounds:
-    """Find bounds on the entropy; they are kept for the next question."""
+    """Compute bounds on the entropy; the cache keeps them for the next question."""
     *_, last = search(Stadium(a), _EDGES)
     return last
 
@@ -157,9 +157,9 @@ def _found_now(a: float) -> EntropyBounds:
 def outside(
     periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
 ) -> str:
-    """Name the periods whose h_zeta, which may be None or NaN, lies outside the bounds on all orbits.
+    """Return a note that names the periods whose h_zeta lies outside the bounds on the entropy of all orbits.
 
-    Empty if there are none, or if only some orbits are chosen.
+    Return '' if there are none, or if only some orbits are chosen. Values of h_zeta may be None or NaN.
     """
     known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
     beyond = [p for p, h in known if h < found.lower or h > found.upper]

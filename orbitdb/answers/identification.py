@@ -1,4 +1,4 @@
-"""Identify orbits from a trajectory that follows them, or from a length."""
+"""Identify orbits by a trajectory that follows them, or by their length."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas
 
 NEAR = 1e-2
-"""Default tolerance for the distance of bounces from those of an orbit, in units of the radius."""
+"""Default tolerance for the distance between a bounce and that of an orbit, in units of the radius."""
 
 SAME_LENGTH = 1e-3
 """Default tolerance for a length, in units of the radius."""
@@ -37,10 +37,10 @@ SHOWN = 10
 SHADOWED = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
             "lyapunov", "representative", "class_size", "a", "stored",
             "sequence", "sequence_first")  # fmt: skip
-"""The columns of a shadowed orbit."""
+"""The columns of a table of shadowed orbits."""
 
 _LEAST_LENGTH = 4.0
-"""Lower bound on the length of every orbit; 13 has 4 (1 + a)."""
+"""Lower bound on the length of every orbit; the word 13, for example, has length 4 (1 + a)."""
 
 _MOST_TOLERANCE = 1.0
 _MOST_LENGTH = 1e12
@@ -50,18 +50,18 @@ _ALL = 2**63 - 1
 
 @dataclass(frozen=True)
 class Followed:
-    """An orbit and the stretch of a trajectory that stays with it.
+    """An orbit, and the stretch of a trajectory that follows it.
 
     Attributes
     ----------
     orbit : Orbit
-        In the rotation that begins with the first bounce of the stretch.
+        The orbit, rotated so that it begins with the first bounce of the stretch.
     first : int
-        Number of that bounce on the trajectory.
+        Number of this first bounce on the trajectory.
     bounces : int
-        Number of successive bounces, from the first, within the tolerance.
+        Number of successive bounces within the tolerance.
     distance : float
-        Least distance of a bounce from the orbit's, in units of the radius.
+        Smallest distance between a bounce and that of the orbit, in units of the radius.
     """
 
     orbit: Orbit
@@ -87,15 +87,15 @@ class Trajectory(ByValue):
     Attributes
     ----------
     sequence : str
-        The symbols of its bounces; not a cyclic word.
+        The symbols of the bounces, in order; this is not a cyclic word.
     first : int
         Number of the first bounce; 1 is the first after the start, or the first point.
     points : ndarray, shape (T, 2)
-        The bounces, from the middle of the stadium, in units of the radius.
+        Positions of the bounces, from the middle of the stadium, in units of the radius.
     shadowed : tuple of Followed
-        The orbits; those that it goes round most often come first.
+        The shadowed orbits up to the limit; those that the trajectory goes round most often come first.
     total : int
-        Their number before the limit.
+        Number of all shadowed orbits, including those beyond the limit.
     """
 
     sequence: str
@@ -106,10 +106,10 @@ class Trajectory(ByValue):
 
     def __repr__(self) -> str:
         bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
-        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} here>"
+        return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} listed>"
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield one row per shadowed orbit, with the columns `SHADOWED`."""
+        """Yield one row for each shadowed orbit, with the columns `SHADOWED`."""
         shared = {"sequence": self.sequence, "sequence_first": self.first}
         for each in self.shadowed:
             yield tuple(
@@ -124,20 +124,20 @@ class Trajectory(ByValue):
 
 @dataclass(frozen=True)
 class Candidate:
-    """A symmetry class of stored orbits, one of whose multiples of the length matches a given length.
+    """A symmetry class of stored orbits that matches a given length after r traversals.
 
     Attributes
     ----------
     code : str
-        The least word of the class.
+        The representative of the class.
     p, class_size : int
-        Its period, and number of cyclic words.
+        Period, and number of cyclic words in the class.
     repetitions : int
-        r, the number of traversals.
+        The number r of traversals.
     length, length_error, lyapunov : float
-        Of one traversal; ``length_error`` is None for the paper's relaxation.
+        Values for one traversal; ``length_error`` is None for orbits from the paper's relaxation.
     difference : float
-        r times the length, less the given length.
+        r times the length, minus the given length.
     """
 
     code: str
@@ -151,7 +151,7 @@ class Candidate:
 
     @property
     def total(self) -> float:
-        """The length of all r repetitions."""
+        """The length of r traversals."""
         return self.repetitions * self.length
 
 
@@ -187,10 +187,10 @@ def identify_trajectory(
 def identify_length(
     moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> tuple[Candidate, ...]:
-    """Find the stored orbits that have a length, repeated or not (`Catalogue.with_length`).
+    """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
-    The error bounds of stored lengths are added to the tolerance, so that rounding loses none. The tolerance
-    is at most a quarter of the least length, so the number of repetitions is unique.
+    The error bounds of stored lengths are added to the tolerance, so that no orbit is lost to rounding. The
+    tolerance is at most a quarter of the smallest length, so the number of traversals is unique.
     """
     wanted = _measure("length", length, _MOST_LENGTH)
     within = _measure(
@@ -215,11 +215,11 @@ def identify_length(
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
-    """Return a number within its limits, or raise `InputError`."""
+    """Return a value as a float; raise `InputError` if it is not a number within its limits."""
     number = isinstance(value, Real) and not isinstance(value, bool)
     if number and (0 < value <= most or (zero and value == 0)):
         return float(value)
-    least = "0" if zero else "more than 0"
+    least = "0" if zero else "0 (excluded)"
     raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")
 
 

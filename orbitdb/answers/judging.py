@@ -1,4 +1,4 @@
-"""Levels from the stored orbits, and the levels that a list lacks."""
+"""Compute levels from the stored orbits, and find the levels that a list lacks."""
 
 import math
 from collections.abc import Iterable
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 _LEAST, _ENOUGH = 8, 12
-"""Highest period that still improves levels."""
+"""Levels need all orbits up to the first of these periods, and improve up to the second."""
 
 _SHOWN = 3
-"""Number of places with missing levels to name in one line."""
+"""Maximum number of gaps with missing levels to name in one line."""
 
 _MOST_K = 300.0
 _CLEARLY = 6.0
-"""Another parity is suggested if it costs less by this much, the price of one missing level."""
+"""Another parity is suggested if its misfit is smaller by this much, the cost of one missing level."""
 
 
 def levels_from_orbits(
@@ -40,19 +40,19 @@ def levels_from_orbits(
     k_max: float | None = None,
     parities: Iterable[Parity] = tuple(Parity),
 ) -> Levels:
-    """Return the levels that the stored orbits give (`Catalogue.levels`)."""
+    """Return the levels computed from the stored orbits (`Catalogue.levels`)."""
     stadium, named = Stadium(a), tuple(parities)
     classes, highest = _classes(moment, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
     end = math.floor(reliable * 10) / 10 if k_max is None else k_max
     if not 0 < end <= _MOST_K:
-        raise InputError(f"k up to {end:g}: give more than 0, and {_MOST_K:g} at most")
+        raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
     found = {}
     for parity in named:
         k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
         found[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
     basis = [
-        f"from {several(len(classes.length), 'class', 'classes')} of orbits to period {highest}, "
+        f"from {several(len(classes.length), 'class', 'classes')} of orbits up to period {highest}, "
         f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
     ]
     if highest < _ENOUGH:
@@ -65,7 +65,7 @@ def levels_from_orbits(
 
 
 def beside(moment: Moment, found: Levels) -> list[float | None]:
-    """Return the stored level with the same number as each level from orbits, or None."""
+    """Return, for each level from orbits, the stored level with the same number, or None."""
     known: dict[tuple[str, int], float] = {}
     for parity in found.parities:
         for window in stored_levels(moment.connection, found.a, parity):
@@ -85,12 +85,12 @@ def assess_levels(
     parity: Parity | str | None = None,
     fit_radius: bool = False,
 ) -> tuple[Assessment, list[str]]:
-    """Compare a list of levels with the stored orbits; return the assessment, and notes.
+    """Compare a list of levels with the stored orbits; return the assessment and notes.
 
     Raises
     ------
     InputError
-        If the list cannot hold levels of the stadium, or there are too few orbits.
+        If the numbers cannot be levels of the stadium, or too few orbits are stored.
     """
     stadium = Stadium(a)
     of = None if parity is None else Parity(parity)
@@ -108,7 +108,7 @@ def assess_levels(
 
 
 def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
-    """Say which levels a list lacks, in one line; nothing if it is complete or the orbits cannot tell."""
+    """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
         found, notes = assess_levels(moment, a, k, parity)
     except InputError:
@@ -121,19 +121,19 @@ def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> 
 
 
 def orbits_for(stadium: Stadium, classes: Classes, parity: Parity | None, last: float) -> Staircase:
-    """Return the staircase for judging levels up to some k."""
+    """Return the staircase for judging levels up to k = `last`."""
     cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF
     return staircase(stadium, classes, last * WIDEST + 0.1, parity, (cutoff,))
 
 
 def _classes(moment: Moment, a: float) -> tuple[Classes, int]:
-    """Return the orbits at one a, and the highest whole period; raise if there are too few."""
+    """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
     if not LEAST_A <= a <= LARGEST_A:
         raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
     classes, _, highest = read_classes(moment, Selection(a))
     if highest < _LEAST:
         raise InputError(
-            f"whole periods end at {highest} at a = {exact(a)}, and levels need {_LEAST} or more: "
+            f"periods are complete only up to {highest} at a = {exact(a)}, but levels need {_LEAST} or more: "
             f"'orbitdb fill --p {_ENOUGH} --a {exact(a)}' finds their orbits"
         )
     return classes, highest

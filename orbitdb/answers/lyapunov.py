@@ -1,6 +1,6 @@
 """Lyapunov averages by period: `Catalogue.lyapunov`, and the registry of its methods.
 
-Tables and files, the figure and the screen follow `AVERAGES`: a further average is one entry.
+To add an average, add an entry to `AVERAGES`; tables, files, the figure and the screen follow.
 """
 
 import math
@@ -39,7 +39,7 @@ EXPONENTS = ("lambda_d", "lambda_c")
 
 @dataclass(frozen=True)
 class Given:
-    """The chosen orbits of whole periods, and what several averages share."""
+    """The chosen orbits of complete periods, and the quantities that several averages share."""
 
     subset: WholePeriods
     weight: Weight
@@ -51,32 +51,32 @@ class Given:
 
     @cached_property
     def rules(self) -> SumRules | None:
-        """The averages by sum rules, or None."""
+        """The averages by sum rules, or None if the orbits have none."""
         return sum_rules_of(self.subset)
 
 
 @dataclass(frozen=True)
 class Average:
-    """An average of lambda per bounce and per length.
+    """A method that averages lambda per bounce and per unit length.
 
     Attributes
     ----------
     name : str
-        Its columns are ``lambda_d_<name>`` and ``lambda_c_<name>``; without a name, ``lambda_d`` and
-        ``lambda_c``.
+        The columns are ``lambda_d_<name>`` and ``lambda_c_<name>``, or, if the name is empty, ``lambda_d``
+        and ``lambda_c``.
     brief, label : str
-        Its name on the screen and in a figure.
+        Short name on the screen, and label in figures.
     needs : callable
         Returns the periods, from 2 on, whose orbits the average of order p needs.
     compute : callable
-        Returns its columns, each an array over p = 2, 3, .. to the highest period with NaN for no value;
-        no columns if it does not exist for these orbits.
+        Returns the columns, each an array over p = 2, 3, ... up to the highest period, with NaN where there
+        is no value. It returns no columns if the average does not exist for the given orbits.
     error : bool
         Whether there are also columns ``lambda_d_<name>_error`` and ``lambda_c_<name>_error``.
     ink : str
-        Its colour, ``one`` to ``six``.
+        Colour, ``one`` to ``six``.
     marker, line : str
-        Its points on the screen (empty for a line), and its format in matplotlib.
+        Symbol that marks points on the screen (empty for a line), and line format in matplotlib.
     """
 
     name: str
@@ -90,12 +90,12 @@ class Average:
     line: str = "-"
 
     def of(self, exponent: str) -> str:
-        """Return the name of its column of lambda_d or lambda_c."""
+        """Return the name of the column with this average of an exponent, lambda_d or lambda_c."""
         return f"{exponent}_{self.name}" if self.name else exponent
 
     @property
     def columns(self) -> list[str]:
-        """The columns that it always has, even without values."""
+        """The names of the columns that a table always has, even if they have no values."""
         values = [self.of(exponent) for exponent in EXPONENTS]
         return values + [f"{name}_error" for name in values if self.error]
 
@@ -129,7 +129,7 @@ def lyapunov(
     cut: float | None = None,
     tell: Callable[[float], None] = lambda done: None,
 ) -> Result:
-    """Return the average Lyapunov exponents by period, or one up to a cut (`Catalogue.lyapunov`)."""
+    """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
     subset = read_noted(moment, chosen, notes, swept=cut is None)
     if subset is None:
@@ -139,7 +139,7 @@ def lyapunov(
     reference, facts = moment.reference(chosen.a), [subset.selection.describe()]
     if reference is None:
         a = exact(chosen.a)
-        notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' makes one")
+        notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' computes one")
     else:
         told = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
                 for name in ("lambda_d", "lambda_c"))  # fmt: skip
@@ -152,7 +152,7 @@ def lyapunov(
 
 
 def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
-    """Return the average Lyapunov exponents by period of orbits already read (`Subset.averages`)."""
+    """Return the average Lyapunov exponents of orbits that were already read (`Subset.averages`)."""
     notes: list[str] = []
     columns = averages(subset, _weight(weight), notes)
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
@@ -165,7 +165,7 @@ def _weight(name: str) -> Weight:
 
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
-    """Return the averages of every method over whole periods; add notes on what is missing."""
+    """Return the columns of all `AVERAGES` over complete periods; add to `notes` what is missing."""
     given = Given(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}
@@ -178,11 +178,11 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
 
 
 def _without_orbits(a: float) -> str:
-    """Write the bounds on the exponents that follow from exact means alone."""
+    """Return a line with the bounds on the exponents that follow from exact means alone."""
     low, high = exact_means(a).bounds
     scales = (("lambda_d", Stadium(a).legs_per_bounce), ("lambda_c", Stadium(a).legs_per_length))
     ranges = (f"{low * scale:.6f} < {name} < {high * scale:.6f}" for name, scale in scales)
-    return f"by exact means, without any orbit: {', '.join(ranges)}"
+    return f"from exact means alone, without orbits: {', '.join(ranges)}"
 
 
 def _up_to(
@@ -201,9 +201,9 @@ def _up_to(
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
-                f"complete, by proof, up to lambda = {complete:.3f} at a = {exact(a)}: up to the cut "
-                f"{cut:g}, orbits of periods above {subset.highest} may be missing, and the average changes "
-                "with them"
+                f"complete, by proof, up to lambda = {complete:.3f} at a = {exact(a)}: below the cut "
+                f"{cut:g}, orbits of periods above {subset.highest} may be missing, which changes the "
+                "average"
             )
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     row = [cut, *(None if subset.missing or value != value else value for value in values)]

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 TABLE = ("p", "N_t", "N_c", "N", "K_0", "classes", "boundary", "unresolved")
-"""The columns of the paper's Table 1; then classes, and words with other statuses."""
+"""The columns of the paper's Table 1, then the numbers of classes and of words with other statuses."""
 
 PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
 
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _NAMED = 4
-"""Columns named in a repr."""
+"""Number of columns to name in a repr."""
 
 TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
@@ -37,9 +37,9 @@ class Result(ByValue):
     selection : Selection
         What was chosen.
     columns : mapping of str to list
-        Numbers; None for a missing value.
+        The values of each column; None for a missing value.
     facts : tuple of str
-        Its subset and related results, one line each.
+        The subset and related results, one line each.
     notes : tuple of str
         What is missing, and why values are None, one line each.
 
@@ -61,11 +61,11 @@ class Result(ByValue):
         return len(next(iter(self.columns.values()), ()))
 
     def __getitem__(self, name: str) -> list[Any]:
-        """Return one column."""
+        """Return the values of a column."""
         return list(self.columns[name])
 
     def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows, with all columns or some."""
+        """Yield the rows, with all columns or only the named ones."""
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
@@ -95,32 +95,32 @@ class Result(ByValue):
     def plot(
         self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
+        """Plot averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
 
         Parameters
         ----------
         kind : str, optional
             By default, the entropy or lambda_d, whichever the result has.
         ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
+            Axes to draw in; by default those of a new figure.
 
         Raises
         ------
         ValueError
-            If the result has no such averages.
+            If the result does not have these averages.
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
         wanted: str | None = kind or next(iter(known), None)
         if wanted not in known or not len(self):
             has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
-            raise ValueError(f"kind {kind!r}: {has}" if kind else "draw the entropy, lambda_d or lambda_c")
+            raise ValueError(f"kind {kind!r}: {has}" if kind else "no entropy or lambda in this result")
         entropy = wanted == "entropy"
         figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-"""The kinds of `Result.plot`, each with the column that it needs."""
+"""The kinds of plot that `Result.plot` draws, each with the column that it needs."""
 
 
 def _short(value: Any) -> str:

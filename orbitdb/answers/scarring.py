@@ -1,4 +1,4 @@
-"""Scars: how strongly orbits mark levels."""
+"""Scars: how strongly the waves of levels concentrate along orbits."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -18,15 +18,15 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 SHORTEST = 20
-"""Number of shortest classes to try if no word is named."""
+"""Number of classes, those with the shortest orbits, to try if no word is given."""
 STRONGEST = 5
-"""Number of them to report for each level."""
+"""Number of orbits to report for each level."""
 NEIGHBOURS = 15
-"""Number of levels of the parity on each side of a level that its strength is compared with."""
+"""Number of levels of the same parity, on each side of a level, to compare its strength with."""
 _ENOUGH = 5
-"""Fewest of them for a mean."""
+"""Smallest number of neighbours for a mean."""
 _ROUNDING = 1e-9
-"""Smaller deviations are rounding, for example on an axis where all waves are 0."""
+"""Smaller standard deviations are rounding errors, for example on an axis where all waves are 0."""
 
 
 class Scar(NamedTuple):
@@ -38,12 +38,12 @@ class Scar(NamedTuple):
         The level, in 1/radius.
     parity : Parity
     code : str
-        The orbit.
+        Word of the orbit.
     strength : float
-        Mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
+        Mean of psi^2 along the orbit, times the area; on average 1, or 2 or 0 for an orbit on an axis.
     above : float or None
-        Strength minus the mean over up to `NEIGHBOURS` levels of the parity on each side, in their standard
-        deviations; None for fewer than five, or if all have the same strength.
+        Strength minus its mean over up to `NEIGHBOURS` levels of the same parity on each side, in units of
+        their standard deviation; None if there are fewer than five, or if all have the same strength.
     """
 
     k: float
@@ -54,7 +54,7 @@ class Scar(NamedTuple):
 
 
 def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) -> list[Scar]:
-    """Return how strongly one orbit scars each level in a range of k, the strongest first."""
+    """Return the scars of one orbit at all levels in a range of k, the strongest first."""
     found = [scar for each in parities for (scar,) in _scars([orbit], low, high, each)]
     return sorted(found, key=lambda scar: -scar.strength)
 
@@ -62,7 +62,7 @@ def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) 
 def scars_of_shortest(
     moment: Moment, a: float, low: float, high: float, parities: Iterable[Parity]
 ) -> list[Scar]:
-    """Return the short stored orbits that scar each level in a range of k most, by k."""
+    """Return the strongest scars of short stored orbits at each level in a range of k, sorted by k."""
     orbits = _shortest(moment, a)
     found: list[Scar] = []
     for parity in parities:
@@ -72,7 +72,7 @@ def scars_of_shortest(
 
 
 def _scars(orbits: Sequence[Orbit], low: float, high: float, parity: Parity) -> Iterator[list[Scar]]:
-    """Yield the scars of each level of one parity in a range of k; its neighbours may lie outside."""
+    """Yield the scars at each level of one parity in a range of k; neighbours may lie outside the range."""
     stadium = Stadium(orbits[0].a)
     smooth = weyl(stadium, parity)
     first = min(low, wavenumber(smooth, smooth(low) - NEIGHBOURS))
@@ -90,13 +90,13 @@ def _scars(orbits: Sequence[Orbit], low: float, high: float, parity: Parity) -> 
 
 
 def _above(own: float, others: Floats) -> float | None:
-    """Return how far a strength is above the mean of others, in their standard deviations."""
+    """Return how far a strength is above the mean of others, in units of their standard deviation."""
     spread = float(others.std()) if len(others) >= _ENOUGH else 0.0
     return float(own - others.mean()) / spread if spread > _ROUNDING else None
 
 
 def _shortest(moment: Moment, a: float) -> list[Orbit]:
-    """Return the shortest stored orbits, one from each class."""
+    """Return the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
     rows = moment.rows(moment.choose(chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)
     words = [word for (word,) in rows]

@@ -32,7 +32,7 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
 
 
 def _array(name: str, parts: list[Any]) -> NDArray[Any]:
-    """Return a column as an array, with empty texts, zeros and NaN for missing values."""
+    """Join the parts of a column to an array; a missing text becomes '', an integer 0, another number NaN."""
     if kind_of(name) == "number":
         values: Floats = np.concatenate([np.zeros(0), *parts])
         if np.isinf(values).any():
@@ -45,6 +45,6 @@ def _array(name: str, parts: list[Any]) -> NDArray[Any]:
 
 
 def _flat(parts: list[Any], periods: list[list[int]]) -> Floats:
-    """Join the coordinates of all rows, with NaN for a row without any."""
+    """Join the coordinates of all rows; a row without coordinates gets NaN for each bounce."""
     pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
     return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])

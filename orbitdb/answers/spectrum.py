@@ -36,7 +36,7 @@ _LONGEST, _MOST_POINTS, _MOST_K = 100, 100_000, 1000
 def levels_from_zero(
     moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
 ) -> Levels:
-    """Return the stored levels from 0 to the first gap, or to a k below it (`Catalogue.levels`)."""
+    """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = list(Parity) if parity is None else parities_of([parity])
     found = {each: stored_levels(moment.connection, a, each) for each in parities}
     ends = {}
@@ -63,7 +63,7 @@ def levels_from_zero(
 
 
 def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
-    """Return the stored levels from 0 to the first gap, and the k where it begins; None without levels."""
+    """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
         found = levels_from_zero(moment, a, parity)
     except InputError:
@@ -72,7 +72,7 @@ def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats
 
 
 def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
-    """Return all orbits at one a, their representatives, and the period up to which none is missing."""
+    """Return the chosen orbits by class, their representatives, and the period up to which all are filled."""
     found = moment.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
     filled = {fill.p for fill in moment.fills(chosen.a) if fill.whole and not fill.unresolved}
     if not len(found.ids):
@@ -101,8 +101,8 @@ def read_spectrum(
     ends = np.asarray(lengths, np.float64)
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
-            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, 2 points to "
-            f"{_MOST_POINTS}"
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, and 2 to "
+            f"{_MOST_POINTS} points"
         )
     if k_max is not None and not 1 <= k_max <= _MOST_K:
         raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
@@ -124,14 +124,14 @@ def read_spectrum(
     quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
     complete = least_length(highest, stadium.a) if highest > 1 else 0.0
     if of is not None:
-        complete /= 2  # half orbits count, too
+        complete /= 2  # because half orbits contribute
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
     return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
-    """Return the stored levels of one parity, by window."""
+    """Return the stored windows of levels of one parity."""
     fills, levels = level_fill.c, level.c
     query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
         fills.a == a, fills.parity == str(parity)
@@ -154,7 +154,7 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
 
 
 def missing_levels(known: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
-    """Yield the ranges of k between two values that no window covers."""
+    """Yield the ranges of k between `low` and `high` that no window covers."""
     for each in known:
         if low < min(each.low, high):
             yield low, min(each.low, high)

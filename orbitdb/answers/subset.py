@@ -38,33 +38,34 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
-    """Chosen words as arrays, one entry each; missing numbers are NaN.
+    """The chosen words as arrays with one entry per word; missing numbers are NaN.
 
     Attributes
     ----------
     selection : Selection
-        What was chosen; ``selection.describe()`` says it in words.
+        What was chosen; ``selection.describe()`` puts it into words.
     codes, status : ndarray of str, shape (N,)
         Least rotations, and values of `Status`.
     representative, time_reversal, symmetry, solver : ndarray of str, shape (N,)
         The class's least word, ``self`` or ``pair``, the symmetry label, and ``newton`` or
         ``relaxation``; empty for geometrically pruned words, which have no class.
     p, class_size, walls : ndarray of int, shape (N,)
-        Period, words in the symmetry class, and straight bounces; without a class, the last two are 0.
+        Period, number of words in the symmetry class, and number of straight bounces; the last two are 0 for
+        words without a class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
         As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
-        The a of the first birth and death; NaN for an orbit from a = 0 on or without a death, or if no
-        births of the period are stored.
+        The values of a at the first birth and death; NaN if the orbit exists from a = 0 on or never dies, or
+        if the births of its period are not stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Those of all words one after another (`of_period`), NaN for a word without any; None unless you
-        asked for them.
+        Coordinates of all words, one word after another (see `of_period`); NaN for words that have none. None
+        unless you asked for coordinates.
     unfilled : str or None
-        A line that names the chosen periods that are not filled, or that lack births.
+        A line that names the chosen periods that are not filled or lack births.
     filled : tuple of int
-        The chosen periods that are completely filled, which averages use.
+        The chosen periods that are completely filled; averages use only these.
     total : int or None
-        Number of chosen words, if this is only a part of them.
+        Number of all chosen words if the subset is only a part of them, else None.
 
     Examples
     --------
@@ -112,11 +113,11 @@ class Subset(ByValue):
         return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
 
     def __iter__(self) -> Iterator[Orbit]:
-        """Yield the words one by one, as orbits."""
+        """Yield each word as an orbit."""
         return map(self._orbit, range(len(self)))
 
     def __contains__(self, word: object) -> bool:
-        """Tell whether a word, in any rotation, or an equal orbit is in the subset."""
+        """Tell whether the subset contains a word, in any rotation, or an equal orbit."""
         if isinstance(word, Orbit):
             return any(word == orbit for orbit in self[np.flatnonzero(self.codes == word.code)])
         try:
@@ -134,7 +135,7 @@ class Subset(ByValue):
     ) -> "Orbit | Subset":
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
-            raise TypeError(f"rows are found by number, not by {rows!r:.40}: ask the catalogue for a word")
+            raise TypeError(f"rows are indexed by number, not by {rows!r:.40}: ask the catalogue for words")
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))
@@ -151,7 +152,7 @@ class Subset(ByValue):
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return word n, with coordinates if they were read, without `exists`."""
+        """Return word n as an orbit, with coordinates if they were read, but without `exists`."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
@@ -172,11 +173,11 @@ class Subset(ByValue):
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Tell type checkers that there are columns with a formula."""
+            """Tell type checkers that there are columns computed by formulas."""
 
     @cached_property
     def start(self) -> Integers:
-        """Where each word begins in ``coordinates``, and where the last ends, shape (N + 1,)."""
+        """Index in ``coordinates`` at which each word begins, and at which the last ends, shape (N + 1,)."""
         return np.concatenate([np.zeros(1, np.int64), np.cumsum(self.p)])
 
     def coordinates_of(self, n: int) -> Floats:
@@ -184,7 +185,7 @@ class Subset(ByValue):
         return self._read()[self.start[n] : self.start[n + 1]]
 
     def of_period(self, p: int) -> tuple[NDArray[np.uint8], Floats]:
-        """Return the words of one period as symbols and their coordinates, both of shape (N_p, p)."""
+        """Return the symbols of all words of one period, and their coordinates, each of shape (N_p, p)."""
         rows = np.flatnonzero(self.p == p)
         places = self.start[rows][:, None] + np.arange(p)
         return from_strings(self.codes[rows].tolist()).reshape(-1, p), self._read()[places]
@@ -195,7 +196,7 @@ class Subset(ByValue):
         return self.coordinates
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a pandas data frame (extra ``pandas``); codes stay text."""
+        """Return the rows as a pandas data frame (extra ``pandas``); codes remain strings."""
         frame = subset_tables.to_pandas(self._columns())
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
@@ -206,7 +207,7 @@ class Subset(ByValue):
         return subset_tables.to_arrow(self._columns(), notes)
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
-        """Offer the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
+        """Export the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
         return self.to_arrow().__arrow_c_stream__(requested_schema)
 
     def entropy(self) -> "Result":
@@ -228,7 +229,7 @@ class Subset(ByValue):
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
-        """Return the orbits of whole periods, each as a class of one word."""
+        """Return the orbits of completely filled periods, each as a class with a single word."""
         from orbitdb.answers.whole_periods import ChosenClasses, WholePeriods
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
@@ -246,26 +247,26 @@ class Subset(ByValue):
     def plot(
         self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
     ) -> "Axes":
-        """Draw the orbits: bounces in phase space, their number by length, or a sheet (extra ``plot``).
+        """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
 
         Parameters
         ----------
         kind : str, optional
-            A sheet draws each orbit by itself. It and the phase space need coordinates
+            A sheet shows each orbit in its own picture. Sheets and the phase space need coordinates
             (``select(..., coordinates=True)``).
         ax : matplotlib.axes.Axes, optional
-            Where to draw; by default in a new figure.
+            Axes to draw in; by default those of a new figure.
 
         Raises
         ------
         ValueError
-            If there are no orbits, no coordinates, or no such kind of figure.
+            If there are no orbits or no coordinates, or the kind of figure is unknown.
         """
         if kind not in ("phase space", "lengths", "sheet"):
             raise ValueError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
-            raise ValueError(f"there is nothing to draw among {self!r}")
+            raise ValueError(f"there is nothing to draw in {self!r}")
         title = self.selection.describe()
         if kind == "lengths":
             return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)

@@ -1,4 +1,4 @@
-"""A subset as a table: a pandas data frame, an Arrow table, or HTML with pictures for notebooks."""
+"""Subsets as tables: pandas data frames, Arrow tables, and HTML with pictures for notebooks."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 10
 MOST_BOUNCES = 200
-"""Longer orbits have no small picture, which would be a smudge."""
+"""Longer orbits get no small picture, because it would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
 _NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
 _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
-"""Alignment of each cell; notebooks align all to the right."""
+"""Alignment of each cell; by default, notebooks align all cells to the right."""
 
 
 def columns_of(
     a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
 ) -> dict[str, Values]:
-    """Return the columns of a subset, with None for what a word without a class lacks."""
+    """Return the columns of a subset, with None where a word without a class has no value."""
     classless = (arrays["representative"] == "").tolist()
     columns: dict[str, Values] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
     for name, values in arrays.items():
@@ -54,7 +54,7 @@ def columns_of(
 def to_pandas(columns: Mapping[str, Values]) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
-    Coordinates are one array per row, or None.
+    The coordinates of each row are an array or None.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
@@ -76,9 +76,9 @@ def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarro
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return a table of some orbits with small pictures, a title and the number of those not shown.
+    """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown.
 
-    Orbits whose coordinates were not read are solved for their pictures.
+    Orbits whose coordinates were not read are solved to draw their pictures.
     """
     if not orbits:
         return f"<p>{escape(title)}</p>"
@@ -104,7 +104,7 @@ def _row(orbit: Orbit) -> str:
 
 
 def _cells(tag: str, contents: Sequence[str]) -> str:
-    """Return a row of cells, with numbers aligned to the right."""
+    """Return a row of HTML cells, with numbers aligned to the right."""
     cells = (
         f'<{tag} style="text-align: {side}; padding: 0 0.5em">{content}</{tag}>'
         for side, content in zip(_SIDES, contents, strict=True)

@@ -1,6 +1,6 @@
-"""A chosen subset for averages: its symmetry classes, without words and coordinates.
+"""A chosen subset as averages need it: its symmetry classes, without words and coordinates.
 
-Averages use only periods that are completely filled; sum rules need all orbits up to some period.
+Averages use only complete periods, filled or swept; sum rules need all orbits up to some period.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,25 +30,25 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
 
 _IMPOSSIBLE = 1e15
-"""A thousand times the length of a million bounces at the largest a; no number is as large."""
+"""No number in a catalogue is this large: 1000 times the length of a million bounces at the largest a."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChosenClasses(ByValue):
-    """N symmetry classes that have chosen words.
+    """N symmetry classes that contain chosen words.
 
     Attributes
     ----------
     p, class_size : ndarray of int, shape (N,)
         Period, and number of words in the class.
     chosen : ndarray of int, shape (N,)
-        Number of these words in the subset.
+        Number of words of the class that are in the subset.
     length, lyapunov : ndarray, shape (N,)
-        Of one traversal; the length in units of the radius.
+        Length, in units of the radius, and lambda of one traversal.
     walls : ndarray of int, shape (N,)
         Number of straight bounces; the eigenvalues of M are negative where it is odd.
     number : ndarray of int, shape (N,)
-        Id of the class: the key of its representative (`orbitdb.symbols.words.key`) if that is short.
+        Id of the class: the key of its representative (`orbitdb.symbols.words.key`), unless that is too long.
     """
 
     p: Integers
@@ -63,12 +63,12 @@ class ChosenClasses(ByValue):
         return len(self.p)
 
     def rows(self) -> ClassRows:
-        """Return the classes, each with its number of chosen words, as the averages take them."""
+        """Return the classes, each with its number of chosen words, in the form that averages take."""
         return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
 
     @property
     def inverse(self) -> Marks:
-        """Whether the eigenvalues of M are negative."""
+        """Whether the eigenvalues of M are negative, for each class."""
         odd: Marks = self.walls % 2 == 1
         return odd
 
@@ -103,7 +103,7 @@ def _sound(selection: Selection, values: NDArray[np.generic], least: bool = Fals
 
 @dataclass(frozen=True)
 class WholePeriods:
-    """The chosen classes of the periods that are stored completely.
+    """The chosen classes of all filled periods, and the sums over the chosen classes of swept periods.
 
     Attributes
     ----------
@@ -112,17 +112,17 @@ class WholePeriods:
     filled : tuple of int
         The chosen periods that are completely filled, in order.
     classes : ChosenClasses
-        Their chosen classes.
+        The chosen classes of the filled periods.
     swept : mapping of int to PeriodSums
-        Sums over the chosen periods that are swept instead.
+        Sums over the chosen periods that are not filled but swept, by period.
     moments : sequence
         Moments of swept periods for sum rules (`orbitdb.store.reading.fills.moments_of`).
     orbits : mapping of int to int
-        Numbers of chosen orbits of the swept periods.
+        Number of chosen orbits of each swept period.
     unborn : tuple of int
         The chosen periods left out because the subset depends on births that are not stored.
     part : bool
-        Whether this is only a part of what was chosen.
+        Whether the classes are only a part of the chosen ones.
     """
 
     selection: Selection
@@ -136,7 +136,7 @@ class WholePeriods:
 
     @cached_property
     def periods(self) -> list[int]:
-        """The whole periods."""
+        """The complete periods, filled or swept, in ascending order."""
         return sorted([*self.filled, *self.swept])
 
     def counted(self) -> Counted:
@@ -158,23 +158,23 @@ class WholePeriods:
 
     @property
     def highest(self) -> int:
-        """The highest whole period, 0 if there is none."""
+        """The highest complete period, or 0 if there is none."""
         return max(self.periods, default=0)
 
     @property
     def missing(self) -> list[int]:
-        """The periods below the highest that a zeta function needs, but that are missing."""
+        """The periods below the highest one that are missing, although a zeta function needs them."""
         return sorted(every_period(self.highest).difference(self.periods))
 
     def why_missing(self) -> str:
-        """List the `missing` periods, with the reasons."""
+        """Return a text that lists the `missing` periods with the reasons."""
         return why_missing(self.missing, self.selection, self.unborn)
 
 
 def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> WholePeriods:
-    """Return the chosen classes of the whole periods.
+    """Return the chosen classes of the filled periods.
 
-    If `swept`, periods without rows are included if a sweep stored the sums over exactly the chosen orbits.
+    If `swept`, include periods without rows for which a sweep stored the sums over exactly the chosen orbits.
     """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
@@ -191,7 +191,7 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
 
 
 def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
-    """Return the chosen classes of whole periods, or None; add notes on what is left out."""
+    """Return the chosen classes of complete periods, if there are any; add to `notes` what is left out."""
     subset = read_whole(moment, chosen, swept)
     notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
     if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
@@ -214,28 +214,28 @@ def told_missing(
 
 
 def rows_of(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
-    """Return the rows of some periods."""
+    """Return the same columns with only the rows of the given periods."""
     kept = [place for place, p in enumerate(columns["p"]) if p in periods]
     return {name: [values[place] for place in kept] for name, values in columns.items()}
 
 
 def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:
-    """List periods that averages leave out, with the reasons."""
+    """Return a text that lists periods that averages leave out, with the reasons."""
     reasons: dict[str, list[int]] = {}
     for p in periods:
-        lacking = "births not found, left out" if p in unborn else "not filled"
+        lacking = "births not stored, left out" if p in unborn else "not filled"
         reasons.setdefault(lacking if selection.includes(p) else "not chosen", []).append(p)
     return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())
 
 
 def all_orbits(chosen: Selection) -> bool:
-    """Tell whether the subset is all orbits of its periods."""
+    """Tell whether the subset consists of all orbits of its periods."""
     alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
     return alone == Selection(chosen.a, chosen.periods)
 
 
 def why_no_sum_rules_of(subset: WholePeriods) -> str:
-    """Explain why some periods of a subset have no sum rules; empty if all have."""
+    """Return the reason why some periods of a subset have no sum rules; '' if all have them."""
     none, last = _why_none(subset), EXACT + len(subset.moments)
     if none or not subset.swept or subset.highest <= last:
         return none
@@ -243,7 +243,7 @@ def why_no_sum_rules_of(subset: WholePeriods) -> str:
 
 
 def _why_none(subset: WholePeriods) -> str:
-    """Explain why a subset has no sum rules; empty if it is all orbits up to some period."""
+    """Return the reason why a subset has no sum rules; '' if it contains all orbits up to some period."""
     if subset.part or not all_orbits(subset.selection):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing := subset.missing:
@@ -253,7 +253,7 @@ def _why_none(subset: WholePeriods) -> str:
 
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
-    """Return the averages of whole periods by sum rules, or None."""
+    """Return the averages of complete periods by sum rules, or None if there are none."""
     if _why_none(subset):
         return None
     a = subset.selection.a
@@ -265,7 +265,7 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
 def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
     """Yield the terms of sum rules from the chosen classes of filled periods, by period.
 
-    Raises `StoreError` if the number of a class belongs to no admissible word of its period.
+    Raises `StoreError` if the id of a class is not that of an admissible word of its period.
     """
     for p in np.unique(classes.p).tolist():
         here = classes.p == p

@@ -1,1 +1,1 @@
-"""Fill a catalogue with periods or single words, in one process, in several or on a cluster."""
+"""Fill a catalogue with periods or single words, in one process, in several processes or on a cluster."""

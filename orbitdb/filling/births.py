@@ -31,14 +31,14 @@ from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17
-"""Approximate number of words in a block, which takes some seconds."""
+"""Approximate number of words in a block, which takes a few seconds."""
 
 _WORDS_A_SECOND = 40_000
-"""Approximate number of words whose births are found in a second."""
+"""Approximate number of words for which births are found per second."""
 
 
 def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
-    """Find and store all births and deaths of some periods (`Catalogue.fill_births`)."""
+    """Find and store all births and deaths of the given periods (`Catalogue.fill_births`)."""
     totals = {p: count_admissible(p) for p in periods}
     with reading(path) as moment:
         known = sum(each.words for each in moment.birth_fills() if each.p in totals)
@@ -47,7 +47,7 @@ def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tel
 
 
 def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
-    """Find and store all births and deaths of some periods, as `orbitdb.filling.fill.fill_periods` does."""
+    """Find and store all births and deaths of the given periods; yield a `Step` after every stored block."""
     periods = sorted(set(periods))
     with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
         yield from resume(_Births(writer), periods, workers)
@@ -60,7 +60,7 @@ class SolvedBirths:
     Attributes
     ----------
     codes : ndarray of int64, shape (N,)
-        Their packed least words, in order.
+        The packed representatives, in ascending order.
     changes : Changes
     span, stabiliser, words, arithmetic
         As in `orbitdb.filling.fill.SolvedBlock`.
@@ -75,7 +75,7 @@ class SolvedBirths:
 
 
 def solve_births(span: Span) -> SolvedBirths:
-    """Find the classes of a span, and their births and deaths."""
+    """Find the classes whose representatives lie in a span, and their births and deaths."""
     codes, stabiliser = all_least_words(span)
     words = joined_words(codes, stabiliser, span.p)
     return SolvedBirths(span, codes, stabiliser, words, find_changes(unpack(codes, span.p)), arithmetic())

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from distributed import Future as DaskTask
 
 _AHEAD = 2
-"""Blocks in progress per thread of the cluster, so that none waits for the writer."""
+"""Number of blocks in progress per thread of the cluster, so that no thread waits for the writer."""
 
 PATIENCE = 8.0
 """Seconds to wait for an answer from the scheduler."""
@@ -35,9 +35,9 @@ _one_at_a_time = threading.Lock()
 
 
 class Cluster(Workers):
-    """Solves blocks on the workers of a dask cluster; a context manager.
+    """Context manager that solves blocks on the workers of a dask cluster.
 
-    Workers may come and go; dask repeats the blocks of a lost one.
+    Workers may come and go; dask repeats the blocks of a worker that is lost.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Cluster(Workers):
     Attributes
     ----------
     jobs : int
-        Number of its processes when it was connected, at least 1.
+        Number of workers when the connection was made, at least 1.
     """
 
     def __init__(self, scheduler: str) -> None:
@@ -73,12 +73,12 @@ class Cluster(Workers):
         self._client.close()  # the scheduler drops the blocks in progress
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of blocks in order.
+        """Yield the results of the blocks in order.
 
         Raises
         ------
         WorkError
-            If the connection is lost, a block kills several workers, or workers cannot solve it.
+            If the connection is lost, or a block kills several workers or cannot be solved.
         """
         begun = map(self._begun, blocks)
         for task in begun_ahead(begun, lambda: _AHEAD * max(self.size()[1], 1)):
@@ -89,7 +89,7 @@ class Cluster(Workers):
             yield answered(version, found)
 
     def size(self) -> tuple[int, int]:
-        """Return the number of workers, which solve one block at a time each, and of their threads."""
+        """Return the numbers of workers and of their threads; each worker solves one block at a time."""
         try:
             threads = self._running().nthreads().values()
         except Exception as error:
@@ -104,15 +104,15 @@ class Cluster(Workers):
 
     def _running(self) -> "Client":
         if self._client.status != "running":
-            raise ConnectionError  # a call would otherwise wait for the scheduler to return
+            raise ConnectionError  # otherwise a call would wait until the scheduler is back
         return self._client
 
 
 class _Call:
     """A block that is solved by unpickling it.
 
-    A worker without orbitdb then fails at this task alone and reports it. A task that it could not even
-    receive would end it, and then one worker after another.
+    A worker without orbitdb then fails only at this task, and reports it. A task that a worker could not even
+    receive would kill that worker, and then the others one by one.
     """
 
     def __init__(self, block: Task[Any]) -> None:
@@ -123,9 +123,9 @@ class _Call:
 
 
 def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
-    """Solve a block, one at a time, because threads share the precision of ball arithmetic.
+    """Solve a block while no other thread does; return the version of orbitdb and the result.
 
-    Also return the version of orbitdb.
+    Threads must take turns, because they share the precision of ball arithmetic.
     """
     with _one_at_a_time:
         return __version__, block()
@@ -140,7 +140,7 @@ def _connect(scheduler: str) -> "Client":
         raise InputError(f"{error}: to work on a cluster, pip install 'orbitdb[dask]'") from error
 
     async def call(address: str) -> None:
-        """Call the scheduler first, because Client would hang if another server answered."""
+        """Check that a scheduler answers, because Client would hang if some other server answered."""
         arguments = security.get_connection_args("client")
         comm = await asyncio.wait_for(connect(address, timeout=PATIENCE, **arguments), PATIENCE)
         comm.abort()
@@ -160,7 +160,7 @@ def _connect(scheduler: str) -> "Client":
 
 
 def _address(scheduler: str) -> str:
-    """Return the address, read from the scheduler's file if a file is given."""
+    """Return the address of the scheduler, read from its file if a file is given."""
     if not os.path.isfile(scheduler):
         return scheduler
     try:
@@ -170,14 +170,14 @@ def _address(scheduler: str) -> str:
 
 
 def _failure(error: Exception) -> WorkError:
-    """Return the error that says why the cluster did not solve a block."""
+    """Return an error that says why the cluster did not solve a block."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
         times = error.allowed_failures + 1
         return WorkError(
-            f"workers of the cluster died {times} times on one block: see their logs; if memory is short, "
-            "start fewer on a machine"
+            f"workers of the cluster died {times} times on the same block: see their logs; if memory is "
+            "short, start fewer on each machine"
         )
     if isinstance(error, ModuleNotFoundError):
         return WorkError(
@@ -185,8 +185,8 @@ def _failure(error: Exception) -> WorkError:
         )
     if isinstance(error, CancelledError | OSError):
         return WorkError(
-            "the connection to the dask scheduler is lost; what was stored is safe: run the same command "
-            "again when the scheduler is back, and it goes on from there"
+            "the connection to the dask scheduler was lost; what was stored is safe: when the scheduler is "
+            "back, run the same command again, and it continues from there"
         )
     return WorkError(f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}")
 

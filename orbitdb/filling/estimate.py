@@ -1,4 +1,4 @@
-"""Estimate the words, disk space and time of a fill or sweep, and check the free space."""
+"""Estimate the disk space and time that a fill or sweep takes, and check the free space."""
 
 import shutil
 from collections.abc import Callable, Sequence
@@ -28,24 +28,24 @@ Measured at p = 15 for Newton's method, and at p = 9 for the relaxation, which s
 """
 
 _SWEEPING = 8.0e-7
-"""Seconds per word for a sweep, on one core of a recent server, at p = 14."""
+"""Seconds per word for a sweep at p = 14, on one core of a recent server."""
 
 ENOUGH = 50_000
-"""Least number of words in a fill whose own rates are used instead."""
+"""Earlier fills and sweeps of at least this many words supply the rates instead."""
 
 _JOURNAL = 64 << 20
-"""Largest size of the write-ahead log in bytes."""
+"""Maximum size of the write-ahead log in bytes."""
 
 
 class Need(NamedTuple):
-    """What a fill takes.
+    """What a fill or sweep takes.
 
     Attributes
     ----------
     words, bytes : int
-        Words still to do, and disk space.
+        Number of words still to do, and the disk space that they need.
     seconds, alone : float
-        Time, and time with one process.
+        Time with the given number of processes, and with one process.
     """
 
     words: int
@@ -55,9 +55,10 @@ class Need(NamedTuple):
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill takes; with Newton's method, at the rates of earlier large fills in the file.
+    """Estimate what a fill takes.
 
-    The catalogue need not exist. Each of the `jobs` processes is taken to have a core of its own.
+    With Newton's method, the rates are those of earlier large fills in the file, if there are any. The
+    catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
     known = _at_every_a(path, Moment.fills)
     stored = {f.p: f.words for f in known.get(a, ())}
@@ -72,9 +73,9 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
 def sweep_need(
     path: Path, a: float, periods: Sequence[int], jobs: int, selection: Selection | None = None
 ) -> Need:
-    """Estimate what a sweep takes, at the rates of earlier large sweeps of the same subset in the file.
+    """Estimate what a sweep takes, at the rate of earlier large sweeps of the same subset, if there are any.
 
-    It stores no rows, so it needs hardly any space.
+    A sweep stores no rows, so it needs hardly any space.
     """
     known = _at_every_a(path, lambda moment, b: moment.sweeps(b, selection))
     here = {each.p: each.tally.words for each in known.get(a, ())}
@@ -86,7 +87,7 @@ def sweep_need(
 
 
 def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dict[float, list[Record]]:
-    """Return fills or sweeps by a; none without a catalogue of the newest schema."""
+    """Return the fills or sweeps at each a; none if the file is not a catalogue with the latest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}
     with reading(path) as moment:
@@ -94,7 +95,7 @@ def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dic
 
 
 def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
-    """Return seconds per word for enumerating, solving and storing; empty without large fills."""
+    """Return seconds per word for enumerating, solving and storing in large fills; () if there are none."""
     large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
     if not large:
         return ()
@@ -116,7 +117,7 @@ def check_room(path: Path, needed: Need) -> None:
 
 
 def duration(seconds: float) -> str:
-    """Write a time in a suitable unit."""
+    """Format a time in a suitable unit."""
     for unit, length in (("days", 86_400), ("hours", 3_600), ("minutes", 60)):
         if seconds >= 2 * length:
             return f"{seconds / length:.2g} {unit}"
@@ -124,12 +125,12 @@ def duration(seconds: float) -> str:
 
 
 def about(seconds: float) -> str:
-    """Write an estimated time without fractions of a second."""
+    """Format an estimated time without fractions of a second."""
     return "under a second" if seconds < 1 else f"about {duration(seconds)}"
 
 
 def gigabytes(count: float) -> str:
-    """Write a number of bytes in a suitable unit, with two digits."""
+    """Format a number of bytes in a suitable unit, with two digits or more."""
     if count >= 1e11:
         return f"{count / 1e9:.0f} GB"
     for unit, size in (("GB", 1e9), ("MB", 1e6)):

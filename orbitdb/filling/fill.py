@@ -1,7 +1,7 @@
-"""Fill a catalogue with the classes of some periods, or with single words, solved at one a.
+"""Fill a catalogue with all classes of a period, or with single words, solved at a given a.
 
 A period is cut into blocks, which any process can enumerate and solve. The result of a block depends only on
-its input, not on where and in which order blocks are solved.
+its input, not on where or in which order blocks are solved.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
@@ -42,18 +42,18 @@ from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unp
 
 @dataclass(frozen=True)
 class Method:
-    """A solver for words of one period, shape (N, p), and how many of them take about half a second."""
+    """A solver for words of one period, shape (N, p), and the number of words that take half a second."""
 
     solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
     words: int
 
 
 _WORDS_A_CLASS = 4
-"""Half of the usual 8 words per class, because most spans hold fewer classes than their bound."""
+"""Half of the usual 8 words per class, because most spans contain fewer classes than their bound."""
 
 _BLOCKS_A_JOB = 3
 _SMALLEST = 4
-"""The smallest block is a full one divided by this; smaller ones cost more per word."""
+"""Ratio of the largest block to the smallest; smaller blocks would take more time per word."""
 
 METHODS = {
     "newton": Method(partial(solve_admissible, every=False), 1 << 16),
@@ -70,12 +70,12 @@ class SolvedBlock:
     span : Span
     stabiliser : ndarray of uint8, shape (N,)
     words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are stored.
+        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are already stored.
     orbits : Orbits
     enumerating, solving : float
-        Processor time in seconds for the classes and for their orbits.
+        Processor time in seconds for finding the classes, and for solving their orbits.
     arithmetic : str
-        What computed them (`orbitdb.arithmetic.arithmetic`).
+        The arithmetic that computed the orbits (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -88,18 +88,18 @@ class SolvedBlock:
 
 
 def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
-    """Find the classes of a span, and solve them.
+    """Find the classes whose representatives lie in a span, and solve them.
 
     Parameters
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     method : str
         One of `METHODS`.
     known : bool
-        Whether the classes are stored, so that their words are not needed.
+        Whether the classes are already stored, so that their words are not needed.
     span : Span
-        The range of their representatives.
+        The range of the representatives.
     """
     clock, p = [thread_time()], span.p
     codes, stabiliser = all_least_words(span)
@@ -112,9 +112,9 @@ def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
 
 
 def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
-    """Cut the part of a period after a packed word into spans of about this many words, in order.
+    """Cut the part of a period after a packed word into spans of about `words` words, in order.
 
-    With several jobs, the spans of a small period are smaller, so that all jobs have work until its end.
+    With several jobs, the spans of a small period are smaller, so that no job runs out of work early.
     """
     if jobs > 1:
         words = min(words, max(count_admissible(p) // (_BLOCKS_A_JOB * jobs), words // _SMALLEST))
@@ -142,7 +142,7 @@ def fill(
     method: str = "newton",
     tell: Tell = nobody,
 ) -> None:
-    """Fill periods at one a (`Catalogue.fill`)."""
+    """Fill the given periods at the given a (`Catalogue.fill`)."""
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
     coming = need(path, a, periods, workers.jobs if workers else jobs or cores(), method)
@@ -159,20 +159,20 @@ def fill(
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Step]:
-    """Store all admissible words of some periods and their orbits at one a.
+    """Store all admissible words of the given periods, and their orbits at the given a.
 
     Parameters
     ----------
     path : Path
-        A catalogue of the newest schema.
+        A catalogue with the latest schema.
     a : float
-        The stadium.
+        Half length of the stadium.
     periods : iterable of int
-        From 2 to `MAX_PERIOD`; finished ones are skipped.
+        Periods from 2 to `MAX_PERIOD`; those already filled are skipped.
     method : str, optional
         One of `METHODS`.
     workers : Workers, optional
-        Where the words are found and solved; the stored rows do not depend on it.
+        Workers that find and solve the words; the stored rows do not depend on them.
 
     Yields
     ------
@@ -184,7 +184,7 @@ def fill_periods(
     few = [p for p in periods if count_admissible(p) <= METHODS[method].words]
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
-        yield from resume(work, few, HERE)  # these are done before other processes would have started
+        yield from resume(work, few, HERE)  # done before other processes could start
         yield from resume(work, set(periods).difference(few), workers)
 
 
@@ -224,9 +224,9 @@ class _Fill(Work):
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
-    """Store the geometrically pruned primitive words of some periods, with the rules they break.
+    """Store the geometrically pruned primitive words of the given periods, with the rules that they break.
 
-    Yields a `Step` after every batch, which counts all primitive words of the period.
+    Yields a `Step` after every batch. It counts all primitive words of the period, pruned or not.
     """
     names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
     with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
@@ -245,7 +245,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
 
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
-    """Store a primitive word of any period, with its class, solved at one a (`Catalogue.fill_word`)."""
+    """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:

@@ -28,14 +28,14 @@ if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
 
 _SECONDS_A_WINDOW = 0.6
-"""Approximate time for the levels of a window; more at large k."""
+"""Approximate time to find the levels of a window; it is longer at large k."""
 _USUAL_WINDOW = 14
-"""Edges of the longest windows for entropy bounds by default."""
+"""Default number of edges of the longest windows for entropy bounds."""
 _SECONDS_OF_BOUNDS = 0.4
-"""Approximate time for entropy bounds at one a with the default windows."""
+"""Approximate time to find entropy bounds at one a with the default windows."""
 
 Limits = tuple[int | None, float, float]
-"""When a search for bounds stops: edges of the longest windows, width of the bounds, seconds."""
+"""Limits that end a search for bounds: edges of the longest windows, width of the bounds, time in seconds."""
 
 
 def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
@@ -65,9 +65,9 @@ def find_levels(
     jobs: int | None = None,
     tell: Tell = nobody,
 ) -> dict[Parity, list[LevelWindow]]:
-    """Return all levels in a range of k by parity; a catalogue supplies what it has, and stores the rest."""
+    """Return the levels in a range of k by parity; take stored ones from a catalogue, and store new ones."""
     for parity in parities:
-        list(windows(stadium, parity, low, high))  # refuses a bad range before anything is stored
+        list(windows(stadium, parity, low, high))  # raises for a bad range before anything is stored
     found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as moment:
@@ -90,7 +90,7 @@ def find_levels(
             if writer is not None:
                 keep_levels(writer, solved)
             found[solved.parity].append(solved)
-            tell(done, len(tasks), f"levels {solved.parity} to k = {solved.high:.4g}")
+            tell(done, len(tasks), f"levels {solved.parity} up to k = {solved.high:.4g}")
     return found
 
 
@@ -103,18 +103,18 @@ def find_bounds(
     tell: Tell = nobody,
     asked: Mapping[str, Any] | None = None,
 ) -> Generator[EntropyBounds]:
-    """Enclose the topological entropy with longer and longer windows, and store the bounds.
+    """Bound the topological entropy with longer and longer windows, and store the bounds.
 
     Parameters
     ----------
     path : Path or None
         The catalogue; None to store nothing.
     values : sequence of float
-        Values of a; several are divided among processes.
+        Values of a; if there are several, they are divided among processes.
     limits : (int or None, float, float)
-        `Limits`.
+        See `Limits`.
     proofs : list of Proof, optional
-        If given, ball arithmetic checks each decision, and the proofs are appended.
+        If given, ball arithmetic checks each decision, and the proofs are appended to the list.
     jobs, tell : optional
     asked : mapping, optional
         Parameters to store with the run.
@@ -122,7 +122,7 @@ def find_bounds(
     Yields
     ------
     EntropyBounds
-        For each a and length of windows, in rising order.
+        Bounds for each a and length of windows, in ascending order.
     """
     kind = DOUBLES if proofs is None else BALLS
     parameters = {"command": "bounds", **(asked or {})}
@@ -136,10 +136,10 @@ def find_bounds(
 def _enclosed(
     values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
-    """Yield bounds, with the arithmetic that computed them if it was another process."""
+    """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
-        from orbitdb.entropy import proof  # loads flint, which doubles do not need
+        from orbitdb.entropy import proof  # loads flint, which double precision does not need
 
         judges = [proof.Proof() for _ in values]
     if len(values) == 1:
@@ -159,7 +159,7 @@ def _enclosed(
 
 
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
-    """Return the limits of a search for bounds, which ends at the first one that it reaches.
+    """Return the limits of a search for bounds, which stops at the first limit that it reaches.
 
     Raises `InputError` unless width and time are above 0.
     """

@@ -1,8 +1,8 @@
 """The loop shared by fills, sweeps and births: solve what is missing, block by block, and store it.
 
 Each kind of work has a table of cursors with one row per period: its state, the word up to which everything
-is stored, and the counts and times so far. A block is written in one transaction with its cursor, so the work
-can be stopped at any moment, even by a kill, and resumes there.
+is stored, and the counts and times so far. A block and its cursor are written in one transaction, so the work
+can be stopped or killed at any moment, and continues from the cursor.
 """
 
 import time
@@ -25,12 +25,12 @@ from orbitdb.symbols.pruning import count_admissible
 
 
 class OvertakenError(Exception):
-    """Another process moved the same cursor, which must be read again."""
+    """Another process has moved the cursor, so it must be read again."""
 
 
 @dataclass(frozen=True)
 class Cursor:
-    """Progress of the work on one period: a row of `fill`, `sweep` or `birth_fill`, stored or initial."""
+    """Progress of the work on one period: a stored or initial row of `fill`, `sweep` or `birth_fill`."""
 
     table: sa.Table
     row: Mapping[str, Any]
@@ -42,7 +42,7 @@ class Cursor:
 
     @property
     def done(self) -> bool:
-        """Whether nothing is missing."""
+        """Whether the work on the period is done."""
         return bool(self.row["state"] == DONE)
 
     @property
@@ -52,19 +52,19 @@ class Cursor:
 
     @property
     def after(self) -> int:
-        """The packed word after which the work continues; it need not be a word itself.
+        """The packed symbols after which the work continues; they need not be a word of the period.
 
-        All classes with representatives up to it are stored.
+        All classes whose representatives come before or at this point are stored.
         """
         return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
 
     def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
-        """Return the condition on the rows of a table that have the same key."""
+        """Return the SQL condition for the rows of a table that have the primary key of this row."""
         return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
 
 
 def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
-    """Return the stored progress of a period, or the initial row: the given values, counts 0."""
+    """Return the stored progress of a period, or an initial row with the given values and zero counts."""
     zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
     cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
     row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
@@ -72,7 +72,7 @@ def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> 
 
 
 def hold(connection: sa.Connection, cursor: Cursor) -> None:
-    """Raise `OvertakenError` if another process moved the cursor; none can during this transaction."""
+    """Raise `OvertakenError` if another process has moved the cursor; during this transaction, none can."""
     columns = cursor.table.c.state, cursor.table.c.cursor
     row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
     if tuple(row or (FILLING, None)) != (FILLING, cursor.row["cursor"]):
@@ -80,7 +80,7 @@ def hold(connection: sa.Connection, cursor: Cursor) -> None:
 
 
 def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
-    """Move a cursor to the end of the span after it, and add its counts and times."""
+    """Move a cursor to the end of the next span, and add the counts and times of that span."""
     table, row = cursor.table, dict(cursor.row)
     added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
     if row["cursor"] is None:
@@ -90,20 +90,20 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
 
 
 def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
-    """Mark a period as done, with its final values."""
+    """Mark a period as done, and store its final values."""
     table = cursor.table
     connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))
 
 
 class Step(NamedTuple):
-    """Progress of a fill, a sweep or births.
+    """Progress of a fill, a sweep or a search for births.
 
     Attributes
     ----------
     p : int
         The current period.
     words, total : int
-        Words of this period that are done, and all of them.
+        Number of words of this period that are done, and number of all its words.
     """
 
     p: int
@@ -112,7 +112,7 @@ class Step(NamedTuple):
 
 
 class Work(ABC):
-    """A kind of work on periods."""
+    """A kind of work that is done period by period."""
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
@@ -123,23 +123,23 @@ class Work(ABC):
 
     @abstractmethod
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[Any]]:
-        """Cut the work after a cursor into blocks, in order; each result has a `span`."""
+        """Cut the work after a cursor into blocks, in order; the result of each block has a `span`."""
 
     @abstractmethod
     def store(self, connection: sa.Connection, cursor: Cursor, part: Any) -> dict[str, float]:
-        """Store the result of the span after a cursor; return what to add to its row."""
+        """Store the result of the span after a cursor; return the numbers to add to the cursor's row."""
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
-        """Return the number of words stored, and final values of the row."""
+        """Return the number of words stored, and final values for the cursor's row."""
         return cursor.words, {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
-        """Finish a complete period; return further values of the row."""
+        """Finish a complete period; return further final values for the cursor's row."""
         return {}
 
 
 def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
-    """Do what is missing of some periods; go on where another process that does the same has come to.
+    """Do the work that is left on the given periods, from where this or another process stopped.
 
     Yields
     ------
@@ -165,7 +165,7 @@ def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[St
 
 
 def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
-    """Store the blocks after the cursors, and close each period after its last block."""
+    """Solve and store the blocks after the cursors, and close each period after its last block."""
     clock = time.monotonic()
     begun = list(cursors.values())
     for part in workers.solved(block for each in begun for block in work.blocks(each, workers.jobs)):
@@ -181,12 +181,12 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
 
 
 def _close(work: Work, cursor: Cursor) -> None:
-    """Check that a period is complete and mark it; `OvertakenError` if another process did."""
+    """Check that a period is complete, and mark it as done; raise `OvertakenError` if it already is."""
     with work.writer.reading() as connection:  # takes a while; others may write meanwhile
         words, values = work.counted(connection, cursor)
     if words != (total := count_admissible(cursor.p)):
         raise StoreError(
-            f"period {cursor.p} holds {words} words instead of {total}: {work.writer.path} is damaged"
+            f"period {cursor.p} has {words} words instead of {total}: {work.writer.path} is damaged"
         )
     with work.writer.writing() as connection:
         hold(connection, cursor)
@@ -196,9 +196,9 @@ def _close(work: Work, cursor: Cursor) -> None:
 def run_steps(
     steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0
 ) -> None:
-    """Run a fill, a sweep or births, and report progress over all its periods.
+    """Run a fill, a sweep or a search for births, and report its progress over all periods.
 
-    `totals` has the number of words of each period; `known` words were stored before.
+    `totals` has the number of words of each period; `known` is the number of words stored before.
     """
     total = sum(totals.values())
     with closing(steps):

@@ -1,4 +1,4 @@
-"""Sweep periods: enumerate, solve and add up, block by block; store only counts and sums."""
+"""Sweep periods: enumerate, solve and add up orbits block by block, and store only counts and sums."""
 
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -36,10 +36,10 @@ from orbitdb.symbols.symmetry import SIZES
 Tilts = Mapping[int, Floats]
 
 CLASSES = 1 << 15
-"""Bound on the classes of a block, and so on memory."""
+"""Maximum number of classes in a block; it limits the memory used."""
 
 SMALL = 200_000
-"""Up to this many words, a period is swept in this process, before others would have started."""
+"""A period of at most this many words is swept in this process, before other processes could start."""
 
 
 def sweep(
@@ -50,7 +50,7 @@ def sweep(
     workers: Workers | None = None,
     tell: Tell = nobody,
 ) -> None:
-    """Sweep periods, and sum over chosen orbits at the a of the selection (`Catalogue.sweep`)."""
+    """Sweep the given periods at the a of a selection, and sum over the chosen orbits (`Catalogue.sweep`)."""
     coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
@@ -65,12 +65,12 @@ def sweep_periods(
     workers: Workers = HERE,
     selection: Selection | None = None,
 ) -> Generator[Step]:
-    """Store counts of the words of some periods at one a, and sums over their orbits.
+    """Count the words of the given periods at the given a, sum over their orbits, and store the results.
 
     Parameters
     ----------
     path, a, periods, workers : optional
-        As for `orbitdb.filling.fill.fill_periods`.
+        As in `orbitdb.filling.fill.fill_periods`.
     selection : Selection, optional
         The orbits to count and sum over, by default all; its a and periods are ignored. Sweeps of different
         subsets are stored side by side.
@@ -89,7 +89,7 @@ def sweep_periods(
     chosen = "" if selection is None else swept_text(selection)
     parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
     with closing(Writer(path, parameters, references=False)) as writer:
-        for p in periods:  # one by one, because the tilts of each come from lower ones
+        for p in periods:  # one by one, because tilts come from lower periods
             tilts = {} if chosen else _tilts(path, a, p)  # sum rules need all orbits
             work = _Sweep(writer, stadium.a, chosen, tilts)
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
@@ -101,14 +101,14 @@ class _Sweep(Work):
         self.a, self.selection, self.tilts = a, selection, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        """Return the progress of a period, which begins with its tilts."""
+        """Return the progress of a period; its initial row has the tilts of the period."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
         own = {"stadium": stadium, "p": p, "selection": self.selection}
         return open_cursor(connection, tables.sweep, **own, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
-        """Cut a period into the same blocks for any number of jobs, so that the sums are the same."""
+        """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
 
@@ -146,7 +146,7 @@ def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
 
 
 def _tilts(path: Path, a: float, p: int) -> Tilts:
-    """Return the tilts for the moments of a period; none if lower periods have no moments."""
+    """Return the tilts for the moments of a period; {} if some lower period has no moments."""
     if p <= EXACT:
         return {}
     with reading(path) as moment:
@@ -164,11 +164,11 @@ class SweptSums:
     tally : Tally
     sums : PeriodSums
     moments : dict of int to TiltMoments
-        By level, around the given tilts.
+        Moments around the given tilts, by level.
     processor : float
         Processor time in seconds.
     arithmetic : str
-        What computed them (`orbitdb.arithmetic.arithmetic`).
+        The arithmetic that computed the sums (`orbitdb.arithmetic.arithmetic`).
     """
 
     span: Span
@@ -180,18 +180,18 @@ class SweptSums:
 
 
 def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:
-    """Find and solve the classes of a span, and sum over their orbits.
+    """Find the classes whose representatives lie in a span, solve them, and sum over their orbits.
 
     Parameters
     ----------
     a : float
-        The stadium.
+        Half length of the stadium.
     selection : str
-        The canonical text of the subset to sum over, empty for all orbits.
+        The canonical text of the subset to sum over; empty for all orbits.
     tilts : dict of int to ndarray
-        By level, for the moments (`orbitdb.averages.sum_rules`).
+        Tilts by level, around which the moments are taken (`orbitdb.averages.sum_rules`).
     span : Span
-        The range of representatives.
+        The range of the representatives.
     """
     clock = thread_time()
     classes, chosen = all_least_words(span), selection_of(selection, a)
@@ -202,7 +202,7 @@ def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums
 def _summed(
     part: LeastWords, p: int, selection: Selection, centres: Tilts
 ) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
-    """Solve the chosen classes and add them up, each weighted with its number of chosen words."""
+    """Solve the chosen classes and add up their orbits, each weighted by its number of chosen words."""
     words = chosen_words(part, p, selection)
     rows = np.flatnonzero(words)
     sizes = words[rows]
@@ -223,7 +223,7 @@ def _summed(
 
 
 def _solved(codes: Integers, p: int, selection: Selection) -> Iterator[Exponents]:
-    """Yield the orbits of packed words that are in the ranges of a subset."""
+    """Yield those orbits of the packed words whose values lie within the ranges of a subset."""
     for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
         if selection.ranges:
             inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)

@@ -1,6 +1,6 @@
-"""Where blocks are solved: in this process, or in several at once.
+"""Solve blocks in this process, or in several processes at once.
 
-Results come in the order of the blocks. The number of blocks in progress is limited, and so is memory.
+Results come in the order of the blocks. The number of blocks in progress is limited, to limit the memory.
 """
 
 import multiprocessing
@@ -25,21 +25,21 @@ Begun = TypeVar("Begun")
 Answer = TypeVar("Answer")
 
 _AHEAD = 2
-"""Blocks in progress per worker, so that none waits for the writer."""
+"""Number of blocks in progress per worker, so that no worker waits for the writer."""
 
 _WORTH_PROCESSES = 1.0
-"""Seconds of work from which further processes are worth it."""
+"""Work of at least this many seconds is worth starting more processes."""
 _STARTING = 0.1
-"""Approximate seconds to start them."""
+"""Approximate time in seconds to start processes."""
 
 _DEATHS = 3
-"""A block is given up after this many workers died on it."""
+"""A block is given up when this many workers have died on it."""
 
 _HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 Task: TypeAlias = Callable[[], Answer]
-"""Solves a block; it may be pickled to another process."""
+"""A function that solves a block, and that can be pickled and sent to another process."""
 
 
 class Workers:
@@ -54,7 +54,7 @@ class Workers:
     jobs = 1
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of blocks in order."""
+        """Yield the results of the blocks in order."""
         return (block() for block in blocks)
 
 
@@ -64,8 +64,8 @@ HERE = Workers()
 def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
     """Yield futures in order, while further blocks are in progress.
 
-    Each step of the iterable starts a block and yields its future. `ahead` returns how many blocks may be in
-    progress besides the next; it is called each time, because the number of workers may grow.
+    Each step of `begun` starts a block and yields its future. `ahead` returns how many blocks besides the
+    next may be in progress; it is called each time, because the number of workers may grow.
     """
     waiting: deque[Begun] = deque()
     for each in begun:
@@ -83,7 +83,7 @@ def answered(version: str, result: Answer) -> Answer:
 
 
 class Processes(Workers):
-    """Solves blocks in processes of its own; a context manager.
+    """Context manager that solves blocks in processes that it starts.
 
     If a process dies, only its block is lost, and a new process solves it again.
 
@@ -94,8 +94,8 @@ class Processes(Workers):
 
     Notes
     -----
-    Each process has a thread that feeds it through a pipe of its own. So a killed process holds no lock that
-    others wait for, and its end of the pipe closes.
+    For each process, a thread sends blocks through a pipe that no other process shares. A killed process
+    therefore holds no lock that others wait for, and its end of the pipe closes.
     """
 
     def __init__(self, jobs: int) -> None:
@@ -106,7 +106,7 @@ class Processes(Workers):
         self._ended = False
 
     def __enter__(self) -> Self:
-        """Start the processes now, because that takes some tenths of a second."""
+        """Start the processes now, because that takes a few tenths of a second."""
         for _ in range(self.jobs):
             self._threads.submit(self._process)
         return self
@@ -121,12 +121,12 @@ class Processes(Workers):
         self._threads.shutdown(cancel_futures=True)
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of blocks in order.
+        """Yield the results of the blocks in order.
 
         Raises
         ------
         WorkError
-            If several processes die on one block.
+            If several processes die on the same block.
         """
         begun = (self._threads.submit(self._answer, block) for block in blocks)
         for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):
@@ -147,23 +147,24 @@ class Processes(Workers):
                     raise
                 del self._own.process
         raise WorkError(
-            f"worker processes died {_DEATHS} times on one block: if memory is short, use fewer with --jobs"
+            f"worker processes died {_DEATHS} times on the same block: if memory is short, use fewer with "
+            "--jobs"
         )
 
     def _process(self) -> "_Process":
         if not hasattr(self._own, "process"):
             self._own.process = _Process()
             self._all.append(self._own.process)
-            if self._ended:  # meanwhile
+            if self._ended:  # while it was starting
                 self._own.process.end()
         process: _Process = self._own.process
         return process
 
 
 class _Process:
-    """A process that solves blocks, started by a thread other than the main one.
+    """A process that solves blocks, started by a thread other than the main thread.
 
-    The thread blocks Ctrl-C and similar signals, so that they cannot reach a process while it starts.
+    The thread blocks Ctrl-C and similar signals, so that they cannot reach the process while it starts.
     """
 
     def __init__(self) -> None:
@@ -189,11 +190,11 @@ class _Process:
 
 
 def _work(line: Connection) -> None:
-    """Solve block after block; answer with the version of orbitdb and the result or an error.
+    """Solve block after block; answer each with the version of orbitdb, and the result or an error.
 
-    Signals are left to the storing process. If that is killed, this process ends at once.
+    Signals are left to the process that stores the results. If it is killed, this process ends at once.
     """
-    for number in _HELD_BACK:  # but SIGTERM, with which Python ends the children of a finished process
+    for number in _HELD_BACK:  # except SIGTERM, with which Python ends children at exit
         signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the mask of the thread that started it
@@ -225,9 +226,9 @@ def cores() -> int:
 
 @contextmanager
 def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = None) -> Iterator[Workers]:
-    """Give workers for about this many seconds of work: the given ones, or processes that end after use.
+    """Provide workers for about `seconds` of work: the given workers, or processes that end after use.
 
-    Short work is done in this process. Without a number of jobs, longer work uses all cores.
+    Short work is done in this process. If `jobs` is not given, longer work uses all cores.
     """
     if workers is not None:
         yield workers

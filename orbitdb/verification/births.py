@@ -1,8 +1,8 @@
-"""Check births and deaths: in order, in agreement with fills, decided again, and none missing.
+"""Check births and deaths: their order, agreement with fills, brackets and bounces, and that none is missing.
 
-Both ends of the bracket of a birth or death are decided again, as in `orbitdb.orbits.births.brackets`. The
-stored bounce must pass through its joint there, at the stored speed. A method other than the one that found
-them proves, cell by cell in ln a, that none is missing.
+The status at both ends of the bracket around a birth or death is decided again, as in
+`orbitdb.orbits.births.brackets`. The stored bounce must pass through its joint there, at the stored speed.
+That none is missing is proved cell by cell in ln a, by another method than the one that found them.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -47,19 +47,19 @@ from orbitdb.verification.check import (
 )
 
 BLOCK = 1000
-"""Classes that are proved at once, in some hundred megabytes."""
+"""Number of classes to prove at once, which takes a few hundred megabytes."""
 
 _CLOSE = 1e-6
-"""Relative tolerance for slopes, which no proof rests on and which have no error bounds."""
+"""Relative tolerance for slopes. They have no error bounds, and no proof depends on them."""
 
 
 def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
-    """Return the periods with complete births that are chosen at some a; all without selections."""
+    """Return the periods with complete births that are chosen at some a, or all without selections."""
     return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
 
 
 def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
-    """Check the births of chosen periods where they are complete, and their counts at the a of every fill.
+    """Check complete births of the chosen periods, and the counts that follow from them at every filled a.
 
     Every period with births needs a row in `birth_fill`.
     """
@@ -67,7 +67,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
     known = cycle.c.p.in_(sa.select(birth_fill.c.p))
     unknown = sa.select(cycle.c.p).join_from(change, cycle).where(~known).distinct().order_by(cycle.c.p)
     for p in connection.scalars(unknown).all():
-        yield Check("births", 0, 1, first=f"p = {p}: births without a row on their progress")
+        yield Check("births", 0, 1, first=f"p = {p}: births without a row in birth_fill")
     for found in whole_births(connection, selections):
         rows = audit.change_rows(connection, found.p)
         wrong = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(connection, found)]
@@ -80,7 +80,7 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the classes whose changes are not numbered, rising, and alternately births and deaths."""
+    """Yield the classes whose changes are not numbered by ascending a, or whose kinds do not alternate."""
     for _, changes in groupby(rows, key=lambda row: row.cycle):
         own = list(changes)
         kinds = [DIED if n % 2 else BORN for n in range(len(own))]
@@ -96,7 +96,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the changes with a wrong event number: those at one place share it, and a = 0 has none."""
+    """Yield the changes with a wrong event number: changes at the same a share it, and a = 0 has none."""
     moving = [row for row in rows if row.a > 0]
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
@@ -106,7 +106,7 @@ def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
-    """Yield the wrong counts of a period; SQLite counts, not the code that stored them."""
+    """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
     born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
     first, count = change.c.number == 1, sa.func.count
     births = sa.case((born, change.c.a))
@@ -133,13 +133,14 @@ def _against(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str
     tally = asdict(counts_at(connection, fill["a"], fill["p"]))
     for name, value in {"n_t": tally.pop("words"), **tally}.items():
         if value != fill[name]:
-            yield f"{name} is {value} from births"
+            yield f"{name} is {value} according to births"
 
 
 def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
-    """Prove that no birth or death is missing in periods with complete ones; yield block by block.
+    """Prove, block by block, that no birth or death is missing in the given periods.
 
-    Proved classes count as rows of ``lives``; those whose cells become too small, as rows of ``undecided``.
+    Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
+    that, as rows of ``undecided``.
     """
     for found in periods:
         changes = groupby(audit.change_rows(connection, found.p), key=lambda row: str(row.word))
@@ -167,7 +168,7 @@ def _known(rows: Iterable[Any]) -> list[KnownChange]:
 def change_parts(
     connection: sa.Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
 ) -> Iterator[Part]:
-    """Yield blocks of the classes with births in the chosen periods, or of a random sample of them."""
+    """Yield parts that check the classes with births in the chosen periods, or a random sample of these."""
     born = audit.by_period(connection, audit.ids_in(connection, change.c.cycle))
     chosen = [those for p, those in born.items() if is_chosen(p, selections)]
     drawn = audit.sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
@@ -193,7 +194,7 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _is_sound(row: Any) -> bool:
-    """Tell whether a row is possible: at a = 0 without error and bounce, elsewhere with both."""
+    """Tell whether a row is possible: without error and bounce at a = 0, with both elsewhere."""
     path = (row.bounce, row.joint, row.slope)
     if row.a == 0:
         return (row.error, row.kind, row.number, *path) == (0, BORN, 1, None, None, None)
@@ -202,7 +203,7 @@ def _is_sound(row: Any) -> bool:
 
 
 def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
-    """Tell which changes are wrong, from the statuses just below and above; for a = 0, at the least a."""
+    """Tell which changes contradict the statuses just below and above them, or at `MIN_A` for a = 0."""
     a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
     born = np.array([1 if row.kind == BORN else -1 for row in rows])
     low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
@@ -213,7 +214,7 @@ def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
-    """Tell which words are orbits, each at its own a: 1, -1, or 0 if not even balls decide it."""
+    """Return 1 for each word that is an orbit at its own a, -1 for others, 0 if even balls cannot decide."""
     sign = np.zeros(len(words), np.int8)
     for here, legs in cut(words):
         sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)
@@ -240,7 +241,7 @@ def _wrong_bounces(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _slacks(legs: Chain, a: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return the smooth slacks at the maxima, their slopes in ln a, and a bound on the slacks' errors."""
+    """Return the smooth slacks at the maximal lengths, their slopes in ln a, and bounds on their errors."""
     limits = direction_limits(legs, a)
     alpha = newton(legs, a).alpha
     _, drift = motion(legs, a, alpha, limits)

@@ -1,4 +1,4 @@
-"""Checks of many rows, and parts of a catalogue, which any process can check independently."""
+"""Results of checks over many rows, and parts of a catalogue, each of which any process can check."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -17,23 +17,23 @@ from orbitdb.store.reading.moment import reading
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20
-"""Most entries of all p x p matrices of a block."""
+"""Maximum number of entries in all p x p matrices of a block."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """Result of one check over some rows.
+    """Result of one check over a number of rows.
 
     Attributes
     ----------
     name : str
         One of `orbitdb.verification.verify.PROMISES`.
     rows, failures : int
-        Numbers of rows, and of wrong ones.
+        Number of rows checked, and number of failures.
     worst, share : float or None
-        The worst deviation in relation to what its row allows, and that ratio; above 1 is a failure.
+        The deviation that is largest relative to what its row allows, and that ratio; above 1, the row fails.
     first : str or None
-        The first wrong row.
+        The first failure.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Check:
     first: str | None = None
 
     def joined(self, other: "Check") -> "Check":
-        """Join the same check over two sets of rows."""
+        """Join this result with that of the same check over other rows."""
         larger = max((self, other), key=lambda part: -1.0 if part.share is None else part.share)
         return replace(
             larger,
@@ -65,7 +65,7 @@ class Checked:
     done, total : int
         Progress of the stage, in classes.
     checks : tuple of Check
-        Of the rows of this step; joined by name, they make the report.
+        Results for the rows of this step; the report joins the results of all steps by name.
     """
 
     stage: str
@@ -75,32 +75,32 @@ class Checked:
 
 
 def judged(name: str, labels: Sequence[str], wrong: Marks | Sequence[bool]) -> Check:
-    """Return a check that each labelled row passes or fails."""
+    """Return the check of N labelled rows, given which of them are wrong."""
     marks = np.asarray(wrong)
     first = shortened(labels[int(marks.argmax())]) if marks.any() else None
     return Check(name, len(marks), int(marks.sum()), first=first)
 
 
 def listed(name: str, rows: int, wrong: Sequence[str]) -> Check:
-    """Return a check of some rows, given the labels of the wrong ones."""
+    """Return the check of a number of rows, given the labels of the wrong ones."""
     return Check(name, rows, len(wrong), first=wrong[0] if wrong else None)
 
 
 def single(name: str, label: str, wrong: Iterable[str]) -> Check:
-    """Return a check of one row, given its faults."""
+    """Return the check of one row, given its label and its faults."""
     first = next(iter(wrong), None)
     return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
 
 
 def shares(deviation: Floats, allowed: Floats) -> Floats:
-    """Return deviations divided by allowed ones: 0 for no deviation, infinity for NaN."""
+    """Return deviations divided by the allowed ones; 0 where there is no deviation, infinity for NaN."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         share = np.where(deviation == 0, 0.0, deviation / allowed)
     return np.where(np.isnan(share), np.inf, share)
 
 
 def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
-    """Return a check of deviations against allowed ones, shape (N,) each; NaN fails."""
+    """Return the check of N labelled rows, given their deviations and the allowed ones; NaN fails."""
     share = shares(deviation, allowed)
     found = judged(name, labels, share > 1)
     if not len(share):
@@ -117,7 +117,7 @@ class Part:
     ----------
     stage : str
     find : callable
-        Checks the part through a connection.
+        Function that checks the part, given a connection.
     done, total : int
         As in `Checked`.
     """
@@ -128,7 +128,7 @@ class Part:
     total: int = 1
 
     def checked(self, connection: sa.Connection) -> Checked:
-        """Check the part, up to the first unreadable value."""
+        """Check the part, but stop at the first unreadable value."""
         found: list[Check] = []
         try:
             found.extend(self.find(connection))
@@ -139,7 +139,7 @@ class Part:
 
 
 def checked_apart(path: Path, part: Part) -> Checked:
-    """Check a part in the file as it is now, since the rows of a class never change."""
+    """Check a part in the file as it is now, which is safe because the rows of a class never change."""
     with reading(path) as moment:
         return part.checked(moment.connection)
 
@@ -153,7 +153,7 @@ class Block:
     p : int
     ids : ndarray of int64, shape (N,)
     done, total : int
-        Number checked after this block, and number to check.
+        Number of classes or words that are checked after this block, and number of all to check.
     """
 
     p: int
@@ -162,12 +162,12 @@ class Block:
     total: int
 
     def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
-        """Return the block as a part, which a function checks."""
+        """Return the block as a part that `find` checks."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
 
 def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
-    """Cut classes into blocks of at most `size`; smaller ones for long words, whose Hessians are large."""
+    """Cut classes into blocks of at most `size`; blocks of long words, with large Hessians, are smaller."""
     done, total = 0, sum(map(len, ids.values()))
     for p, those in ids.items():
         step = max(1, min(size, _NUMBERS // p**2))
@@ -178,5 +178,5 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
 
 
 def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; without selections, each is."""
+    """Tell whether a period is chosen at some a; if there are no selections, all periods are."""
     return not selections or any(each.includes(p) for each in selections)

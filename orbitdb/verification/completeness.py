@@ -1,8 +1,8 @@
 """Check the file, the completeness of its classes, and the row of each class.
 
-The row of a class or a pruned word, id included, must follow from its word alone. The id is the key of the
-representative, so no class is stored twice, and no word belongs to two classes. The classes of a period are
-complete if they have as many words as the transfer matrix says.
+The row of a class or a pruned word, including its id, must follow from its word alone. The id is the key of
+the representative, so no class is stored twice, and no word belongs to two classes. The classes of a period
+are complete if they contain as many words as the transfer matrix says.
 """
 
 import re
@@ -43,7 +43,7 @@ from orbitdb.verification.provenance import parameters_of
 
 
 def file_parts(selections: Sequence[Selection]) -> list[Part]:
-    """Return the parts that check the file, and the counts of chosen periods; the longest come first."""
+    """Return the parts that check the file and the counts of the chosen periods, the slowest first."""
     whole = [Part("file", find) for find in (_references, _file, _elements)]
     return [*whole, Part("counts", partial(_counts, selections))]
 
@@ -62,7 +62,7 @@ def _file(connection: sa.Connection) -> Iterator[Check]:
 
 def _elements(connection: sa.Connection) -> Iterator[Check]:
     stored = {tuple(row) for row in connection.execute(sa.select(element))}
-    wrong = [f"place {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ set(ELEMENT_ROWS))]
+    wrong = [f"position {n} of {symmetry}" for symmetry, n, _ in sorted(stored ^ set(ELEMENT_ROWS))]
     yield listed("elements", len(stored), wrong)
 
 
@@ -83,7 +83,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
         named = {row["p"] for row in here if row["a"] == a}
         others = [p for p in solved[number] if chosen[a].includes(p) and p not in named]
         for p in _unnamed(connection, number, others):
-            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row on the fill")
+            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row in fill")
     wrong: Iterator[str]
     for row in here:
         if row["state"] == DONE:
@@ -100,7 +100,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
 
 
 def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) -> Iterator[int]:
-    """Yield the periods with rows from a fill; words stored singly need no row in `fill`."""
+    """Yield those periods that contain rows from a fill of periods; single words need no row in `fill`."""
     asked = parameters_of(connection)
     for p in periods:
         runs = [number for number, by in asked.items() if p in by.get("periods", ())]
@@ -112,14 +112,14 @@ def _unnamed(connection: sa.Connection, stadium: int, periods: Iterable[int]) ->
 
 
 def _count(p: int, words: int, whole: bool) -> Check:
-    """Check that a whole period has all its words."""
+    """Check that a period has all its words if it is marked as complete."""
     expected = count_admissible(p) if whole else words
     first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
     return Check("counts", words, abs(words - expected), first=first)
 
 
 def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the faults in cursor and words of a finished period."""
+    """Yield the faults in the cursor and the number of words of a finished period."""
     p, cursor, words = (row[name] for name in ("p", "cursor", "words"))
     if cursor != (last := f"{Span.whole(p).upto:0{p}o}"):
         yield f"cursor {shortened(str(cursor))} instead of {last}"
@@ -128,16 +128,16 @@ def wrong_end(row: Mapping[str, Any]) -> Iterator[str]:
 
 
 def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = None) -> Iterator[str]:
-    """Yield the faults of an unfinished period, which has no results yet.
+    """Yield the faults in the row of an unfinished period, which must have no results yet.
 
-    All words up to its cursor must be counted, and stored if the work stores words.
+    All words up to its cursor must be counted, and also stored if this kind of work stores words.
     """
     p, cursor = row["p"], row["cursor"]
     early = [c.name for c in table.c if c.nullable and c.name not in ("cursor", "run")]
     if row["state"] != FILLING:
         yield f"state {row['state']}"
     elif any(row[name] is not None for name in early):
-        yield "counts of a period that is not done"
+        yield "final counts, although the period is not done"
     elif cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor) is None:
         yield f"cursor {shortened(cursor)}"
     else:
@@ -150,7 +150,7 @@ def wrong_cursor(table: sa.Table, row: Mapping[str, Any], stored: int | None = N
 def _wrong_cursor(
     connection: sa.Connection, table: sa.Table, row: Mapping[str, Any], stadium: int | None
 ) -> Iterator[str]:
-    """Yield the faults of an unfinished period that stores words."""
+    """Yield the faults in the row of an unfinished period whose words are stored."""
     cursor, p = row["cursor"], row["p"]
     is_code = cursor is not None and re.fullmatch(f"[0-7]{{{p}}}", cursor)
     yield from wrong_cursor(table, row, words_up_to(connection, stadium, p, cursor) if is_code else 0)
@@ -159,7 +159,7 @@ def _wrong_cursor(
 def _wrong_counts(
     fill: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
-    """Yield the wrong counts of a filled period, given its rows by status."""
+    """Yield the wrong counts of a filled period, given its numbers of words and classes by status."""
     for name, value in counts_when_done(fill["p"], statuses).items():
         if fill[name] != value:
             yield f"{name} is {fill[name]} instead of {value}"
@@ -169,7 +169,7 @@ def _wrong_counts(
 
 
 def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield blocks of the classes and pruned words of chosen periods; of all without selections."""
+    """Yield parts that check the classes and pruned words of the chosen periods, or of all periods."""
     for table in (cycle, pruned):
         found = audit.by_period(connection, audit.ids_in(connection, table.c.id), table)
         for block in blocks({p: ids for p, ids in found.items() if is_chosen(p, selections)}):
@@ -178,7 +178,7 @@ def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> I
 
 
 def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Check]:
-    """Check rows of `cycle` or `pruned` against what follows from their words."""
+    """Check rows of `cycle` or `pruned` against the values that follow from their words."""
     of_pruned, p = name == "rules", block.p
     rows = audit.load_rows(connection, pruned if of_pruned else cycle, block.ids)
     words, wrong = [row[2] for row in rows], [True] * len(rows)
@@ -195,14 +195,14 @@ def _compared(name: str, block: Block, connection: sa.Connection) -> Iterator[Ch
 
 
 def _id(word: str, of_pruned: bool, stored: int) -> int:
-    """Return the id that a word must have; those too long for a key are numbered as they came."""
+    """Return the id that a word must have; words too long for a key are numbered one after another."""
     if len(word) <= MAX_KEYED:
         return -key(word) if of_pruned else key(word)
     return min(stored, -LONG) if of_pruned else max(stored, LONG)
 
 
 def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
-    """Yield what the rows of the classes of some words must have after their ids."""
+    """Yield, for the class of each word, the values that its row must have after the id."""
     if p > MAX_KEYED:
         families = [symmetry.class_of(word) for word in words]
         stabilisers = [each.stabiliser for each in families]
@@ -226,7 +226,7 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
 
 
 def _pruned_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...] | None]:
-    """Yield what the rows of pruned words must have after their ids; None for other words."""
+    """Yield, for each word, the values that its row must have after the id; None if it is not pruned."""
     symbols = from_strings(words)
     masks, primitive = rules_broken(symbols).tolist(), are_primitive(symbols).tolist()
     for word, mask, whole in zip(words, masks, primitive, strict=True):

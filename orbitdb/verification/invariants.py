@@ -1,9 +1,10 @@
 """Check that the coordinates, length, lambda and margin of each stored orbit fit together.
 
 Every number is computed again from the coordinates by plane geometry, bounce by bounce, without runs and
-legs. The allowed differences follow from the error bound of the row: each bounce is off its place on the
-orbit by at most this bound and the rounding of a place on the table, e in all. To first order, this turns a
-link of length l by 2 e / l, and changes angles, length, monodromy matrix and Hessian accordingly.
+legs. The allowed differences follow from the error bound of the row: each bounce is off its position on the
+orbit by at most e, the sum of this bound and the rounding error of a position in the stadium. To first order,
+this turns a link of length l by up to 2 e / l, and changes angles, length, monodromy matrix and Hessian
+accordingly.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,23 +29,24 @@ _VAGUE = 1e-2
 
 
 def rounding_of_places(stadium: Stadium) -> float:
-    """Return how far rounding can move a place on the table, or the difference of two."""
+    """Return how far rounding can move a position in the stadium, or the difference of two positions."""
     return 4 * EPSILON * (stadium.a + 2)
 
 
 @dataclass(frozen=True)
 class _Path:
-    """Closed paths through stored bounces, and their possible distance from the orbits; shapes (N, p).
+    """Closed paths through the stored bounces, and their possible distance from the orbits.
 
-    The sines, shape (2, N, p), belong to the angles of the arriving and the leaving path with the tangent.
+    `sine` and `tilt`, shape (2, N, p), refer to the angles between the tangent and the incoming and outgoing
+    path. The other arrays have shape (N, p).
     """
 
     links: Links
     curved: Marks  # whether a bounce is on a semicircle
-    place: Floats  # possible distance of a bounce from its place on the orbit, in any direction
-    rounding: float  # the part of it beyond the error bound of the row
+    place: Floats  # possible distance of a bounce from its position on the orbit, in any direction
+    rounding: float  # the part of this distance beyond the error bound of the row
     sine: Floats
-    tilt: Floats  # possible error of these angles
+    tilt: Floats  # possible errors of these angles
     stretch: Floats  # possible error of the length of the link after each bounce
 
     @classmethod
@@ -60,11 +62,12 @@ class _Path:
         return cls(links, curved, place, rounding, sine, tilt, 2 * place + 4 * EPSILON * links.after)
 
     def bend(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-        """Return the entries of the Hessian and their possible errors.
+        """Return the entries of the Hessian and their possible errors, in five arrays.
 
-        The diagonal is sin^2 / l of both links (the first array) less both sines on a semicircle (the last).
-        The couplings are sin sin' / l at an orbit (the second), computed as (cos cos' - t . t') / l with the
-        tangents t at the ends of a link. The third and fourth are the errors of diagonal and couplings.
+        The diagonal is the sum of sin^2 / l over both links (first array), minus both sines for a bounce on a
+        semicircle (fifth array). The couplings (second array) are sin sin' / l for an orbit; the program
+        computes them as (cos cos' - t . t') / l, where t and t' are the tangents at the ends of a link. The
+        third and fourth arrays are the errors of the diagonal and of the couplings.
         """
         path = np.stack([self.links.before, self.links.after])
         stretch = np.stack([_before(self.stretch), self.stretch])
@@ -88,19 +91,19 @@ def _behind(values: Floats) -> Floats:
 
 
 def _finite(matrices: Floats) -> Floats:
-    """Replace matrices, shape (N, p, p), that are not finite, from coinciding bounces, by zeros.
+    """Replace matrices that are not finite, because bounces coincide, by zeros; the shape is (N, p, p).
 
-    Zeros decide no sign.
+    The signs of their eigenvalues then count as undecided.
     """
     finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
     return finite
 
 
 def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
-    """Return orbits with error bounds also for those from the relaxation, which gives none.
+    """Return the orbits, with error bounds added to those from the relaxation, which computes none.
 
     To first order, the coordinates are off by the inverse Hessian times the forces; the bound is twice that.
-    Words longer than `MAX_DENSE` get none.
+    Words longer than `MAX_DENSE` get no bounds.
     """
     p = orbits.words.shape[1]
     bare = np.flatnonzero(np.isnan(orbits.error) & np.isfinite(orbits.residual))
@@ -134,7 +137,7 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
 
 
 def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check that bounces are on their walls, runs keep their sense, and the margin follows."""
+    """Check that bounces are on their walls, that runs keep their sense, and that margins are right."""
     words, x = orbits.words, orbits.coordinates
     ends = np.where(path.curved, HALF_PI, stadium.a)
     margin = (ends - np.abs(x)).min(axis=1)
@@ -171,7 +174,7 @@ def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     """Check the stored lambda against the product of the monodromy matrices of all bounces.
 
-    Words are skipped whose bounces on a semicircle are too close together to determine lambda.
+    Words whose bounces on a semicircle are too close together to determine lambda are skipped.
     """
     middle, spread = _exponents(orbits, path)
     told = np.flatnonzero(spread < _VAGUE * (1 + middle))
@@ -180,12 +183,13 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
 
 
 def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
-    """Return lambda from the bounces and its possible error, shape (N,) each.
+    """Return lambda, computed from the bounces, and its possible error, each of shape (N,).
 
     Between the feet of the perpendiculars from the circles' centres, the matrices of
-    `orbitdb.billiard.stability` have no negative entries: every semicircle bounce is a kick 2 / sin(theta),
-    every link a drift of its length less sin(theta) at each end on a semicircle (none along a chord). So the
-    least and greatest kicks and drifts that the bounces allow give the least and greatest lambda.
+    `orbitdb.billiard.stability` have no negative entries: every bounce on a semicircle is a kick
+    2 / sin(theta), and every link a drift by its length minus sin(theta) for each end on a semicircle (zero
+    along a chord). So the smallest and largest kicks and drifts that the bounces allow give the smallest and
+    largest lambda.
     """
     sine = path.sine.mean(axis=0)
     angle = path.tilt.max(axis=0)
@@ -206,12 +210,13 @@ def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
 
 
 def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
-    """Check the Hessian's signature, and lambda by its determinant.
+    """Check the signature of the Hessian, and lambda against its determinant.
 
     det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns are
-    scaled to entries of about 1, which keeps the signature and divides det H by a known factor. An eigenvalue
-    moves by at most the norm of the error, and ln det H by that times the sum of 1 / |eigenvalue|. Words with
-    an eigenvalue of undecided sign are skipped.
+    scaled so that entries are about 1, which preserves the signature and multiplies det H by a known factor.
+    An eigenvalue moves by at most the norm of the error; to first order, ln |det H| moves by at most this
+    norm times the sum of 1 / |eigenvalue|, and twice that is allowed. Words with an eigenvalue whose sign is
+    undecided are skipped.
     """
     words, p = orbits.words, orbits.words.shape[1]
     own, coupling, loose, loose_coupling, sines = path.bend()

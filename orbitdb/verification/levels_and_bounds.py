@@ -1,11 +1,11 @@
 """Check entropy bounds, quantum levels, and averages over trajectories.
 
-Bounds must be possible and contradict no others, and their windows are recounted. Levels are found again on
-another grid, and must agree in number and within their errors.
+Bounds must be possible and must not contradict one another, and their windows are counted again. Levels are
+found again on another grid; their number must be the same, and they must agree within their errors.
 
 New trajectories must give the same exponents within both errors. They also show how small an error can be,
-since errors fall with the root of the number of bounces. The mean free path is known exactly. Nothing here
-detects an error estimate that is too large.
+because errors decrease with the square root of the number of bounces. The mean free path is known exactly.
+None of these checks detects an error estimate that is too large.
 """
 
 import math
@@ -33,33 +33,33 @@ from orbitdb.verification.check import Check, Part, judged, listed, measured, si
 from orbitdb.verification.provenance import parameters_of, runs_of_here
 
 RECOUNTED = 3000
-"""Windows to decide again at each a, which takes some tenths of a second."""
+"""Number of windows after which recounting stops at each a; this takes a few tenths of a second."""
 
 _COUNTED = ("windows", "undecided", "lower", "upper")
 
 _GRID = (20, 2)
-"""Degree, and divisions of the cells at the joint: a finer grid than the one that levels are found on."""
+"""Degree, and divisions of the cells at the joint: a finer grid than that on which levels are found."""
 
 _BOUNCES = 100_000
-"""Bounces of the new run, which takes a tenth of a second at most values of a."""
+"""Number of bounces of a new run, which takes a tenth of a second at most values of a."""
 
 _MANY = 12.0
-"""Number of errors allowed; estimates from few groups have long tails, above all in short runs."""
+"""Allowed deviation, in standard errors; their estimates from few groups have long tails in short runs."""
 
 _TOO_SMALL = 4.0
 _ROUNDING = 1e-12
 _LEGWISE_FROM = 0.1
-"""Below this a, sampling leg by leg is less exact than plain trajectories."""
+"""Below this a, sampling leg by leg is less accurate than following trajectories bounce by bounce."""
 
 
 def is_known(moment: Moment, a: float) -> bool:
-    """Tell whether anything is stored for one a: rows, sums, averages, bounds or levels."""
+    """Tell whether anything is stored for this a: rows, sums, averages, bounds or levels."""
     tables = (stadium, entropy_bound, level_fill)
     return any(moment.connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
 
 
 def record_parts(connection: sa.Connection) -> Iterator[Part]:
-    """Yield a part for the averages and the bounds at each a, and for the levels of each parity."""
+    """Yield parts that check the averages and the bounds at each a, and the levels of each parity."""
     runs = sa.select(stadium.c.a).where(stadium.c.id.in_(sa.select(trajectory.c.stadium)))
     for a in connection.scalars(runs.order_by(stadium.c.a)):
         yield Part("trajectories", partial(_trajectories, a))
@@ -79,9 +79,9 @@ def _bounds(a: float, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) -> Iterator[EntropyBounds]:
-    """Yield impossible rows, and rows that contradict new or closer bounds or differ from their recount.
+    """Yield rows that are impossible, contradict new or tighter bounds, or differ from a new count.
 
-    `ours` names the rows from this version and arithmetic by proof and edges.
+    `ours` has the proof and the edges of each row that this version wrote with the same arithmetic.
     """
     sound = [each for each in found if is_sound(each)]
     new = _new_bounds(sound) if sound else {}
@@ -94,7 +94,7 @@ def _wrong_bounds(found: Sequence[EntropyBounds], ours: set[tuple[str, int]]) ->
 
 
 def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
-    """Return new bounds by length of windows, up to the longest stored, or to `RECOUNTED` windows."""
+    """Return new bounds by the length of windows, up to the longest stored or to `RECOUNTED` windows."""
     new = {}
     for bounds in levels(Stadium(found[0].a)):
         new[bounds.window] = bounds
@@ -104,7 +104,7 @@ def _new_bounds(found: Sequence[EntropyBounds]) -> Mapping[int, EntropyBounds]:
 
 
 def _is_recounted(one: EntropyBounds, new: EntropyBounds) -> bool:
-    """Tell whether a row agrees with its recount; balls may leave windows open that doubles decide."""
+    """Tell whether a row agrees with a new count; ball arithmetic may leave more windows undecided."""
     if all(getattr(one, name) == getattr(new, name) for name in _COUNTED):
         return True
     wider = one.lower <= new.lower and new.upper <= one.upper
@@ -120,9 +120,9 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
 
 
 def _window(stored: LevelWindow) -> Iterator[Check]:
-    """Check the number of levels in and below a window and, if it is right, each level.
+    """Check the numbers of levels in and below a window and, if they are right, each level.
 
-    Raises `InputError` if orbitdb cannot have made such a window.
+    Raises `InputError` if orbitdb never makes such a window.
     """
     tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
     found = [task.solved(*_GRID) for task in tasks]
@@ -143,7 +143,7 @@ def _trajectories(a: float, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the faults of averages at one a, given the parameters of their run."""
+    """Yield the faults of a row of averages at this a, given the parameters of its run."""
     asked = (run.get("command"), run.get("a"), run.get("bounces"), str(run.get("seed")))
     if asked != ("simulate", a, row["bounces"], row["seed"]):
         yield "its run has other parameters"
@@ -156,7 +156,7 @@ def _faults(a: float, row: Mapping[str, Any], run: Mapping[str, Any]) -> Iterato
     for name in ("", "_error"):
         per_bounce, per_length = row[f"lambda_d{name}"], row[f"lambda_c{name}"]
         if not abs(per_length * exact - per_bounce) <= _ROUNDING * per_bounce:
-            yield f"lambda_c{name} is not lambda_d{name} over the mean free path"
+            yield f"lambda_c{name} is not lambda_d{name} divided by the mean free path"
     new = _new_run(a)
     allowed = _MANY * math.hypot(row["lambda_d_error"], new.lambda_d_error)
     if not abs(row["lambda_d"] - new.lambda_d) <= allowed:

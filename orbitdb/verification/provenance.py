@@ -1,4 +1,4 @@
-"""Check what wrote each row, and how: runs, methods and certificates must agree."""
+"""Check which run wrote each row, and how: runs, methods and certificates must agree."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -33,11 +33,11 @@ _COMMANDS = {
     orbit: "fill", change: "births", certificate: "verify --rigorous", entropy_bound: "bounds",
     level_fill: "levels", sweep: "sweep",
 }  # fmt: skip
-"""The command whose runs may have written the rows of a table."""
+"""For each table, the only command whose runs may have written its rows."""
 
 
 def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
-    """Return the parameters of each run that can be read."""
+    """Return the parameters of every run whose parameters can be read."""
     found = {}
     for number, text in connection.execute(sa.select(run.c.id, run.c.parameters)):
         try:
@@ -50,7 +50,7 @@ def parameters_of(connection: sa.Connection) -> dict[int, dict[str, Any]]:
 
 
 def runs_of_here(connection: sa.Connection) -> set[int]:
-    """Return the runs of this version with this machine's arithmetic, whose bits can be reproduced."""
+    """Return the runs of this version with this machine's arithmetic, which can be reproduced bit by bit."""
     same = set(connection.scalars(sa.select(run.c.id).where(run.c.version == __version__)))
     asked, here = parameters_of(connection), arithmetic()
     return {number for number in same if asked.get(number, {}).get("arithmetic") == here}
@@ -69,7 +69,7 @@ def check_provenance(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> Iterator[Check]:
-    """Check that each run wrote what its command writes, and orbits with its method at its a."""
+    """Check that each run wrote only what its command writes, and that orbits have its method and its a."""
     rows = connection.execute(sa.select(run.c.id, run.c.started, run.c.version)).all()
     wrong = [f"run {row.id}" for row in rows if row.id not in asked or not _is_told(row.started, row.version)]
     yield listed("provenance", len(rows), wrong)
@@ -98,7 +98,7 @@ def _runs(connection: sa.Connection, asked: Mapping[int, Mapping[str, Any]]) -> 
 
 
 def _is_told(started: str, version: str) -> bool:
-    """Tell whether a run says when it began and which version it was."""
+    """Tell whether a run has a valid starting time and a version."""
     try:
         datetime.fromisoformat(started)
     except ValueError:
@@ -119,5 +119,5 @@ def _certificates(connection: sa.Connection) -> Iterator[Check]:
 
 
 def _word(connection: sa.Connection, number: int) -> str:
-    """Return the representative of a class as a label."""
+    """Return the representative of a class, shortened to a label."""
     return shortened(connection.scalar(sa.select(cycle.c.word).where(cycle.c.id == number)) or "?")

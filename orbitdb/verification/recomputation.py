@@ -1,4 +1,4 @@
-"""Check stored orbits against new solutions: in doubles, from random starts, and in balls.
+"""Check stored orbits against new solutions: in double precision, from random starts, and in ball arithmetic.
 
 A row that is proved in ball arithmetic gets a certificate.
 """
@@ -50,9 +50,9 @@ _SETTLED = 1e-6
 
 
 def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
-    """Check stored words against a new solution of them: the same statuses, and numbers within the bounds.
+    """Check stored orbits against new solutions: statuses must agree, and numbers agree within the bounds.
 
-    All rows must have the values that their status demands.
+    Every row must already have the values that its status demands.
     """
     labels = to_strings(stored.words)
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
@@ -71,13 +71,13 @@ def check_against(stored: Orbits, fresh: Orbits) -> Iterator[Check]:
 
 
 def _worst(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
-    """Check k deviations per row, shape (k, N)."""
+    """Check the worst of k deviations of each row; the arrays have shape (k, N)."""
     worst = shares(deviation, allowed).argmax(axis=0), np.arange(len(labels))
     return measured(name, labels, deviation[worst], allowed[worst])
 
 
 def check_bits(stored: Orbits, fresh: Orbits) -> Check:
-    """Check that a new solution gives the same bits, as it must in the same version and `arithmetic`."""
+    """Check that a new solution gives the same bits, as it must with the same version and `arithmetic`."""
     labels = to_strings(stored.words)
     kept = np.isin(fresh.status, EXISTING)
     differs = stored.iterations != fresh.iterations
@@ -96,10 +96,10 @@ def _bits_differ(x: Floats, y: Floats) -> Marks:
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
-    """Solve admissible words, shape (N, p), again from random directions within their limits; compare.
+    """Solve admissible words, shape (N, p), again from random directions within their limits, and compare.
 
     The rows of the check are the restarts that converged. The deviation is the largest difference of a
-    direction, in radians, and may not exceed both error bounds together.
+    direction, in radians; it must not exceed the sum of both error bounds.
     """
     found = Check("restarts", 0)
     text = to_strings(words)
@@ -124,7 +124,7 @@ def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
 
 _BATCH = 256
 _SHARP = 512
-"""Bits for rows whose bounds come from a ball, and are as narrow."""
+"""Precision in bits for rows that a usual ball cannot prove, because their bounds came from such a ball."""
 
 
 def certify(
@@ -132,7 +132,7 @@ def certify(
 ) -> Generator[Checked]:
     """Prove the rows of the chosen classes in ball arithmetic, and store the certificates.
 
-    Each batch is stored in one transaction; if interrupted, the next run goes on from there.
+    Each batch is stored in one transaction; after an interruption, the next run continues from there.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def certify(
     sample, seed : int, optional
         As in `orbitdb.verification.verify.verify`.
     again : bool, optional
-        Also prove rows that have a certificate.
+        Also prove rows that already have a certificate.
 
     Yields
     ------
@@ -179,7 +179,7 @@ def _certified(
 
 
 def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, list[tuple[int, float, int]]]:
-    """Prove rows of one period; also return the certificates."""
+    """Prove rows of one period; return the check, and the id, radius and precision of each proved row."""
     rows = whole_rows(stored, p, stored.whole(p))
     rest = set(range(len(stored.words))) - set(rows)
     check = judged("certificates", [stored.words[i] for i in sorted(rest)], [True] * len(rest))
@@ -191,15 +191,15 @@ def _prove_block(stored: StoredBlock, p: int, stadium: Stadium) -> tuple[Check, 
 
 
 def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
-    """Prove N stored rows, with the values that their status demands, in ball arithmetic.
+    """Prove N stored rows, which must have the values that their status demands, in ball arithmetic.
 
-    A row is proved if its status is that of the enclosure and, for an orbit, all coordinates, length, lambda
-    and margin lie within the bounds of the row around the true values.
+    A row is proved if its status is that of the enclosure and, for an orbit, all coordinates, the length,
+    lambda and the margin differ from the true values by no more than the row's bounds.
 
     Returns
     -------
     check : Check
-        Its deviation is that of the coordinates, length or lambda with the largest share.
+        A row's deviation is that of the coordinates, length, lambda or margin with the largest share.
     proved : ndarray of bool, shape (N,)
     radius : ndarray, shape (N,)
         Proved distance of the stored coordinates from the true ones; 0 without coordinates.
@@ -219,9 +219,9 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
 
 
 def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
-    """Return the largest distance of coordinates from a ball's, and the worst distance with its bound.
+    """Return the largest distance of a coordinate from its ball, and the worst distance with its bound.
 
-    It is infinite for a wrong status.
+    The worst distance is that of any number with the largest share of its bound; infinite for a wrong status.
     """
     from orbitdb.orbits.balls.enclosure import distance
 

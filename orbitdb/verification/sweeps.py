@@ -35,7 +35,7 @@ SWEPT_ANEW = 11
 
 _ROUNDING = 1e-12
 _REPETITIONS = 20
-"""Ratio of the error of a term to that of its orbit, because of the weights of repetitions."""
+"""Allowed ratio of the error of a term to that of its orbit, due to the weights of repetitions."""
 
 _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
@@ -92,7 +92,7 @@ def _swept(moment: Moment, selection: Selection) -> Iterator[tuple[Sweep, Select
 
 
 def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping[str, Any]]:
-    """Yield other counts of a period: from its fill and, if all orbits are swept, from births."""
+    """Yield the counts of the same period from its fill and, if all orbits are swept, from births."""
     a, p = subset.a, swept.p
     for fill in audit.fill_rows(moment.connection):
         if (fill["a"], fill["p"], fill["state"]) == (a, p, DONE):
@@ -102,7 +102,7 @@ def _others(moment: Moment, swept: Sweep, subset: Selection) -> Iterator[Mapping
 
 
 def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
-    """Return the counts of a subset of a filled period; ranges apply to orbits alone."""
+    """Return the counts of a subset of a filled period; ranges apply only to orbits."""
     rows = read_classes(moment, subset)
     others = {
         status.value: moment.count(replace(subset, statuses=(status,), ranges={}))
@@ -112,14 +112,14 @@ def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
 
 
 def _wrong_counts(swept: Sweep, others: Iterable[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the counts that differ from the transfer matrix, or from fill and births of the period."""
+    """Yield the counts that disagree with the transfer matrix, or with the fill or births of the period."""
     tally, total = swept.tally, count_admissible(swept.p)
     if tally.words > total or (swept.whole and tally.words != total):
         yield f"{tally.words} words instead of {total}"
     for other in others:
         yield from _differing(tally, other)
     if tally.n_c + tally.boundary + tally.unresolved > tally.words or tally.classes > tally.n_c:
-        yield "more words have a status than there are"
+        yield "more words or classes than there can be"
 
 
 def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
@@ -144,7 +144,7 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
 
 
 def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
-    """Return the counts and sums of a period, and the largest error of its lengths and lambdas."""
+    """Return counts and sums of a period, and the largest error of lambda plus relative error of length."""
     classes = all_least_words(Span.whole(p))
     sizes = chosen_words(classes, p, subset)
     found = solve(unpack(classes.codes, p), Stadium(subset.a))

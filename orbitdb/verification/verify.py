@@ -48,24 +48,24 @@ if TYPE_CHECKING:
 
 PROMISES = {
     "file": "SQLite finds the file sound",
-    "foreign keys": "every reference leads to a row",
+    "foreign keys": "every reference points to a row",
     "schema": "tables and views are those of this version",
     "counts": "every period has as many words as the transfer matrix says",
     "classes": "id, size, walls, symmetries and words of every class follow from its representative",
-    "elements": "every place in a class has its symmetry element",
+    "elements": "every position in a class has its symmetry element",
     "rules": "pruned words are least rotations and break exactly the stored rules",
-    "fills": "the counts of every filled period are those of its rows",
+    "fills": "the counts of every filled period agree with its rows",
     "births": "births and deaths alternate, and agree with every fill",
-    "changes": "both sides of a birth or death, and the bounce that causes it, are decided again",
+    "changes": "new solutions on both sides of a birth or death confirm it, and the bounce that causes it",
     "lives": "between a = 0.02 and 1000, no birth or death is missing or superfluous",
-    "undecided": "the cells in ln a are small enough to prove it",
+    "undecided": "every class is decided before its cells in ln a become too small",
     "sweeps": "swept counts agree with the transfer matrix, fills, births and new solutions",
     "sums": "swept sums agree with new solutions",
     "entropy": "proved bounds on the entropy agree with new ones and with a recount of their windows",
     "levels": "quantum levels agree with a finer grid, within their errors and in number",
     "trajectories": "averages over trajectories agree with exact means and with a new run",
     "provenance": "runs, methods and certificates agree with one another",
-    "reading": "the commands can read it",
+    "reading": "the commands can read every value",
     "values": "every row has the values that its status demands",
     "statuses": "a new solution gives the same status",
     "unresolved": "every status is decided",
@@ -80,14 +80,14 @@ PROMISES = {
     "signature": "the Hessian has the right signature",
     "Hessian": "the Hessian's determinant gives lambda",
     "radii": "certified radii are within the error bounds",
-    "restarts": "other starts lead to the same orbit",
-    "certificates": "ball arithmetic proves the row",
+    "restarts": "other starts converge to the same orbit",
+    "certificates": "ball arithmetic proves every row",
 }
 """The checks, in the order of the report."""
 
 
 def report(steps: Iterable[Checked]) -> list[Check]:
-    """Join the checks of all steps by name, in order."""
+    """Join the checks of all steps by name, in the order of `PROMISES`."""
     found: dict[str, Check] = {}
     for step in steps:
         for check in step.checks:
@@ -104,26 +104,27 @@ def verify(
     missing_births: bool = False,
     workers: "Workers | None" = None,
 ) -> Generator[Checked]:
-    """Recompute a catalogue and compare.
+    """Recompute a catalogue, compare, and yield the results block by block.
 
     Parameters
     ----------
     moment : Moment
-        Workers read each part at a moment of its own, since a fill never changes the rows of existing
-        classes.
+        The moment at which to check. Workers read each part at a later moment, which is safe because a fill
+        never changes the rows of existing classes.
     selections : sequence of Selection
-        What to check, one for each a. The whole file is always checked; counts, births and the words of
-        classes, in the chosen periods, or in all without any a; orbits, only in classes with chosen words.
+        What to check, one for each a. The file itself is always checked. Counts, births and the words of
+        classes are checked in the chosen periods, or in all periods if there are no selections; orbits are
+        checked only in classes with chosen words.
     sample : int, optional
         Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional
-        Solve every class again from this many random starts.
+        Solve every checked class again from this many random starts.
     seed : int, optional
-        For the sample and the restarts.
+        Seed for the sample and the restarts.
     missing_births : bool, optional
         Also prove that no birth or death is missing.
     workers : Workers, optional
-        Processes that check file, counts and classes; the result does not depend on them.
+        Processes that check all parts but births and sweeps; the result does not depend on them.
 
     Yields
     ------
@@ -199,7 +200,7 @@ def _block(
 
 
 _STARTS_A_SECOND = 800_000
-"""Words solved from a random start in a second; all other checks take as long as four starts."""
+"""Number of words solved per second from a random start; all other checks take as long as four starts."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +210,7 @@ class Verification:
     Attributes
     ----------
     checks : tuple of Check
-        One for each of `PROMISES` that was checked.
+        The result for each of `PROMISES` that was checked.
 
     Examples
     --------
@@ -251,7 +252,7 @@ def verification_steps(
     again: bool = False,
     jobs: int | None = None,
 ) -> Generator[Checked]:
-    """Verify a catalogue, in processes if that is worth it; if `rigorous`, prove its rows, too.
+    """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
 
     The other parameters are those of `verify` and `orbitdb.verification.recomputation.certify`.
     """
@@ -269,7 +270,7 @@ def verification_steps(
 
 
 def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
-    """Pass steps on, and report progress."""
+    """Yield the given steps, and report their progress."""
     for step in steps:
         tell(step.done, step.total if step.total > 1 else 0, step.stage)
         yield step

@@ -195,7 +195,7 @@ def test_each_average_needs_its_own_periods(tmp_path):
 def test_the_reason_for_a_missing_period_is_given():
     chosen = Selection(periods=((5, 9),))
     said = why_missing([2, 3, 6, 7], chosen, [7])
-    assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not found, left out)"
+    assert said == "2, 3 (not chosen); 6 (not filled); 7 (births not stored, left out)"
     assert why_missing([], chosen) == ""
 
 

@@ -54,4 +54,4 @@ def test_sums_are_empty_if_a_divisor_is_missing(tmp_path):
     found = own.table()
     assert found["N"] == found["K_0"] == [None, None]
     assert None not in found["N_c"]
-    assert any("p = 6: N needs p = 2, 3" in note for note in found.notes)
+    assert any("p = 6: N also needs p = 2, 3" in note for note in found.notes)

@@ -121,7 +121,7 @@ def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
     assert len(rows) == sum(exact >= 6)
     assert all(abs(row["k"] - k) < 3 * row["error"] for row, k in zip(rows, exact[exact >= 6], strict=True))
     assert f"{len(rows)} levels below k = 12: from " in found.err
-    assert "orbits to period 8" in found.err
+    assert "orbits up to period 8" in found.err
     assert "'orbitdb fill --p 12 --a 1.6 --db " in found.err
     assert cli("levels", "--method", "orbits", "--jobs", "2", "--db", own).says(2, "--jobs")
     assert cli("levels", "--method", "magic", "--db", own).says(2, "use elements or orbits")

@@ -188,11 +188,11 @@ def one_byte_changed(folder):
 @pytest.mark.parametrize(
     ("damage", "fault"),
     [
-        (one_byte_changed, f"{ORBITS} differs from its sha256 sum"),
+        (one_byte_changed, f"{ORBITS} does not match its sha256 sum"),
         (lambda folder: (folder / ORBITS).unlink(), f"{ORBITS} is missing"),
-        (one_row_more, f"{ORBITS} has 33 words and 33 orbits, not those of counts.csv"),
+        (one_row_more, f"{ORBITS} has 33 words and 33 orbits; counts.csv has other numbers"),
         (lambda folder: (folder / "orbits/x.parquet").touch(), "orbits/x.parquet does not belong"),
-        (lambda folder: (folder / "LICENSE.txt").write_text("mine"), "LICENSE.txt differs"),
+        (lambda folder: (folder / "LICENSE.txt").write_text("mine"), "LICENSE.txt does not match"),
     ],
     ids=["byte", "missing", "row", "other", "text"],
 )
@@ -208,9 +208,9 @@ def test_damage_is_found(folder, cli, damage, fault):
 
 def test_what_is_no_dataset_is_refused(known, cli, tmp_path):
     for path in (tmp_path, Path(known), tmp_path / "no"):
-        assert cli("verify", str(path)).says(2, "holds no dataset")
+        assert cli("verify", str(path)).says(2, "is not a dataset")
     (tmp_path / "datapackage.json").write_text('{"name": "stadium-orbits", "resources": [1]}')
-    assert cli("verify", str(tmp_path)).says(2, "holds no dataset")
+    assert cli("verify", str(tmp_path)).says(2, "is not a dataset")
     assert cli("verify", str(tmp_path), "--rigorous").says(2, "--rigorous")
 
 
@@ -218,7 +218,7 @@ def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     (tmp_path / "there").mkdir()
     asked = "export", "--dataset", "--db", known
     assert cli(*asked, str(tmp_path / "there")).says(2, "already exists")
-    assert cli(*asked, str(tmp_path / "there"), "--force").says(2, "holds no dataset")
+    assert cli(*asked, str(tmp_path / "there"), "--force").says(2, "is not a dataset")
     assert cli(*asked, str(tmp_path / "no" / "x")).says(3, "there is no folder")
     assert cli(*asked).says(2, "name the folder")
     assert cli(*asked, str(tmp_path / "x"), "--limit", "3").says(2, "--limit")

@@ -46,7 +46,7 @@ def test_births_are_found_once_and_shown(cli):
 def test_the_table_of_an_unfilled_a_comes_from_births(cli, born):
     unfilled = cli("table", "--a", "1", "--json")
     assert unfilled.code == 0
-    assert unfilled.err == "periods 2-6 at a = 1: from births, with no fill\n"
+    assert unfilled.err == "periods 2-6 at a = 1: counted from births, without a fill\n"
     cli("fill", "--p", "6", "--a", "1")
     filled = cli("table", "--a", "1", "--json")
     assert filled.err == ""
@@ -71,7 +71,7 @@ def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     assert "births of period 6 are not stored" in cli("query", "--p", "6", "--order", "born", "-c", "p").err
     chosen = cli("entropy", "--a", "0.8", "--exists", "0.5")
     assert (chosen.code, chosen.out) == (1, "")
-    assert "births only count all orbits of periods 2-5 at a = 0.8" in chosen.err
+    assert "births give the number of all orbits of periods 2-5 at a = 0.8" in chosen.err
 
 
 @pytest.mark.slow
@@ -113,11 +113,11 @@ def test_other_commands_answer_from_sweeps(cli):
     assert swept.err.startswith("p = 2..6 at a = 1.6: 389 words, ")
     commands = (("table",), ("entropy",), ("lyapunov", "--weight", "det"))
     before = [cli(*command, "--json") for command in commands]
-    source = "periods 2-6 at a = 1.6: from a sweep, their rows are not stored\n"
+    source = "periods 2-6 at a = 1.6: counted by a sweep, without stored rows\n"
     assert all(outcome.code == 0 and source in outcome.err for outcome in before)
     assert cli("lyapunov", "--cut", "9").code == 1
     cli("fill", "--p", "5")
-    assert "period 6 at a = 1.6: from a sweep" in cli("lyapunov").err
+    assert "period 6 at a = 1.6: counted by a sweep" in cli("lyapunov").err
     cli("fill", "--p", "6")
     for command, old in zip(commands, before, strict=True):
         new = cli(*command, "--json")
@@ -134,9 +134,9 @@ def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
     going = sweep_periods(born, 0.8, [6], selection=chosen_by(a=0.8, time_reversal="self"))
     next(going)
     going.close()
-    assert "births only count all orbits of periods 2-6" in cli("entropy", *chosen).err
+    assert "births give the number of all orbits of periods 2-6" in cli("entropy", *chosen).err
     assert cli("sweep", "--p", "6", *chosen).code == 0
-    assert "births only count" not in cli("entropy", *chosen).err
+    assert "births give the number" not in cli("entropy", *chosen).err
     none = ("--a", "0.8", "--range", "length=:7")  # 13 has length 7.2
     assert cli("sweep", "--p", "6", *none).code == 0
     assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err

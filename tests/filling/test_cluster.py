@@ -37,7 +37,7 @@ def local_cluster() -> Iterator["LocalCluster"]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
 def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
-    """Its address, results, failures, blocks in flight, and what it says once it is gone."""
+    """The cluster's address, results, failures and blocks in flight are checked, and then its loss."""
     from distributed import LocalCluster, default_client
 
     file = tmp_path / "scheduler.json"
@@ -57,7 +57,7 @@ def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
             blocks = (partial(int, i) for i in range(20))
             going = workers.solved(blocks)
             assert [next(going) for _ in range(3)] == [0, 1, 2]
-            assert next(blocks)() == 7  # two per thread in flight, beyond the one asked for
+            assert next(blocks)() == 7  # two blocks per thread are in flight, besides the one asked for
             assert all(str(key).startswith("orbitdb-") for key in cluster.scheduler.tasks)
             for _ in range(2):  # each submission is a new task; otherwise the first failure would be reused
                 with pytest.raises(WorkError, match=r"not solve a block: ZeroDivisionError: by nothing$"):
@@ -69,7 +69,7 @@ def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
             assert "worker" in told.err
             workers._client.close()
             for ask in (workers.size, lambda: next(workers.solved([int]))):
-                with pytest.raises(WorkError, match="connection to the dask scheduler is lost"):
+                with pytest.raises(WorkError, match="connection to the dask scheduler was lost"):
                     ask()
         wait_until(lambda: not cluster.scheduler.tasks)
     monkeypatch.setattr("orbitdb.filling.cluster.PATIENCE", 0.5)
@@ -85,7 +85,7 @@ def test_a_block_that_kills_its_workers_is_given_up(local_cluster, monkeypatch):
 
     monkeypatch.setattr(local_cluster.scheduler, "allowed_failures", 1)
     with Client(local_cluster) as client, Cluster(local_cluster.scheduler_address) as workers:
-        with pytest.raises(WorkError, match="died 2 times on one block"):
+        with pytest.raises(WorkError, match="died 2 times on the same block"):
             list(workers.solved([Deadly()]))
         client.wait_for_workers(2)  # a cluster cannot close while it restarts a worker
     wait_until(lambda: not {key for key in local_cluster.scheduler.clients if "Client" in key})

@@ -38,7 +38,7 @@ def test_a_period_can_be_filled_after_single_words(filled, tmp_path):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_a_fill_goes_on_after_another_overtook_it(tmp_path):
+def test_a_fill_continues_after_another_overtakes_it(tmp_path):
     path = tmp_path / "shared.db"
     migrate(path)
     first, second = fill_periods(path, 1.6, [8]), fill_periods(path, 1.6, [8])
@@ -50,19 +50,19 @@ def test_a_fill_goes_on_after_another_overtook_it(tmp_path):
 
 
 @pytest.mark.usefixtures("small_blocks")
-def test_a_period_that_lost_words_does_not_become_whole(tmp_path):
+def test_a_period_that_lost_words_is_not_marked_complete(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     going = fill_periods(path, 1.6, [6])
     assert next(going).words < 252
     alter(path, "DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
-    with pytest.raises(StoreError, match=r"period 6 holds 244 words instead of 252: .* is damaged"):
+    with pytest.raises(StoreError, match=r"period 6 has 244 words instead of 252: .* is damaged"):
         list(going)
     assert not Catalogue(path).fills(1.6)[0].whole
 
 
 def test_others_may_write_while_a_period_is_counted(tmp_path):
-    """Counting takes seconds at p = 15."""
+    """At p = 15, counting takes seconds."""
     path, tried = tmp_path / "orbits.db", []
 
     def look(_connection, _cursor, statement, *_: object) -> None:
@@ -148,7 +148,7 @@ def test_births_have_one_row_per_period(born):
 
 @pytest.mark.slow
 def test_deaths_are_counted_separately(born):
-    """At p = 9, where two classes die and are reborn."""
+    """At p = 9, two classes die and are reborn."""
     made(born, fill_births(born, [9]))
     found = Catalogue(born).birth_fills()[-1]
     asked = "SELECT count(*), count(DISTINCT cycle), min(a), max(a) FROM change JOIN cycle ON id = cycle"
@@ -175,7 +175,7 @@ def test_a_run_records_its_command_and_parameters(born):
 
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 5, 0)])
 def test_fills_and_births_give_the_same_counts(born, a, p, boundary):
-    """Orbits through a joint included."""
+    """The counts include orbits through a joint."""
     before = Catalogue(born).counts(a=a)
     assert before.from_births == tuple(range(2, 7))
     assert Catalogue(born).counts(a=a, p="3-4").from_births == (3, 4)

@@ -1,4 +1,4 @@
-"""Fills, sweeps and births that stop anywhere and resume store the same as uninterrupted ones."""
+"""Fills, sweeps and births that stop anywhere and resume store the same rows as uninterrupted ones."""
 
 import shutil
 import sqlite3
@@ -73,7 +73,7 @@ def empty(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def in_one_go(folder: Path, empty: Path) -> dict[str, Stored]:
-    """Return what each kind of work stores without interruption, and all of them in one file."""
+    """Return the rows that uninterrupted work of each kind stores, and those of all kinds in one file."""
     known = {}
     everything = Path(shutil.copy(empty, folder / "everything.db"))
     for name, work in WORKS.items():
@@ -106,7 +106,7 @@ def same(one: Stored, other: Stored) -> None:
 
 
 def cut(path: Path, work: Work, way: str, moment: int) -> None:
-    """Stop between blocks, or at a statement, with an exception or leaving the file as a kill does."""
+    """Stop the work between blocks or at a statement, by an exception or leaving the file as a kill does."""
     if way == "closed":
         going = work(path)
         assert isinstance(going, Generator)
@@ -152,7 +152,7 @@ def test_work_stopped_at_any_moment_resumes(
 @pytest.mark.slow
 @given(order=st.permutations(sorted(WORKS)), moments=st.lists(st.integers(0, 80), min_size=6), way=WAYS)
 @settings(max_examples=4)
-def test_work_that_takes_turns_in_one_file_stores_the_same_rows(
+def test_several_kinds_of_work_that_take_turns_store_the_same_rows(
     empty: Path, in_one_go: dict[str, Stored], order: list[str], moments: list[int], way: str
 ) -> None:
     path = Path(shutil.copy(empty, empty.with_name("turns.db")))

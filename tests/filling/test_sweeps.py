@@ -135,7 +135,7 @@ def test_a_sweep_names_every_arithmetic_it_used(tmp_path):
 
 @pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
-    """They equal those of the orbits; the moments of each period are taken around earlier tilts."""
+    """They equal the sum rules of the orbits; the moments of each period are taken around earlier tilts."""
     for module in ("averages.sum_rules", "answers.whole_periods", "filling.sweeps"):
         monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
     beginning.cache_clear()
@@ -167,7 +167,7 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
 
 
 @pytest.mark.usefixtures("small_sweeps")
-def test_blocks_are_cut_the_same_from_any_start():
+def test_blocks_are_cut_in_the_same_way_from_any_start():
     blocks = list(class_spans(9, sweeps.CLASSES))
     assert len(blocks) > 20
     assert all(one.upto == other.after for one, other in pairwise(blocks))
@@ -178,5 +178,5 @@ def test_blocks_are_cut_the_same_from_any_start():
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("orbitdb.symbols.enumeration.least_words", lambda span: iter(()))
     migrate(tmp_path / "orbits.db")
-    with pytest.raises(StoreError, match="period 3 holds 0 words instead of 8"):
+    with pytest.raises(StoreError, match="period 3 has 0 words instead of 8"):
         list(sweep_periods(tmp_path / "orbits.db", 1.6, [3]))

@@ -58,7 +58,7 @@ MORE = [
     slow_but(1, [(1.6, 6, SUBSETS[1::2]), (1.6, 7, SUBSETS), (1.6, 8, MORE), (0.5, 8, SUBSETS + MORE)]),
 )
 def test_a_swept_subset_equals_the_choice_from_stored_rows(tmp_path, a, highest, subsets):
-    """Counts agree to the word, and sums to the last digits."""
+    """Counts agree exactly, and sums up to the last digits."""
     path, periods = tmp_path / "orbits.db", (2, highest)
     made(path, fill_periods(path, a, periods))
     with closing(Catalogue(path)) as catalogue:
@@ -178,7 +178,7 @@ def test_the_set_of_all_orbits_has_the_empty_text():
 
 
 def test_a_stored_sweep_with_an_impossible_symmetry_is_still_read():
-    """It holds rows of zeros. New questions with such a symmetry are refused."""
+    """Such a sweep contains only zeros. New questions with such a symmetry are refused."""
     assert selection_of("symmetry=T,xT", 1.6) == Selection(1.6, statuses=(Status.ORBIT,), symmetry="T,xT")
 
 

@@ -1,4 +1,4 @@
-"""Several processes make the same catalogue whatever their number, and all end after use."""
+"""Any number of processes makes the same catalogue, and all processes end after use."""
 
 import os
 import signal
@@ -133,7 +133,7 @@ def sent(process: int) -> int:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_blocks")
-def test_a_worker_that_dies_at_its_start_costs_only_time():
+def test_a_worker_that_dies_while_starting_costs_only_time():
     blocks = list(cut_into_blocks(1.6, "newton", 5))
     with Processes(2) as workers:
         os.kill(next_worker(), signal.SIGKILL)
@@ -143,7 +143,7 @@ def test_a_worker_that_dies_at_its_start_costs_only_time():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("which", [0, 1])
-def test_an_idle_worker_survives_the_death_of_the_other_and_ends(which):
+def test_an_idle_worker_survives_the_death_of_another_and_ends(which):
     blocks = list(cut_into_blocks(1.6, "newton", 4))
     with Processes(2) as workers:
         assert len(list(workers.solved(iter(blocks * 4)))) == 4 * len(blocks)

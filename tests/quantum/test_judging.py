@@ -182,7 +182,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
 def test_too_few_periods_are_refused(tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-6")
-    with pytest.raises(InputError, match=r"whole periods end at 6 .* 'orbitdb fill --p 12 --a 1\.6'"):
+    with pytest.raises(InputError, match=r"complete only up to 6 .* 'orbitdb fill --p 12 --a 1\.6'"):
         own.levels(method="orbits")
     with pytest.raises(InputError, match="half length from"):
         answer(own.path, levels_from_orbits, 50.0)

@@ -75,7 +75,7 @@ def test_the_only_a_of_a_catalogue_is_the_default(tmp_path):
     made(path, fill_periods(path, 2.0, [2]))
     with pytest.raises(InputError, match=r"^orbits are stored at a = 0\.5, 2: name one with --a"):
         Catalogue(path).select(p=2)
-    assert repr(Catalogue(path)) == "<Catalogue orbits.db: no whole period at a = 0.5; period 2 at a = 2>"
+    assert repr(Catalogue(path)) == "<Catalogue orbits.db: no complete period at a = 0.5; period 2 at a = 2>"
     assert len(Catalogue(path, a=2.0).select(p=2)) == len(Catalogue(path).select(p=2, a=2.0)) == 1
     made(path, fill_periods(path, 1.6, [2]))
     assert Catalogue(path).a == 1.6

@@ -187,13 +187,13 @@ def test_the_repr_of_a_catalogue_states_its_periods(varied, begin_fill, tmp_path
         assert catalogue.find("13") == catalogue["13"]
         assert next(catalogue.rows(p=2, columns=("a", "code"))) == (1.0, "13")
     assert repr(Catalogue(varied, a=0.3)).startswith(
-        "<Catalogue orbits.db: no whole period at a = 0.3; periods 2"
+        "<Catalogue orbits.db: no complete period at a = 0.3; periods 2"
     )
     path = tmp_path / "new.db"
     with Catalogue.create(path) as catalogue:
-        assert repr(catalogue) == "<Catalogue new.db: no whole period at a = 1.6>"
+        assert repr(catalogue) == "<Catalogue new.db: no complete period at a = 1.6>"
         begin_fill(path, 9, a=0.5).close()
-        assert repr(catalogue) == "<Catalogue new.db: period 9 in part at a = 0.5>"
+        assert repr(catalogue) == "<Catalogue new.db: part of period 9 at a = 0.5>"
     path.unlink()
     assert "no catalogue at" in repr(catalogue) or "cannot be" in repr(catalogue)
 

@@ -74,8 +74,8 @@ def test_divisors_that_sums_lack_are_noted(tmp_path):
     made(catalogue.path, fill_periods(catalogue.path, 1.6, [3, 4, 6]))
     found = catalogue.table()
     assert found["N"] == [24, None, None]
-    assert [note for note in found.notes if "N needs" in note] == [
-        "p = 4: N needs p = 2: not filled", "p = 6: N needs p = 2: not filled"
+    assert [note for note in found.notes if "N also needs" in note] == [
+        "p = 4: N also needs p = 2 (not filled)", "p = 6: N also needs p = 2 (not filled)"
     ]  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Values altered by hand in a sound file, in every table that a command shows: `verify` finds each."""
+"""`verify` finds every value altered by hand in a sound file, in each table that a command shows."""
 
 import shutil
 import sqlite3
@@ -31,7 +31,7 @@ EIGHT = "(SELECT max(id) FROM cycle WHERE p = 7 AND class_size = 8)"
 
 
 def renumbered(old: str, new: str) -> str:
-    """Return statements that give a class another id wherever it occurs."""
+    """Return SQL statements that give a class another id wherever the id occurs."""
     tables = ("orbit", "change", "certificate")
     others = "".join(f"; UPDATE {name} SET cycle = {new} WHERE cycle = {old}" for name in tables)
     return f"UPDATE cycle SET id = {new} WHERE id = {old}{others}"
@@ -256,7 +256,7 @@ def sound_levels(tmp_path_factory) -> Path:
 
 
 def found_wrong(path: Path) -> dict[str, str | None]:
-    """Return the failing checks, with what they name."""
+    """Return the checks that fail, each with the first failure that it names."""
     return {name: check.first for name, check in checks(path).items() if check.failures}
 
 

@@ -71,7 +71,7 @@ def row_of(orbits: Orbits, i: int, a: float) -> Row:
 
 @pytest.mark.parametrize(("a", "p"), [pytest.param(0.3, 6, marks=pytest.mark.slow), (1.0, 4), (1.6, 6)])
 def test_deviations_and_tolerances_agree_with_a_check_bounce_by_bounce(a, p):
-    """Some rows can be checked in full, some only in part. Some are slightly off with zero bounds."""
+    """Some rows can be checked in full, others only partly; some are slightly off, with bounds of 0."""
     stadium = Stadium(a)
     exact = solve(representatives(p), stadium)
     exact = exact.rows(np.isin(exact.status, EXISTING))
@@ -102,7 +102,7 @@ def test_deviations_and_tolerances_agree_with_a_check_bounce_by_bounce(a, p):
 
 @pytest.mark.parametrize("a", [0.5, 3.0])
 def test_bounds_derived_for_rows_without_them_hold_and_are_sharp(a):
-    """Rows as the relaxation leaves them, moved where forces show it least. Other rows keep their bounds."""
+    """Rows without bounds, as from the relaxation, are moved where forces show it least; others stay."""
     stadium = Stadium(a)
     exact = solve(representatives(6), stadium)
     exact = exact.rows(exact.status == "orbit")
@@ -131,6 +131,6 @@ def test_bounds_derived_for_rows_without_them_hold_and_are_sharp(a):
     spread = [exponents(row_of(found, i, a))[1] for i in range(len(found))]
     np.testing.assert_allclose(found.lyapunov_error, spread, rtol=1e-6)
     in_run = (found.words == np.roll(found.words, -1, axis=1)).any(axis=1)
-    with np.errstate(all="ignore"):  # coinciding bounces divide by 0
+    with np.errstate(all="ignore"):  # coinciding bounces cause divisions by 0
         lost = with_bounds(replace(still, error=none[bare], coordinates=0 * found.coordinates), stadium)
     assert np.isinf(lost.error[in_run]).sum() == in_run.sum() > 0

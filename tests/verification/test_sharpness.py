@@ -127,7 +127,7 @@ EPS = np.finfo(float).eps
 
 @pytest.fixture(scope="module")
 def solved() -> Orbits:
-    """Orbits, orbits through a joint, and words without an orbit, as they are stored."""
+    """Return orbits, orbits through a joint, and words that have no orbit, as they are stored."""
     orbits = solve(representatives(6), Stadium(1.0))
     kept = np.isin(orbits.status, EXISTING)
     empty = {name: np.where(kept, getattr(orbits, name), np.nan) for name in NUMBERS if name != "margin"}
@@ -137,7 +137,7 @@ def solved() -> Orbits:
 
 
 def changed(orbits: Orbits, name: str, row: int, value: float) -> Orbits:
-    """Return rows with one value changed, or one first coordinate."""
+    """Return rows in which one value, or one first coordinate, is changed."""
     values = getattr(orbits, name).copy()
     values[(row, 0) if values.ndim == 2 else row] = value
     return replace(orbits, **{name: values})
@@ -161,7 +161,7 @@ def test_the_check_of_bounds_states_the_share_used(solved, name):
 
 
 def test_the_sign_of_a_margin_must_match_the_status(solved):
-    """At a joint it may have either sign."""
+    """At a joint, a margin may have either sign."""
     others = replace(solved, margin=-solved.margin)
     statuses, *_ = check_against(others, solved)
     assert statuses.failures == (solved.status != "boundary").sum() < len(solved)

@@ -1,4 +1,4 @@
-"""Stored sweeps and births: whole periods are checked, whatever else is unfinished."""
+"""Stored sweeps and births: complete periods are checked, whichever others are unfinished."""
 
 import shutil
 import sqlite3
@@ -74,14 +74,14 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
-        ("state = 'filling'", "counts of a period that is not done"),
+        ("state = 'filling'", "final counts, although the period is not done"),
         ("cursor = '03132'", "cursor 03132 instead of 77777"),
         (f"{BEGUN}, cursor = '03132'", "96 words instead of 76"),
         (f"{BEGUN}, blocks = 1", "1 blocks instead of 0"),
         (f"words = 97, {BEGUN}", "97 words instead of 96"),
-        (f"n_c = 97, {BEGUN}", "more words have a status than there are"),
-        (f"unresolved = 17, {BEGUN}", "more words have a status than there are"),
-        (f"classes = 81, {BEGUN}", "more words have a status than there are"),
+        (f"n_c = 97, {BEGUN}", "more words or classes than there can be"),
+        (f"unresolved = 17, {BEGUN}", "more words or classes than there can be"),
+        (f"classes = 81, {BEGUN}", "more words or classes than there can be"),
     ],
 )
 def test_impossible_counts_are_found(swept, change, first):
@@ -184,7 +184,7 @@ def test_only_births_of_chosen_periods_are_checked(begun):
 
 
 def test_a_class_that_died_and_was_reborn_is_sound_and_counts_once(begun):
-    """Made by hand, because only longer words do so, such as classes of p = 9."""
+    """The rebirth is made by hand, because only longer words die and are reborn, such as some of p = 9."""
 
     def alter(*statements: str) -> None:
         with closing(sqlite3.connect(begun)) as plain, plain:

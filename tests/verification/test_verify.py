@@ -106,7 +106,7 @@ def test_rows_from_another_version_are_noted_and_pass(small, cli):
 
 
 def as_if_relaxed(path, chosen):
-    """Make rows at both a look as if found by relaxation."""
+    """Make the rows at both a look as if the relaxation had found them."""
     nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
@@ -127,7 +127,7 @@ def test_only_relaxation_may_leave_rows_without_bounds(small, cli):
 
 
 def test_rows_too_long_to_derive_bounds_are_skipped(small, monkeypatch):
-    """Rows as the relaxation leaves them; here those of more than 5 bounces."""
+    """The rows have no bounds, as from the relaxation; here, more than 5 bounces are too long."""
     monkeypatch.setattr("orbitdb.verification.invariants.MAX_DENSE", 5)
     ((before,),) = ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1 AND error NOTNULL")
     of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
@@ -139,7 +139,7 @@ def test_rows_too_long_to_derive_bounds_are_skipped(small, monkeypatch):
 
 
 def test_values_that_cannot_be_compared_are_skipped(small):
-    """Counts of an unfinished fill, and bits from another version."""
+    """These are counts of an unfinished fill, and bits from another version."""
     counts = (
         "primitive",
         *(f"rule_{n}" for n in range(1, 7)),
@@ -200,7 +200,7 @@ def test_an_a_without_rows_has_nothing_to_check(small, cli):
     assert " on the entropy" in cli("verify", "--a", "3").err
 
 
-def test_missing_periods_are_reported_at_every_a_with_some(small, cli):
+def test_missing_periods_are_reported_at_every_a_that_lacks_some(small, cli):
     assert cli("simulate", "--a", "0.5", "--bounces", "1000").code == 0
     told = cli("verify", "--p", "5-7").err.splitlines()
     missing = [line.partition(" (")[0] for line in told if "not filled" in line]
@@ -248,7 +248,7 @@ def test_the_progress_of_every_stage_reaches_its_total(filled):
 
 
 @pytest.mark.slow
-def test_workers_find_the_same(varied, tmp_path):
+def test_workers_find_the_same_failures(varied, tmp_path):
     path = tmp_path / "orbits.db"
     path.write_bytes(varied.read_bytes())
     alter(path, "UPDATE orbit SET length = length * 1.001 WHERE cycle = (SELECT min(cycle) FROM orbit)")

@@ -1,1 +1,1 @@
-"""A catalogue as a dataset: a folder of tables for any tool, described by the Frictionless standard."""
+"""Export catalogues as datasets: a folder of tables for any tool, described by the Frictionless standard."""

@@ -1,4 +1,4 @@
-"""Check a dataset: the sums and counts of its files, and that there are no others."""
+"""Check a dataset: the checksum and row count of each file, and that there are no other files."""
 
 import csv
 import hashlib
@@ -13,22 +13,22 @@ from orbitdb.extras import load
 PACKAGE = "datapackage.json"
 
 Counts = Mapping[tuple[float, int], tuple[str, str]]
-"""N_t and N_c, by a and p."""
+"""N_t and N_c, as written in the file, for each pair of a and p."""
 
 
 def sha256(path: Path) -> str:
-    """Return the sum of a file in hexadecimal digits."""
+    """Return the SHA-256 checksum of a file in hexadecimal digits."""
     with open(path, "rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_package(folder: Path) -> list[dict[str, Any]]:
-    """Return the files that a dataset lists.
+    """Return the descriptions of the files that a dataset lists.
 
     Raises
     ------
     ExportError
-        If the folder holds no dataset of orbitdb.
+        If the folder is not a dataset written by orbitdb.
     """
     try:
         package = json.loads((folder / PACKAGE).read_text(encoding="utf-8"))
@@ -38,17 +38,17 @@ def read_package(folder: Path) -> list[dict[str, Any]]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
     raise ExportError(
-        f"{folder} holds no dataset of orbitdb: it lacks a sound {PACKAGE} (--db names a catalogue)"
+        f"{folder} is not a dataset of orbitdb: it has no valid {PACKAGE} (--db names a catalogue)"
     )
 
 
 def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Yield each file of a dataset with its fault, or None.
+    """Yield the name of each file of a dataset, and a text that says what is wrong with it, or None.
 
     Raises
     ------
     ExportError
-        If the folder holds no dataset.
+        If the folder is not a dataset.
     """
     found = {str(each["path"]): each for each in read_package(folder)}
     counts: Counts = {}
@@ -67,7 +67,7 @@ def _fault(folder: Path, name: str, stated: Mapping[str, Any], counts: Counts) -
     if not path.resolve().is_relative_to(folder.resolve()) or not path.is_file():
         return "is missing"
     if stated["hash"] != f"sha256:{sha256(path)}":
-        return "differs from its sha256 sum"
+        return "does not match its sha256 sum"
     if "rows" not in stated:
         return None
     try:
@@ -94,9 +94,9 @@ def _counts(path: Path) -> Counts:
 
 
 def _miscounted(path: Path, counts: Counts) -> str | None:
-    """Compare the rows of a whole period with ``counts.csv``."""
+    """Return how the rows of a complete period disagree with ``counts.csv``, or None if they agree."""
     a, p, status = (column.to_pylist() for column in _parquet(path).read(["a", "p", "status"]).columns)
     found = str(len(status)), str(status.count("orbit"))
     if set(zip(a, p, strict=True)) == {(a[0], p[0])} and counts.get((a[0], p[0])) == found:
         return None
-    return f"has {found[0]} words and {found[1]} orbits, not those of counts.csv"
+    return f"has {found[0]} words and {found[1]} orbits; counts.csv has other numbers"

@@ -1,4 +1,4 @@
-"""The tables of a dataset: columns and rows of each, from one moment of a catalogue."""
+"""The tables of a dataset: the columns and rows of each, read from a catalogue at one moment."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple
@@ -48,7 +48,7 @@ class Table(NamedTuple):
     Attributes
     ----------
     words : int or None
-        Of orbits: the number of words of the period, chosen or not.
+        For a table of orbits, the number of words of its period, chosen or not; None for other tables.
     """
 
     path: str
@@ -59,12 +59,12 @@ class Table(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """The names of its columns."""
+        """The names of the columns."""
         return [column.name for column in self.columns]
 
 
 def orbits(moment: Moment, subset: Chosen, words: int) -> Table:
-    """Return the chosen words of one a and period, in the order of class and element."""
+    """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     title = subset.selection.describe(count=len(subset))
     rows = moment.rows(subset, [column.name for column in _ORBITS])
@@ -72,7 +72,7 @@ def orbits(moment: Moment, subset: Chosen, words: int) -> Table:
 
 
 def others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
-    """Yield the other tables; `filled` are the periods of the orbits."""
+    """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
     born = [each.p for each in moment.birth_fills() if each.whole and chosen[0].includes(each.p)]
     lives = (astuple(life) for p in born for life in moment.births(p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, _classes(moment, filled.union(born)))
@@ -91,7 +91,7 @@ def _classes(moment: Moment, periods: set[int]) -> Rows:
 def _by_period(
     ask: Callable[[Moment, Selection], Result], columns: Sequence[Column], moment: Moment, chosen: Selection
 ) -> Rows:
-    """Return the rows of the chosen periods, which are of all words."""
+    """Ask for a result over all words, and return its rows for the chosen periods."""
     found = ask(moment, Selection(chosen.a))
     rows = found.rows([column.name for column in columns]) if len(found) else ()
     return [row for row in rows if chosen.includes(row[0])]
@@ -125,4 +125,4 @@ _AT_EACH_A: Sequence[tuple[str, str, Sequence[Column], Callable[[Moment, Selecti
     ("bounds.csv", "Bounds on the topological entropy", OF_BOUNDS, _bounds),
     ("levels.csv", "Quantum levels", _LEVELS, _levels),
 )
-"""Tables with rows for each a, after whose value they give the columns."""
+"""The tables with rows for each a: path, title, columns after a, and a function that returns the rows."""

@@ -1,4 +1,7 @@
-"""Write a dataset: the tables, ``datapackage.json``, a README and the licence. Same catalogue, same bytes."""
+"""Write a dataset: tables, ``datapackage.json``, README and licence.
+
+The same catalogue always gives the same bytes.
+"""
 
 import json
 import os
@@ -27,7 +30,7 @@ from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.rows import Chosen
 
 Resource = dict[str, Any]
-"""A file, described in the words of the standard."""
+"""The description of a file, with the keys that the standard prescribes."""
 
 _LICENCE = {
     "name": "CC-BY-4.0",
@@ -35,36 +38,36 @@ _LICENCE = {
     "path": "https://creativecommons.org/licenses/by/4.0/",
 }
 _TYPES = {"text": "string", "numbers": "any"}
-"""The standard's types of the kinds of columns that it names otherwise; its arrays are JSON."""
+"""The standard's types where they differ from our kinds of columns; its own type "array" means JSON."""
 
 _OF_FILE, _OF_WORD, _OF_BOUNCE = 8_000, 20, 4
-"""Bytes that a file, a word and one of its bounces take at most."""
+"""Maximum number of bytes for a file, for each word in it, and for each bounce of a word."""
 
 
 def write_dataset(
     moment: Moment, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
 ) -> str:
-    """Write a dataset; return what it holds in words, or nothing if no word of a whole period is chosen.
+    """Write a dataset; return a description of its orbits, or '' if no word of a complete period is chosen.
 
     Parameters
     ----------
     moment : Moment
     folder : Path
-        It appears when it is complete.
+        The folder to create; it appears only when it is complete.
     chosen : sequence of Selection
-        One for each a, otherwise alike. They choose periods, and words among the orbits; counts, averages,
-        bounds and levels are of all orbits.
+        One for each a; they differ only in a. They choose the periods, and the words in the tables of orbits;
+        the other tables do not depend on which words are chosen.
     force : bool, optional
-        Replace a dataset.
+        Replace an existing dataset.
     tell : callable, optional
-        Gets progress.
+        Called with the progress.
 
     Raises
     ------
     ExportError
-        If the folder exists.
+        If the folder exists, unless it is a dataset and `force` is true.
     StoreError
-        If the disk has too little room, or the folder cannot be written.
+        If the disk has too little space, or the folder cannot be written.
     """
     whole = [(each, fill) for each in chosen for fill in moment.fills(each.a) if fill.whole]
     whole = [(each, fill) for each, fill in whole if each.includes(fill.p)]
@@ -92,7 +95,7 @@ def write_dataset(
 
 
 def _write(path: Path, made: Table) -> int:
-    """Write a table; return the number of its rows."""
+    """Write a table, and return its number of rows."""
     names = [column.name for column in made.columns]
     if path.suffix == ".parquet":
         with open(path, "wb") as binary:
@@ -102,7 +105,7 @@ def _write(path: Path, made: Table) -> int:
 
 
 def _texts(draft: Path, selection: str) -> Iterator[Resource]:
-    """Write the README and the licence."""
+    """Write the README and the licence, and yield their descriptions."""
     for name in ("README.md", "LICENSE.txt"):
         text = (files(__package__) / name).read_text(encoding="utf-8")
         for mark, value in (("SELECTION", selection), ("VERSION", __version__)):
@@ -118,7 +121,7 @@ def _file(draft: Path, path: str) -> Resource:
 
 
 def _described(draft: Path, made: Table, rows: int) -> Resource:
-    """Return a written table with the meaning, unit and error bound of each column."""
+    """Return the description of a written table, with the meaning, unit and error bound of each column."""
     columns = []
     for each in made.columns:
         told = {"description": each.means, "unit": each.unit, "bound": each.bound}
@@ -150,7 +153,7 @@ def _package(moment: Moment, selection: str, found: Sequence[Resource]) -> dict[
 
 
 def _check(folder: Path, force: bool, subsets: Sequence[Chosen]) -> None:
-    """Refuse a folder that exists, unless it is a dataset to be replaced, and a disk without room."""
+    """Raise if the folder exists, unless it is a dataset to replace, or if the disk has too little space."""
     parent = folder.resolve().parent
     if not parent.is_dir():
         raise StoreError(f"there is no folder {parent}: make it first")
@@ -162,13 +165,13 @@ def _check(folder: Path, force: bool, subsets: Sequence[Chosen]) -> None:
     need = sum(_OF_FILE + words * (_OF_WORD + _OF_BOUNCE * p) for words, p in periods)
     if (free := shutil.disk_usage(parent).free) < need:
         raise StoreError(
-            f"no room for {folder}: it takes up to {need / 1e6:.1f} MB, and {free / 1e6:.1f} MB is free"
+            f"no room for {folder}: it takes up to {need / 1e6:.1f} MB, but only {free / 1e6:.1f} MB is free"
         )
 
 
 @contextmanager
 def _replacing(folder: Path) -> Iterator[Path]:
-    """Give a temporary folder; put it in place at the end, or remove it after a failure."""
+    """Yield a temporary folder; move it into place at the end, or remove it after a failure."""
     draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
     try:
         draft.mkdir()
