@@ -103,15 +103,17 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
         await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
-        assert all(line in shown(app) for line in ("keep the current one", "odd", "wrong"))
+        assert all(line in shown(app) for line in ("save the current filter", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
         [wrong] = await told("F", "j", "enter")
         assert wrong.startswith("where 'q < 3': no such column: q; ")
         assert main.choices.selection == Selection()
-        assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
+        assert await told("F", "k", "enter") == [
+            "there is no filter to save: every word is shown; press / or o to choose some"
+        ]
         await press(pilot, "o", "F", "k", "enter")
-        told_of = {"x" * 41: "41 characters: take", "odd": "will be replaced", "a\tb": "take a name"}
+        told_of = {"x" * 41: "41 characters: use at most 40", "odd": "will be replaced", "a\tb": "all printable"}
         for name, said in told_of.items():
             await write(pilot, name)
             assert said in shown(app)

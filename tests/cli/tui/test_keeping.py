@@ -102,7 +102,7 @@ def test_a_saved_filter_is_restored_unchanged():
         with pytest.raises(InputError):
             selection_of(wrong, 1.6)
     for odd in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
-        with pytest.raises(InputError, match="is not a filter of orbitdb"):
+        with pytest.raises(InputError, match="is not a valid filter"):
             selection_of(odd, 1.6)
 
 

@@ -58,7 +58,7 @@ async def click(pilot, x, y):
 
 def test_columns_are_explained_with_their_headings():
     title, names = columns_told()
-    assert title == "columns, as a filter names them"
+    assert title == "columns that a filter can use"
     assert dict(names)["length_error"] == "bound on the error of length (radius)"
     assert dict(names)["length"].endswith(", ± length_error")
     assert any(name == "lambda_d" for name, _ in names)
@@ -90,10 +90,10 @@ def test_every_key_of_a_screen_is_listed_in_its_group():
     assert all(hasattr(*target(part, each.action)) for part, each in every)
     groups = groups_of(part.KEYS for part in own)
     told = {title: dict(lines) for title, lines in groups}
-    assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
+    assert list(told) == ["moving", "symmetry class", "looking", "choosing", "keeping", "orbitdb"]
     assert told["moving"]["j ↓"] == "next row"
     assert told["moving"]["0 .. 9"] == "go to a period or code"
-    assert told["orbitdb"]["?"] == "these keys"
+    assert told["orbitdb"]["?"] == "show this list of keys"
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
@@ -243,8 +243,8 @@ def test_filling_words_and_periods_reports_counts(tmp_path):
     assert cost_of(path, Wish(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)
     assert cost_of(path, Wish(1.6, words=("13", "031"))) == ("2 words to solve at a = 1.6", 2)
     done, small = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,)))
-    assert done == ("these periods are filled at a = 1.6: nothing is left to do", 0)
-    assert small[0].startswith("1 word to come at a = 1.6: under a second, ")
+    assert done == ("these periods are already filled at a = 1.6: nothing to do", 0)
+    assert small[0].startswith("1 word to fill at a = 1.6: under a second, ")
 
 
 @pytest.mark.slow

@@ -51,8 +51,8 @@ async def test_new_trajectories_replace_a_value_only_if_better(filled, monkeypat
         assert (app.screen.reference == kept) == (better == error)
         assert app.screen.reference.lambda_d_error <= better
         assert app.screen.reference.lambda_d == pytest.approx(0.8868, abs=0.05)
-        assert ("not as good" in shown(app)) == (better == error)
-        assert "bounces followed here" in shown(app)
+        assert ("less precise" in shown(app)) == (better == error)
+        assert "bounces, computed now" in shown(app)
 
 
 @pytest.mark.slow
@@ -68,11 +68,11 @@ async def test_trajectories_show_progress_and_stay_while_more_are_followed(fille
 
             app.post_message(events.Key(key, key))
             await until(lambda: re.search(share, look()))
-            await until(lambda: "bounces followed here  " in look())
-            assert any("following more: " in text for text in seen) == (key == "t")
+            await until(lambda: "bounces, computed now  " in look())
+            assert any("following more trajectories: " in text for text in seen) == (key == "t")
 
         await follows("S", r"\d; \d+%")
-        await follows("t", r"bounces followed here; following more: \d+%")
+        await follows("t", r"bounces, computed now; following more trajectories: \d+%")
 
 
 def lines_of(counts, width, without=0):
@@ -109,7 +109,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter", "question_mark")
         assert isinstance(app.screen, KeysDialog)
-        assert "histogram of another column" in shown(app)
+        assert "choose another column" in shown(app)
         await press(pilot, "escape")
         assert app.screen.column == "symmetry"
         assert "xyT " in shown(app)

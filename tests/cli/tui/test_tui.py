@@ -116,7 +116,7 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
     async with browsing(path) as (app, pilot):
         await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
-        await until(lambda: "2,697,273 words to come" in shown(app))
+        await until(lambda: "2,697,273 words to fill" in shown(app))
         assert "Cancel (n)" in shown(app)
         assert "Fill (y)" in shown(app)
         await send(app, "n", FillDialog)
