@@ -31,7 +31,7 @@ _BINS = [n / 5 for n in range(21)]
 
 
 def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw the length spectrum of the orbits downwards and, if there are levels, theirs upwards."""
+    """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     parity = given.of_one()
     levels = given.read(parity)
     found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)

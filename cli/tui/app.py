@@ -131,7 +131,7 @@ class BrowseApp(OrderlyApp, Working):
             self.workers.cancel_group(self, "fill")
 
     def on_export(self, message: Export) -> None:
-        """Write the requested file in a thread, unless it is already being written."""
+        """Write the requested file in a thread, unless that file is already being written."""
         path = message.path
         if path in self.exports:
             self.failed(f"{path} is still being written: wait until it is finished, or name another file")

@@ -10,13 +10,13 @@ from orbitdb.store.reading.lookup import born_with, certificate_of
 from orbitdb.store.reading.moment import Reader
 
 Certificate = tuple[float, int] | None
-"""Radius and bits of a stored proof, or None."""
+"""Radius and precision, in bits, of a stored proof; None if there is no proof."""
 Partners = Sequence[tuple[float, list[str]]]
-"""Births of a word, each with the representatives of the classes born on the same path."""
+"""The a of each birth of a word, with the representatives of the classes born there on the same path."""
 
 
 class CatalogueFile:
-    """The catalogue in a file, or no catalogue as long as the file does not exist."""
+    """The catalogue in a file that may not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -37,7 +37,7 @@ class CatalogueFile:
         return solve_word(word, a) if stored is None else stored
 
     def a_values(self) -> list[float]:
-        """Return the values of a stored in the catalogue."""
+        """Return the values of a that are in the catalogue."""
         if self.reader is None:
             return []
         with self.reader.moment() as moment:

@@ -23,13 +23,13 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.where import check, names_in
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
-"""The statuses that rows can have, in the order of lists."""
+"""The statuses that rows can have, in the order in which lists show them."""
 
 RINGS: dict[str, tuple[Any, ...]] = {
     "statuses": ((), *((status,) for status in SHOWN)),
     "time_reversal": (None, "self", "pair"),
 }
-"""The values of criteria, in the order in which keys step through them."""
+"""The values of each criterion, in the order in which a key steps through them."""
 
 _LONGEST_NAME = 40
 

@@ -31,7 +31,7 @@ class LooseThreads(ThreadPoolExecutor):
     """A thread pool that the screen does not wait for when it closes; most of the threads only read."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel the work that has not begun, and do not wait for the remainder."""
+        """Cancel work that has not begun, and do not wait for work that has."""
         super().shutdown(wait=False, cancel_futures=True)
 
 

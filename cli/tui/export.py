@@ -33,7 +33,7 @@ PICTURES = (".svg", ".png", ".pdf")
 _WIDTH = 800
 
 Write = Callable[[Path, Callable[[], bool]], str]
-"""Writes a file unless this is cancelled, and returns a message that says what was written."""
+"""Writes a file unless it is cancelled, and returns a message that says what was written."""
 
 
 @dataclass
@@ -70,7 +70,7 @@ def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
 def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bool = False) -> None:
     """Ask for a file, and have it written by `write`.
 
-    It is a figure, which `figure` describes to the user, or with `rows` also a file of rows.
+    The file shows a figure, which `figure` describes to the user; with `rows`, it can contain rows instead.
     """
 
     def take(name: str) -> None:

@@ -95,7 +95,7 @@ def among_marked(words: Sequence[str], where: str | None) -> str:
 
 
 def criteria_of(selection: Selection) -> KeptCriteria:
-    """Return a subset as arguments of `chosen_by`, without a and without empty criteria."""
+    """Return a subset as arguments of `chosen_by`, leaving out a and empty criteria."""
     spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
     several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),

@@ -168,7 +168,7 @@ class MainScreen(OwnScreen[None]):
         self.whole = False
 
     def action_back(self) -> None:
-        """Go back from the facts to the rows, or from another orbit to that of the row."""
+        """Go back from the facts to the rows, or from another orbit to the one of the current row."""
         if self.whole:
             self.whole = False
         else:

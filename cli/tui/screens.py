@@ -27,7 +27,7 @@ Answer = TypeVar("Answer")
 class Working(DOMNode):
     """Base class of screens, widgets and the application: it runs work in threads and opens dialogs.
 
-    Name it last among the base classes, because Textual takes styles from the first one.
+    List it last among the base classes, because Textual takes styles from the first one.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:

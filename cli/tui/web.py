@@ -29,7 +29,7 @@ from orbitdb.errors import InputError
 HOST = "127.0.0.1"
 _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
-"""Seconds that a session has to end by itself."""
+"""Seconds that a session has to end by itself before it is killed."""
 _HEARTBEAT = 15.0
 _USUAL, _LARGEST = (80, 24), (1000, 500)
 """Default and largest numbers of columns and rows of a terminal."""
@@ -111,7 +111,7 @@ class TokenServer(Server):
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.headers.get("Origin", self.public_url) != self.public_url:  # a page elsewhere
+            if request.headers.get("Origin", self.public_url) != self.public_url:  # from another site
                 return web.Response(status=403, text="only pages of this server can open a session\n")
             meant = request.host == f"{HOST}:{self.port}"  # under another host name, the origin would differ
             if request.method == "GET" and not (meant and request.path != f"/{self.token}"):

@@ -25,7 +25,7 @@ def columns_told() -> Group:
 
 
 def _told(column: Column) -> str:
-    """Return the meaning of a column, its unit and the column with its error bound."""
+    """Return a line with the meaning of a column, its unit, and the name of its error column."""
     unit = f" ({column.unit})" if column.unit not in ("", "1") else ""
     bound = f", ± {column.bound}" if column.bound.endswith("_error") else ""
     return f"{column.brief}{unit}{bound}"

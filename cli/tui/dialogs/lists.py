@@ -47,7 +47,7 @@ class ListDialog(Dialog[Result]):
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
 
     def on_key(self, event: Key) -> None:
-        """Go to the first text that begins with the typed letters; other keys work as usual."""
+        """Move the cursor to the first entry that begins with the typed letters; other keys work as usual."""
         letter = event.character if event.is_printable else None
         typed = self._typed if self._list.highlighted == self._landed else ""
         for text in (typed + letter, letter) if letter else ():

@@ -130,9 +130,9 @@ _TRAIL = 0.06
 
 
 def path_of(orbit: Orbit | None) -> Floats:
-    """Return the closed path of an orbit, shape (p + 1, 2), on which the last point repeats the first.
+    """Return the closed path of an orbit, shape (p + 1, 2), whose last point repeats the first.
 
-    A path of more than `MOST_DRAWN` bounces is cut there and left open.
+    A path of more than `MOST_DRAWN` bounces is cut there and left open. Without coordinates, it is empty.
     """
     if orbit is None or orbit.points is None:
         return np.zeros((0, 2))
@@ -141,7 +141,7 @@ def path_of(orbit: Orbit | None) -> Floats:
 
 
 def along(path: Floats, share: float) -> Floats:
-    """Return the point, shape (2,), at a fraction of the length of a path; whole turns do not count."""
+    """Return the point, shape (2,), at a fraction of the length of a path; the fraction is taken modulo 1."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     place = (share % 1.0) * way[-1]
     return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
@@ -191,7 +191,7 @@ def draw_phase(
 ) -> Picture:
     """Draw the `phase_points` of several orbits, each in its own style and the first on top.
 
-    Below them stand the names of the walls and, if given, the names of the orbits.
+    Below them are the names of the walls and, if given, the names of the orbits.
     """
     stadium = Stadium(a)
     length = stadium.perimeter

@@ -54,7 +54,7 @@ class PictureWidget(Widget):
 
 
 class OrbitDrawing(PictureWidget):
-    """An orbit in its stadium, with or without a particle, or in phase space beside orbits to compare."""
+    """An orbit in its stadium, with or without a particle, or in phase space with other orbits to compare."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
@@ -68,7 +68,7 @@ class OrbitDrawing(PictureWidget):
         self._timer: Timer | None = None
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Take the path of the new orbit; a moving particle starts again at its first bounce."""
+        """Use the path of the new orbit; a moving particle starts again at its first bounce."""
         self._path = path_of(orbit)
         if self.particle is not None:
             self.particle = 0.0
@@ -98,7 +98,7 @@ class OrbitDrawing(PictureWidget):
         return here + [other for other in self.compared if other.code not in {o.code for o in here}]
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Draw the stadium, or phase space."""
+        """Return a picture of the stadium or of phase space."""
         if self.phase:
             orbits = self.in_phase_space()
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
@@ -119,5 +119,5 @@ class Plot(PictureWidget):
     curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Draw the curves."""
+        """Return a picture of the curves."""
         return draw_curves(self.curves, columns, rows)

@@ -100,7 +100,7 @@ class OrbitPanel(Vertical, Working):
     # the row
 
     def take_rows(self, rows: Pages) -> None:
-        """Show new rows, then take the steps in a and the digits that waited for them."""
+        """Show new rows, then carry out the steps in a and the digits that waited for them."""
         self.catch_up()
         if not len(rows) and not self._rows.alone:
             self.orbit = None
@@ -111,7 +111,7 @@ class OrbitPanel(Vertical, Working):
         self._rows.position.go_on()
 
     def catch_up(self) -> None:
-        """Show the word under the cursor, which can have moved before its message arrives."""
+        """Show the word under the cursor now, even if the message about the cursor has not arrived yet."""
         row = self._rows.table.row
         if row is not None and row[0] != self._rows.left:
             self._rows.left = None

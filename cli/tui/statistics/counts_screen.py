@@ -137,7 +137,7 @@ class CountsScreen(OwnScreen[None]):
         for place, name in enumerate(_BY):
             counts = marginal(found, place)
             parts += [Text(name, "bold"), bars(counts_by(name, counts), counts.get(None, 0)), ""]
-        return Group(*parts), f"p = {partly}: partial" if partly else ""
+        return Group(*parts), f"partial periods: {partly}" if partly else ""
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
         """Return the counts of the values of a column, the number of rows without a value, and a note."""

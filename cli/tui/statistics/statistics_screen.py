@@ -164,9 +164,9 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
 
     def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
-        """Yield the stored reference or, if there is none or `anew` is set, those from new trajectories.
+        """Yield the stored reference or, if there is none or `anew` is set, references from new trajectories.
 
-        With each come the fraction done, and whether the reference is stored.
+        Each comes with the fraction done and with whether it is stored.
         """
         with self._catalogue.moment() as moment:
             stored = None if anew else moment.reference(self._selection.a)

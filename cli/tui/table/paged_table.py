@@ -158,7 +158,7 @@ class PagedTable(ScrollView, can_focus=True):
         return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
 
     def render_line(self, y: int) -> Strip:
-        """Draw the heading or a row."""
+        """Return the heading or a row as a strip."""
         base = self.rich_style
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)

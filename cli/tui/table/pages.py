@@ -40,8 +40,8 @@ class Ordering:
 class Pages:
     """The rows of a subset in some order, each with the code first; the blocks read last are cached.
 
-    At another *a*, these are the rows of `stored`, with the `Standing` of each class there, shape (C,);
-    values that are not known there are blank. Without a catalogue there are no rows (`NONE`).
+    At another *a*, these are the rows of `stored`, and `standing`, shape (C,), has the `Standing` of each
+    class there; values that are not known there are blank. Without a catalogue there are no rows (`NONE`).
     """
 
     catalogue: Reader | None

@@ -71,7 +71,7 @@ class RowsPanel(Vertical, Working):
         yield Static(id="standing", markup=False)
         yield self.position.data_bind(RowsPanel.total)
 
-    # choosing
+    # sort order and columns
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
@@ -114,7 +114,8 @@ class RowsPanel(Vertical, Working):
     def read(self, selection: Selection) -> None:
         """Read the rows of a subset in a worker, and show them unless others have been requested meanwhile.
 
-        If the table is empty and all words are requested in the default order, the first rows appear early.
+        If the table is empty and all words are requested in the default order, the first rows are shown
+        early.
         """
         if (catalogue := self._file.reader) is None:
             return
@@ -177,7 +178,7 @@ class RowsPanel(Vertical, Working):
 
     @property
     def alone(self) -> str | None:
-        """The word of the current orbit, unless it is the word of the row under the cursor; then None."""
+        """The word of the current orbit; None if it is the word of the row under the cursor."""
         row = self.table.row
         return None if row is not None and row[0] == self._shown else self._shown
 
@@ -212,7 +213,7 @@ class RowsPanel(Vertical, Working):
         row = self.table.row
         self.left = None if row is None else row[0]
 
-    # saying
+    # titles and notes
 
     def say(self, what: str = "") -> None:
         """Set the title to the work in progress or, without any, to the number of orbits at another a."""
@@ -222,7 +223,7 @@ class RowsPanel(Vertical, Working):
         self.border_title = what or "words"
 
     def say_gaps(self, partial: str, gaps: str) -> None:
-        """Show which chosen periods are partial, and what is missing of the other periods."""
+        """Show which chosen periods are partial, and what the other periods lack."""
         self.border_subtitle = partial
         self.note("#unfilled", gaps)
 
@@ -244,7 +245,7 @@ class RowsPanel(Vertical, Working):
         self.position.refresh()
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
-        """Send a message of this panel: Textual passes none on above its sender, which may be this panel."""
+        """Post the message again from this panel: Textual stops it at its sender, which may be this panel."""
         message.stop()
         self.post_message(self.Moved())
 

@@ -83,7 +83,7 @@ class Position(Widget, Working):
         return told if self.under_way else ""
 
     def action_type(self, digit: int) -> None:
-        """Add a digit, and go to the first row of that period, or whose code begins with the typed digits."""
+        """Add a digit, and go to the row that the typed digits stand for."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
             self._typed, self._begun_at = "", self._table.cursor

@@ -50,7 +50,7 @@ def test_a_running_fill_shows_its_rate(monkeypatch):
 
 
 @pytest.mark.slow
-async def test_the_first_key_already_goes_into_the_periods(tmp_path):
+async def test_the_first_key_goes_into_the_field_of_periods(tmp_path):
     """If another field had focus for a moment, a fast typist would fill a different stadium."""
     focused = []
 
@@ -67,8 +67,8 @@ async def test_the_first_key_already_goes_into_the_periods(tmp_path):
 
 
 @pytest.mark.slow
-async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
-    """An export into a missing folder, and a fill while another process holds the lock."""
+async def test_failures_are_reported_and_the_screen_keeps_working(filled, tmp_path, monkeypatch):
+    """The failures are an export into a missing folder, and a fill while another process holds the lock."""
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
 
@@ -101,7 +101,7 @@ async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, mo
 async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path):
     async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
-        for key, told in (("d", "press f to fill"), ("S", "press f to fill"), ("v", "press c and type a code")):
+        for key, told in (("d", "press f to"), ("S", "press f to"), ("v", "press c and type a code")):
             app.clear_notifications()
             await press(pilot, key)
             [note] = app._notifications

@@ -66,7 +66,7 @@ def test_columns_are_explained_with_their_headings():
 
 
 def target(part, action) -> tuple[Any, str]:
-    """Return who does an action, and the name of the method, on the main screen or in its widgets too."""
+    """Return the class that performs an action of the main screen, and the name of its method."""
     widgets: dict[Any, Any] = {
         "position": Position,
         "drawing": OrbitDrawing,
@@ -185,7 +185,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
         await hurry(pilot, "M", *"jmjmjmjmjmjmjm")
-        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # with the one on show they are six
+        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # the current one is the sixth
 
 
 @pytest.mark.slow
@@ -249,7 +249,7 @@ def test_filling_words_and_periods_reports_counts(tmp_path):
 
 @pytest.mark.slow
 async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monkeypatch):
-    """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
+    """The first row shown is the first of all rows; keys and codes entered meanwhile still take effect."""
     began = []
 
     def show(table, rows, cursor=0, show=PagedTable.show):
@@ -270,7 +270,7 @@ async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monk
         assert table.source.row(0)[0] == "13"
 
 
-async def test_the_list_says_that_the_shown_word_is_not_stored(varied):
+async def test_the_screen_says_that_the_shown_word_is_not_stored(varied):
     async with browsing(varied) as (app, pilot):
         await ask(pilot, "c", "1^20 3")
         assert "111111111111… is not stored" in shown(app)

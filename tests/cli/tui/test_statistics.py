@@ -86,7 +86,7 @@ def test_bars_are_to_scale_and_small_counts_are_visible():
     lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 28, without=1234)
     assert lines == ["      a   800 ██████████████", "    bcd     1 ▏", "            0", "without 1,234"]
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
-    assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the least room
+    assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the minimum width
     assert lines_of([], 20) == ["none"]
 
 
@@ -96,7 +96,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
     async with browsing(varied, selection=some) as (app, pilot):
         await press(pilot, "d")
         pruned = count_primitive(3) - count_admissible(3)
-        assert shown(app).count(f"without {pruned} ") == 3  # of symmetry, reversal and length
+        assert shown(app).count(f"without {pruned} ") == 3  # for symmetry, reversal and length
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
@@ -104,7 +104,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         count = Catalogue(app.file.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
-        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
+        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the one before ends
         await press(pilot, "right_square_bracket")
         assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter", "question_mark")
@@ -118,7 +118,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
-        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sort column, if drawable
             app.screen.rows.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn

@@ -78,7 +78,7 @@ def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_on
 
 
 def test_nobody_without_the_token_sees_a_page(filled_once):
-    """Tested on the server without a session, which takes under a second."""
+    """This tests the server without a session, which takes under a second."""
     aiohttp = pytest.importorskip("aiohttp")
     from aiohttp.test_utils import TestClient, TestServer
 
