@@ -1,4 +1,4 @@
-"""Figures of averages by period: the topological entropy, and Lyapunov exponents."""
+"""Figures of averages by period: the topological entropy and the Lyapunov exponents."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ NOTHING = ": nothing to draw"
 
 
 def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
-    """Draw K_0 and h_zeta by period, as in the paper's Fig. 5, with the proved bounds."""
+    """Draw K_0 and h_zeta by period, as in Fig. 5 of the paper, with the proved bounds."""
     found = entropy(moment, chosen)
     with figure(6.4, 4.2, _title(found, chosen)) as made:
         curves.draw_entropy(made.add_subplot(), found)
@@ -26,7 +26,7 @@ def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
 
 
 def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the exponents per bounce and per length by period, as in the paper's Fig. 6, by every method."""
+    """Draw the Lyapunov exponents by period from every method, as in Fig. 6 of the paper."""
     found = lyapunov(moment, chosen)
     with figure(6.4, 6.4, _title(found, chosen)) as made:
         axes = made.subplots(2, 1, sharex=True)
@@ -37,7 +37,7 @@ def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
 
 
 def _title(found: Result, chosen: Selection) -> str:
-    """Write the notes of a result; return a title with its periods. Exit if there is nothing to draw."""
+    """Print the notes of a result, and return a title with its periods; exit if there is nothing to draw."""
     for text in found.notes:
         note(text if len(found) else f"{text}{NOTHING}")
     if not len(found):

@@ -1,4 +1,4 @@
-"""Figures of quantum levels, and of levels from orbits."""
+"""Figures of quantum levels and of what the orbits say about them."""
 
 from collections.abc import Callable
 
@@ -31,7 +31,7 @@ _BINS = [n / 5 for n in range(21)]
 
 
 def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw the length spectrum of the orbits downwards, and of any levels upwards."""
+    """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     parity = given.of_one()
     levels = given.read(parity)
     found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
@@ -44,7 +44,7 @@ def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) 
 
 
 def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw the number of levels and its fluctuations, with those from the orbits."""
+    """Draw the number of levels below k and its fluctuations, each compared with that from the orbits."""
     stadium, parity = Stadium(chosen.a), given.of_one()
     levels = given.read(parity)
     if levels is None:
@@ -64,8 +64,8 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
         above.plot(at, smooth, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
         above.set(ylabel="levels below $k$")
         rest = np.searchsorted(k, at) - smooth
-        below.plot(at, rest, color=BLUE, linewidth=0.8, label="levels, less Weyl's law")
-        below.plot(at, count - smooth, color=ORANGE, linewidth=0.8, label=f"{label}, less Weyl's law")
+        below.plot(at, rest, color=BLUE, linewidth=0.8, label="levels minus Weyl's law")
+        below.plot(at, count - smooth, color=ORANGE, linewidth=0.8, label=f"{label}, minus Weyl's law")
         family = family_count(stadium, at, _LENGTHS[1], parity)
         below.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls")
         below.set(xlabel="$kR$", ylabel="fluctuation")
@@ -73,7 +73,7 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
 
 
 def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw N_X at each level minus its place in the list; it rises by one at a missing level."""
+    """Draw N_X at each level minus the index of the level; this increases by 1 at a missing level."""
     parity = given.of_one()
     found, told = assess_levels(moment, chosen.a, given.read(parity), parity)
     for said in [*told, found.verdict()]:
@@ -84,22 +84,25 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
 
 
 def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw the spacings of levels in units of their mean, with the curves of Wigner and Poisson."""
+    """Draw the distribution of level spacings, in units of their mean, with those of Wigner and Poisson."""
     a, parts = chosen.a, given.by_parity(moment, chosen.a)
     gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), each)) for each, k in parts.items()])
     s = np.linspace(0, _BINS[-1], 200)
     with figure(6.4, 4.2, f"{len(gaps)} spacings at a = {exact(a)}: {', '.join(parts)}") as made:
         ax = made.add_subplot()
-        ax.hist(gaps, _BINS, density=True, color=BLUE, alpha=0.5, label="levels, by Weyl's law")
+        ax.hist(gaps, _BINS, density=True, color=BLUE, alpha=0.5, label="levels, unfolded by Weyl's law")
         wigner = np.pi / 2 * s * np.exp(-np.pi / 4 * s**2)
         ax.plot(s, wigner, color=INK, label="random matrices (Wigner)")
-        ax.plot(s, np.exp(-s), color=GREY, linestyle="--", label="random numbers (Poisson)")
-        ax.set(xlabel="spacing, in its mean", ylabel="density", xlim=(0, _BINS[-1]))
+        ax.plot(s, np.exp(-s), color=GREY, linestyle="--", label="uncorrelated levels (Poisson)")
+        ax.set(xlabel="spacing (in units of the mean)", ylabel="density", xlim=(0, _BINS[-1]))
     return made
 
 
 def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw Delta_3 and the number variance by parity, with bouncing balls in and out, and two references."""
+    """Draw Delta_3 and the number variance for each parity, with and without bouncing balls.
+
+    The curves of the GOE and of uncorrelated (Poisson) levels are drawn for comparison.
+    """
     a, parts = chosen.a, given.by_parity(moment, chosen.a)
     colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
     shown: list[tuple[str, Callable[[Floats, float], float | None], Floats, Floats]] = [
@@ -111,19 +114,19 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
             for each, k in parts.items():
                 for balls, style in ((False, "-"), (True, ":")):
                     x = np.sort(unfolded(k, Stadium(a), each, balls))
-                    label = f"{each}, bouncing balls out" if balls else f"{each}"
+                    label = f"{each}, without bouncing balls" if balls else f"{each}"
                     values = np.array([statistic(x, length) for length in _RIGID], float)
                     ax.plot(_RIGID, values, style, color=colours[each], label=label)
             ax.plot(_RIGID, goe, color=INK, label="random matrices (GOE)")
-            ax.plot(_RIGID, poisson, "--", color=GREY, label="random numbers (Poisson)")
+            ax.plot(_RIGID, poisson, "--", color=GREY, label="uncorrelated levels (Poisson)")
             ax.set(ylabel=name, ylim=(0, 2.5 * goe[-1]), xlim=(0, _RIGID[-1]))
-        ax.set(xlabel="$L$, mean spacings")
-    note(f"bouncing balls up to length {FAMILY_TO:g} are taken out of the staircase for the dotted lines")
+        ax.set(xlabel="$L$ (mean spacings)")
+    note(f"for the dotted lines, bouncing balls up to length {FAMILY_TO:g} are subtracted from the staircase")
     return made
 
 
 def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw psi^2 of the level nearest to some k, with any orbit over it."""
+    """Draw psi^2 of the level nearest to the given k, with the orbit, if any, on top."""
     found = _nearest(a, k, parity)
     with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
         waves.draw_wave(made.add_subplot(), found, orbit)
@@ -131,7 +134,7 @@ def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure
 
 
 def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
-    """Draw the Husimi function of the level nearest to some k, with the bounces of any orbit over it."""
+    """Draw the Husimi function of the level nearest to the given k, with the bounces of the orbit, if any."""
     found = _nearest(a, k, parity)
     with figure(7.2, 4.2, _title(found, orbit)) as made:
         waves.draw_husimi(made.add_subplot(), found, orbit)
@@ -139,7 +142,7 @@ def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figu
 
 
 def _nearest(a: float, k: float, parity: Parity) -> Wave:
-    """Return the wave of the level nearest to some k."""
+    """Return the wave of the level nearest to the given k."""
     stadium, width = Stadium(a), 0.0
     spacing = 1 / max(float(weyl(stadium, parity).deriv()(k)), 0.2)
     found: list[Wave] = []

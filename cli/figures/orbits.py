@@ -1,4 +1,4 @@
-"""Figures of one orbit: its path, its reverse, and its life as a grows."""
+"""Figures of one orbit: its path, its time reverse, and its life as a increases."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,7 +22,7 @@ _LOW, _HIGH, _BESIDE = 0.1, 5.0, 1e-9
 
 
 def draw_orbit(found: Orbit) -> Figure:
-    """Draw the path of an orbit with coordinates in its stadium."""
+    """Draw the path of an orbit, which must have coordinates, in its stadium."""
     with figure(_WIDTH, _height(found.a)) as made:
         ax = made.add_subplot()
         _draw_path(made, ax, found, "")
@@ -30,9 +30,9 @@ def draw_orbit(found: Orbit) -> Figure:
 
 
 def draw_reverse(found: Orbit) -> Figure:
-    """Draw an orbit above its time reverse, whose bounces are those of the orbit backwards."""
+    """Draw an orbit above its time reverse, which has the same bounces in reverse order."""
     reverse, same = images_of(found.code)[REVERSE], found.time_reversal == "self"
-    kind = "the same orbit: it retraces its path" if same else "another orbit, counted, too"
+    kind = "the same orbit: it retraces its path" if same else "another orbit, counted separately"
     with figure(_WIDTH, 2 * _height(found.a)) as made:
         above, below = made.subplots(2, 1)
         points = _draw_path(made, above, found, "(a) ")
@@ -42,7 +42,7 @@ def draw_reverse(found: Orbit) -> Figure:
 
 
 def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.float64]:
-    """Draw an orbit with its numbers above it, and label the figure; return its bounces."""
+    """Draw an orbit with its a, length and lambda above it, and label the figure; return the bounces."""
     assert found.points is not None
     paths.draw_orbit(ax, Stadium(found.a), found.points)
     numbers = f"$a = {exact(found.a)}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
@@ -52,12 +52,12 @@ def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.f
 
 
 def _height(a: float) -> float:
-    """Return the height in inches of a stadium as wide as the figure, with title, axis and legend."""
+    """Return the height, in inches, of a stadium as wide as the figure, with its title, axis and legend."""
     return max(2.2, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
 
 
 def draw_life(found: Orbit) -> Figure:
-    """Draw the orbit of a word at its birth, and its length and lambda over its life."""
+    """Draw the orbit of a word at its birth, and its length and lambda against a."""
     lives = found.exists or ()
     ends = [end for life in lives for end in life if end]
     start = lives[0][0] * (1 + _BESIDE) or found.a

@@ -16,7 +16,7 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 Changes = dict[int, tuple[Floats, Floats]]
-"""By period: the rising a of births and deaths, and the number of words, negative for deaths."""
+"""By period: the values of a of births and deaths, ascending, and numbers of words, negative for deaths."""
 
 PLACES = 400
 PLACES_OF_BOUNDS, _ROOM = 200, 1.1
@@ -27,7 +27,7 @@ _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
 
 
 def draw_births(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the share of words that are orbits, the entropy, and the births, each against a."""
+    """Draw the share of words that are orbits, the entropy, and the births and deaths, each against a."""
     changes = _changes(moment, chosen)
     shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
     shown = shown[-len(_STYLES) :]
@@ -61,9 +61,10 @@ def draw_births(moment: Moment, chosen: Selection) -> Figure:
 
 
 def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
-    """Draw proved bounds against a, and the entropy from births if there are any.
+    """Draw proved bounds on the entropy against a, with the entropy from births if births are stored.
 
-    The bounds are the stored ones; those missing on a grid are found now.
+    The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
+    computed.
     """
     known = [enclosure(moment, a)[0] for a in grid] or moment.entropy_curve()
     if not known:
@@ -73,7 +74,7 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         ax.fill_between(
-            a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0, label="between them (not proved)"
+            a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0, label="between the bounds (not proved)"
         )
         middle, half = (lower + upper) / 2, (upper - lower) / 2
         ax.errorbar(
@@ -88,7 +89,7 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
         limit = _draw_bound(ax)
         ax.set(xscale="log", xlabel="$a$", ylabel="topological entropy (per bounce)")
         ax.set_ylim(min(float(lower.min()), limit - 0.1) - 0.02, limit + 0.02)
-        made.set_label("topological entropy over a")
+        made.set_label("topological entropy against a")
     return made
 
 
@@ -107,7 +108,7 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
 
 
 def _changes(moment: Moment, chosen: Selection) -> Changes:
-    """Return the births and deaths of whole periods up to the highest chosen one."""
+    """Return the births and deaths of all whole periods up to the highest one that is chosen."""
     whole = [each.p for each in moment.birth_fills() if each.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     found = {}
@@ -125,14 +126,14 @@ def _gapless(changes: Changes, highest: int) -> bool:
 
 
 def _orbits(changes: Changes, p: int, a: Floats) -> Floats:
-    """Return the number of orbits of a period at each a."""
+    """Return the number of orbits of a period at each of the given a."""
     places, words = changes[p]
     found: Floats = np.append(0, np.cumsum(words))[np.searchsorted(places, a, side="right")]
     return found
 
 
 def _entropies(changes: Changes, highest: int, a: Floats) -> Floats:
-    """Return the entropy from the zeta function to one period at each a; NaN where it has no usable zero."""
+    """Return the entropy at each a, from the zeta function up to a period; NaN if it has no usable zero."""
     counts = np.zeros((len(a), highest + 1), dtype=np.int64)
     for p in range(2, highest + 1):
         counts[:, p] = _orbits(changes, p, a)
@@ -140,7 +141,7 @@ def _entropies(changes: Changes, highest: int, a: Floats) -> Floats:
 
 
 def _draw_bound(ax: Axes) -> float:
-    """Draw the bound on the entropy that holds at every a, and return it."""
+    """Draw the bound on the entropy that holds for every a, and return it."""
     limit = geometric_entropy()
     ax.axhline(limit, color=GREY, linewidth=0.8, label="bound at every $a$")
     return limit

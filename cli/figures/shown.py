@@ -1,4 +1,4 @@
-"""Figures of what the terminal UI shows: bounces in phase space, curves against the period, and counts."""
+"""Figures of what the screen shows: bounces in phase space, curves against the period, and counts."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,15 +17,15 @@ from orbitdb.plots.style import BLUE, INKS, figure
 __all__ = ["draw_counts", "draw_curves", "draw_orbit", "draw_phase"]
 
 Curve = tuple[str, str, Floats, Floats, str]
-"""Its style on the screen, its name, periods, values, and its marker, or empty for a line."""
+"""A curve: its style on the screen, name, periods, values, and marker, which is empty for a line."""
 
 _MARKERS = {"×": "x", "•": "o"}
 _LINE = 0.2
-"""Inches of a bar with its label."""
+"""Height of a bar with its label, in inches."""
 
 
 def draw_phase(orbits: Sequence[Orbit]) -> Figure:
-    """Draw the bounces of some orbits, with coordinates at one a, in phase space."""
+    """Draw the bounces of orbits in phase space; the orbits have coordinates and share the same a."""
     a = orbits[0].a
     with figure(6.4, 4.0, f"phase space at a = {exact(a)}") as made:
         ax = made.add_subplot()
@@ -37,7 +37,7 @@ def draw_phase(orbits: Sequence[Orbit]) -> Figure:
 
 
 def draw_curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str], title: str) -> Figure:
-    """Draw curves against the period, one panel per name."""
+    """Draw curves against the period, with one panel for each name."""
     with figure(6.4, 2.6 * len(curves) + 0.8, title) as made:
         for ax, (name, group) in zip(made.subplots(len(curves), 1, sharex=True), curves.items(), strict=True):
             for style, label, p, values, marker in group:
@@ -51,7 +51,7 @@ def draw_curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str]
 
 
 def draw_counts(counts: Sequence[tuple[str, int]], of: str, title: str) -> Figure:
-    """Draw counts of words as bars, from the top down, each with its label."""
+    """Draw counts of words as labelled bars, from the top down."""
     with figure(6.4, _LINE * len(counts) + 1.2, title) as made:
         ax = made.add_subplot()
         places = np.arange(len(counts))

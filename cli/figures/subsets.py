@@ -1,4 +1,4 @@
-"""Figures of the orbits of chosen subsets."""
+"""Figures of the orbits in a chosen subset."""
 
 import math
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _BINS = 120
 
 
 def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
-    """Draw one orbit of each class of a subset, the first ones in order if they exceed the limit."""
+    """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
     for (word,) in moment.rows(moment.choose(chosen, order), ("representative",)):
@@ -40,19 +40,19 @@ def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") 
         raise _nothing(moment, chosen)
     if len(first) > limit:
         total = len(moment.choose(chosen).ids)
-        note(f"{limit} of {total} classes are drawn; --limit {total} draws all")
+        note(f"{limit} of {total} classes are drawn; --limit {total} draws them all")
     return sheet_of(drawn, f"Classes of {chosen.describe()}")
 
 
 def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
-    """Draw some orbits with coordinates at one a."""
+    """Draw the given orbits, which have coordinates at the same a, each in its own stadium."""
     with figure(*size_of(len(orbits), orbits[0].a), title) as made:
         sheet.draw_sheet(made.add_subplot(), orbits)
     return made
 
 
 def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the bounces in phase space, coloured by lambda."""
+    """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
     stadium = Stadium(chosen.a)
     note_gaps(moment, chosen)
     subset = read_subset(moment, chosen, "p", coordinates=True)
@@ -67,7 +67,7 @@ def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
 
 
 def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
-    """Draw how many orbits are no longer than L, and how many there are per unit of length."""
+    """Draw the number of orbits up to length L, and their number per unit length for each period."""
     note_gaps(moment, chosen)
     found = whole_periods.read_classes(moment, chosen)
     if not len(found):
@@ -93,6 +93,6 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
 
 
 def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
-    """Say that there is nothing to draw; return the exception that ends the command."""
+    """Report that there is nothing to draw; return the exception that ends the command."""
     note_nothing(moment, chosen, more=NOTHING)
     return typer.Exit(1)

@@ -1,1 +1,1 @@
-"""The terminal UI: look at orbits, choose subsets, compute."""
+"""The terminal UI: look at orbits, choose subsets, fill the catalogue, and see statistics."""

@@ -1,4 +1,4 @@
-"""The application: holds the catalogue and the running fill, and shows the screens."""
+"""The application, which holds the catalogue and any running fill, and shows the screens."""
 
 import time
 from collections.abc import Iterable
@@ -33,9 +33,10 @@ _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
 
 
 class BrowseApp(OrderlyApp, Working):
-    """Browse a catalogue, which need not exist, starting with a subset and optionally a word.
+    """The application that browses a catalogue, starting with a subset and optionally a word.
 
-    The state file keeps columns, filters and marked words; without one, they last for the session.
+    The catalogue need not exist yet. Columns, filters and marked words are saved in the state file; without
+    such a file, they last for the session.
     """
 
     TITLE = "orbitdb"
@@ -55,11 +56,11 @@ class BrowseApp(OrderlyApp, Working):
         self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
         self._selection, self._code = selection, code
-        self.exports: set[Path] = set()  # files being written
+        self.exports: set[Path] = set()  # files that are being written
         self._shown_at = 0.0
 
     def get_default_screen(self) -> Screen[None]:
-        """Begin with the main screen."""
+        """Return the main screen, with which the application starts."""
         return MainScreen(self.file, self.kept, self._selection, self._code)
 
     @property
@@ -69,7 +70,7 @@ class BrowseApp(OrderlyApp, Working):
         return main
 
     def on_key(self, event: Key) -> None:
-        """Write a letter into the focused line, after the keys pressed before it have taken effect."""
+        """Insert a printable character into the focused field, after all earlier keys have taken effect."""
         if event.character is not None and event.is_printable and isinstance(self.focused, Field):
             event.prevent_default()
             self.focused.replace(event.character, *self.focused.selection)
@@ -82,7 +83,7 @@ class BrowseApp(OrderlyApp, Working):
         return self.fill_state is not None and self.fill_state.runs
 
     def on_fill_dialog_begin(self, message: FillDialog.Begin) -> None:
-        """Begin a fill, unless one runs."""
+        """Begin a fill, unless one is already running."""
         if not self.fills:
             self.fill_state = FillState(message.wish)
             self._main.go_along(message.wish.a)
@@ -104,7 +105,7 @@ class BrowseApp(OrderlyApp, Working):
         self.call_later(self._take_step, replace(state, state=end, message=message))
 
     def _take_step(self, state: FillState) -> None:
-        """Show the progress, and read the stored rows again from time to time."""
+        """Show the progress of a fill, and read the stored rows again from time to time."""
         stopping = self.fill_state is not None and self.fill_state.state == "stopping" and state.runs
         if not stopping:
             self.fill_state = state
@@ -119,7 +120,7 @@ class BrowseApp(OrderlyApp, Working):
             self.notify(f"fill {state.sentence()}", severity=severity)
 
     def leave(self) -> None:
-        """Stop the fill, if one runs, and leave."""
+        """Stop any running fill, and close the screen."""
         self.on_fill_dialog_stop()
         super().leave()
 
@@ -130,10 +131,10 @@ class BrowseApp(OrderlyApp, Working):
             self.workers.cancel_group(self, "fill")
 
     def on_export(self, message: Export) -> None:
-        """Write a file in a thread, unless it is being written already."""
+        """Write the requested file in a thread, unless that file is already being written."""
         path = message.path
         if path in self.exports:
-            self.failed(f"{path} is still being written: wait for it, or name another file")
+            self.failed(f"{path} is still being written: wait until it is finished, or name another file")
             return
         self.exports.add(path)
         self.notify(f"writing {path} ...")
@@ -147,10 +148,10 @@ class BrowseApp(OrderlyApp, Working):
 
         self.in_thread(f"export {path}", write, self.notify)
 
-    # habits
+    # messages, keys and quitting
 
     def notify(self, message: str, **options: Any) -> None:
-        """Show a message without markup, because errors and paths can look like it."""
+        """Show a message as plain text, because errors and paths can contain what looks like markup."""
         super().notify(printable(message), **options | {"markup": False})
 
     def action_keys(self) -> None:
@@ -167,22 +168,22 @@ class BrowseApp(OrderlyApp, Working):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
     async def action_quit(self) -> None:
-        """Quit, after the keys pressed before have taken effect."""
+        """Quit, after all earlier keys have taken effect."""
         self._main.call_later(self.call_later, self._quit)
 
     def _quit(self) -> None:
-        """Leave; ask first if a fill runs or an export is being written."""
+        """Quit; ask first if a fill is running or an export is being written."""
         if not (self.fills or self.exports):
             self.exit()
             return
-        question = "A fill is running. What is stored is kept, and you can resume it later."
+        question = "A fill is running. What it has stored is kept, and you can resume it later."
         if not self.fills:
-            question = "An export is being written. If you quit now, no file is left."
+            question = "An export is being written. If you quit now, the unfinished file is discarded."
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Yield every action of the screen, then the other actions of Textual, each once."""
+        """Yield every action of the screen once, then those commands of Textual that have other titles."""
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding

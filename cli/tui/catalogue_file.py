@@ -1,4 +1,4 @@
-"""The catalogue that the screens show, which need not exist yet."""
+"""The catalogue that the screens show; its file need not exist yet."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,13 +10,13 @@ from orbitdb.store.reading.lookup import born_with, certificate_of
 from orbitdb.store.reading.moment import Reader
 
 Certificate = tuple[float, int] | None
-"""Radius and bits of a proof."""
+"""Radius and precision, in bits, of a stored proof; None if there is no proof."""
 Partners = Sequence[tuple[float, list[str]]]
-"""Births, each with the representatives of the classes on the same path there."""
+"""The a of each birth of a word, with the representatives of the classes born there on the same path."""
 
 
 class CatalogueFile:
-    """A catalogue at some path, or nothing as long as there is no file."""
+    """The catalogue in a file that may not exist yet."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -24,12 +24,12 @@ class CatalogueFile:
 
     @property
     def reader(self) -> Reader | None:
-        """The stored catalogue; None as long as there is no file."""
+        """A reader of the catalogue; None as long as there is no file."""
         self._reader = self._reader or _opened(self.path)
         return self._reader
 
     def find(self, word: str, a: float) -> Orbit:
-        """Return a stored word, or solve it."""
+        """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
         stored = None
         if self.reader is not None:
             with self.reader.moment() as moment:
@@ -37,14 +37,14 @@ class CatalogueFile:
         return solve_word(word, a) if stored is None else stored
 
     def a_values(self) -> list[float]:
-        """Return the values of a in the catalogue."""
+        """Return the values of a that are in the catalogue."""
         if self.reader is None:
             return []
         with self.reader.moment() as moment:
             return moment.a_values()
 
     def periods(self, a: float) -> list[int]:
-        """Return the filled periods, whole or partial."""
+        """Return the periods that are filled at this a, completely or in part."""
         if self.reader is None:
             return []
         with self.reader.moment() as moment:
@@ -58,7 +58,7 @@ class CatalogueFile:
             return certificate_of(driver(moment.connection), orbit.representative, orbit.a)
 
     def partners(self, orbit: Orbit) -> Partners:
-        """Return the births of an orbit with the classes born there with it."""
+        """Return the births of an orbit, each with the classes born there on the same path."""
         return born_with(None if self.reader is None else self.path, orbit)
 
 

@@ -21,25 +21,24 @@ from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
 _MOST_AT_ONCE = 64
-"""Number of threads: more than keys held down can occupy."""
+"""Maximum number of threads: more than held-down keys can occupy."""
 
 _PATIENCE = 1.8
-"""Seconds after which the process ends even if the screen is not closed."""
+"""Seconds from a signal until the process ends even if the screen has not closed."""
 
 
 class LooseThreads(ThreadPoolExecutor):
-    """Threads that the end of the screen does not wait for; most of them only read."""
+    """A thread pool that the screen does not wait for when it closes; most of the threads only read."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Start no more work, and do not wait."""
+        """Cancel work that has not begun, and do not wait for work that has."""
         super().shutdown(wait=False, cancel_futures=True)
 
 
 def listen_to_signals(end: Callable[[int], None]) -> None:
     """Call a function in the running event loop when a signal asks the program to end.
 
-    If the terminal is gone or stopped, the loop can block for ever while it writes. The process then ends
-    without it.
+    If the terminal is gone or stopped, the loop can block forever in a write. A timer then ends the process.
     """
     loop = asyncio.get_running_loop()
 
@@ -48,7 +47,7 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
         last = threading.Timer(_PATIENCE, os._exit, [SIGNALLED + number])
         last.daemon = True
         last.start()
-        with suppress(RuntimeError):  # the loop has come to its end
+        with suppress(RuntimeError):  # the loop is already closed
             loop.call_soon_threadsafe(end, number)
 
     for number in (signal.SIGINT, *TERMINATING):
@@ -58,7 +57,7 @@ def listen_to_signals(end: Callable[[int], None]) -> None:
 class OrderlyApp(App[None]):
     """An application that shuts down cleanly, whatever ends it.
 
-    Running work stops once `leaving` is set. `failure` is what ended the screen early.
+    Running work stops once `leaving` is set. `failure` is the exception that ended the screen early, if any.
     """
 
     def __init__(self) -> None:
@@ -68,33 +67,33 @@ class OrderlyApp(App[None]):
         self.failure: BaseException | None = None
 
     def on_load(self) -> None:
-        """Run work in threads that do not hold up the end of the process."""
+        """Run work in threads that do not delay the end of the process."""
         asyncio.get_running_loop().set_default_executor(LooseThreads(_MOST_AT_ONCE))
 
     def on_mount(self) -> None:
-        """Restore the terminal on a signal, too."""
-        gc.freeze()  # collecting what is loaded so far would delay every key
+        """Handle signals, so that the terminal is restored before one of them ends the program."""
+        gc.freeze()  # otherwise garbage collection of everything loaded so far would delay keys
         if threading.current_thread() is threading.main_thread():
             listen_to_signals(self._end)
 
     def _end(self, number: int) -> None:
-        if not self.is_web:  # the server gets the signal as well, and says so
+        if not self.is_web:  # the server gets the signal too, and reports it
             self.failure = KeyboardInterrupt() if number == signal.SIGINT else Terminated(number)
         self.leave()
 
     def leave(self) -> None:
-        """Leave, and let running work stop."""
+        """Close the screen, and tell running work to stop."""
         self.leaving = True
         self.exit()
 
     def take_in_hand(self) -> None:
-        """Keep the process alive until this thread has finished."""
+        """Make `close` wait for the current thread."""
         self._in_hand.append(threading.current_thread())
 
     def close(self) -> None:
-        """Wait for the threads in hand after the screen has closed, only briefly after a signal.
+        """Wait for the threads of `take_in_hand` once the screen has closed, but only briefly after a signal.
 
-        Raise whatever ended the screen early.
+        Then raise the exception that ended the screen early, if any; `written_down` replaces unexpected ones.
         """
         told = isinstance(self.failure, Terminated | KeyboardInterrupt)
         for thread in self._in_hand:
@@ -103,7 +102,7 @@ class OrderlyApp(App[None]):
             raise self.failure if told or isinstance(self.failure, StoreError) else written_down(self.failure)
 
     def _handle_exception(self, error: Exception) -> None:
-        """Leave cleanly after a failure; the command reports it."""
+        """Close the screen cleanly after a failure, which the command reports."""
         self.failure = self.failure or error
         if isinstance(error, StoreError):
             self._close_messages_no_wait()
@@ -111,11 +110,11 @@ class OrderlyApp(App[None]):
             super()._handle_exception(error)
 
     def _fatal_error(self) -> None:
-        """Leave, without a traceback on the terminal."""
+        """Close the screen without a traceback on the terminal."""
         self._close_messages_no_wait()
 
     def panic(self, *renderables: RenderableType) -> None:
-        """Leave when keys can no longer be read: the terminal is gone."""
+        """Close the screen when keys can no longer be read because the terminal is gone."""
         self._end(TERMINATING[-1])
 
 

@@ -1,4 +1,4 @@
-"""Export what is shown: rows as csv, tsv, json, jsonl or parquet, the rest as a figure."""
+"""Export what is on the screen: rows as csv, tsv, json, jsonl or parquet, pictures and curves as figures."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +33,7 @@ PICTURES = (".svg", ".png", ".pdf")
 _WIDTH = 800
 
 Write = Callable[[Path, Callable[[], bool]], str]
-"""Writes a file unless it is cancelled, and says what was written."""
+"""Writes a file unless it is cancelled, and returns a message that says what was written."""
 
 
 @dataclass
@@ -45,12 +45,12 @@ class Export(Message):
 
 
 def path_of(name: str) -> Path:
-    """Return the path for a typed name, in which ~ is the home folder."""
+    """Return the path for a typed file name, in which ~ stands for the home folder."""
     return Path(os.path.expanduser(name))
 
 
 class Shown(NamedTuple):
-    """What the main screen shows: rows in some order, and an orbit, or several in phase space."""
+    """What the main screen shows: rows in some order, and an orbit, or several orbits in phase space."""
 
     catalogue: Reader | None
     selection: Selection
@@ -60,7 +60,7 @@ class Shown(NamedTuple):
 
 
 def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
-    """Ask for a file; propose a name for the rows, or else for the orbit."""
+    """Ask for a file to export to; propose a name for the rows if `of_rows`, otherwise for the orbit."""
     orbit = shown.orbit
     name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
     figure = "the bounces in phase space" if shown.in_phase_space else "the orbit in its stadium"
@@ -68,7 +68,10 @@ def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
 
 
 def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bool = False) -> None:
-    """Ask for a file and have it written: a figure, described in words, or rows if there are any."""
+    """Ask for a file, and have it written by `write`.
+
+    The file shows a figure, which `figure` describes to the user; with `rows`, it can contain rows instead.
+    """
 
     def take(name: str) -> None:
         path = path_of(name).absolute()
@@ -82,7 +85,7 @@ def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bo
 
 
 def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
-    """Say what a file of this name will hold; raise if its ending is unknown."""
+    """Return a message that says what a file of this name will contain; raise if its ending is unknown."""
     path, known = path_of(name), (*(ROWS if rows else ()), *PICTURES)
     if path.suffix not in known:
         raise InputError(f"{path.name}: end the name in {', '.join(known)}")
@@ -91,9 +94,9 @@ def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = 
 
 
 def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> str:
-    """Write the rows, or the drawing if the file is a picture, and say what was written.
+    """Write the rows, or a drawing if the file is a picture; return a message that says what was written.
 
-    Once ``cancelled`` returns True, writing stops and leaves no file.
+    Once `cancelled` returns True, writing stops and leaves no file.
     """
     kind_told(str(path))
     catalogue, selection, ordering, orbit, in_phase_space = shown
@@ -116,7 +119,7 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
 
 
 def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> str:
-    """Draw orbits in phase space, or one in its stadium, which needs no matplotlib as SVG."""
+    """Draw orbits in phase space, or one orbit in its stadium; the latter needs no matplotlib for SVG."""
     if in_phase_space:
         return save_figure(path, lambda figures: figures.draw_phase(in_phase_space))
     if orbit is None or orbit.points is None:
@@ -133,7 +136,7 @@ def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> s
 
 
 def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
-    """Save a figure that a function of `orbitdb.cli.figures.shown` draws, and say what it shows."""
+    """Save the figure that `draw` makes with `orbitdb.cli.figures.shown`; return a message about it."""
     style = load("orbitdb.plots.style", "a figure", "plot")
     made = draw(load("orbitdb.cli.figures.shown", "a figure", "plot"))
     said = str(made.get_label())
@@ -144,7 +147,7 @@ def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
 
 @contextmanager
 def _or_write(other: str) -> Iterator[None]:
-    """Suggest another ending if the library for this one is not installed."""
+    """If the library for a file format is not installed, suggest another format."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,7 +1,7 @@
-"""What is kept from one session to the next: columns, marked orbits, and filters by name.
+"""What is saved from one session to the next: columns, marked orbits, and named filters.
 
-It is one JSON file in the user's state folder. Each change reads it again first, so two sessions side by side
-keep each other's marks.
+All of it is in one JSON file in the user's state folder. Each change first reads the file again, so two
+sessions that run at the same time keep each other's marks.
 """
 
 import json
@@ -20,12 +20,12 @@ from orbitdb.store.file.tokens import tokens
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 KeptCriteria = Mapping[str, Any]
-"""A subset as stored in JSON, as arguments of `chosen_by`."""
+"""A subset as stored in JSON: the arguments of `chosen_by`, by name."""
 
 
 @dataclass
 class State:
-    """What is kept: columns in order, subsets of any catalogue by name, words in the order of marking."""
+    """The saved columns in order, filters (for any catalogue) by name, and words in the order of marking."""
 
     columns: list[str] = field(default_factory=lambda: list(USUAL))
     filters: dict[str, KeptCriteria] = field(default_factory=dict)
@@ -33,7 +33,7 @@ class State:
 
 
 class Kept:
-    """The state and its file, which need not exist; without a path, the state lasts for the session.
+    """The state and its file, which need not exist. Without a path, the state lasts for the session.
 
     A file that cannot be used is reported and left unchanged.
     """
@@ -43,7 +43,7 @@ class Kept:
         self.state = State()
 
     def load(self) -> bool:
-        """Read the file, if there is one, and return whether it can be used."""
+        """Read the file, if there is one; return whether the file can be used."""
         try:
             if self.path is not None:
                 stored = json.loads(self.path.read_text(encoding="utf-8"))
@@ -65,7 +65,7 @@ class Kept:
 
     @contextmanager
     def changing(self) -> Iterator[State]:
-        """Change the state in a block, then write the file if it can be used."""
+        """Let a block change the state, then write it to the file, unless the file cannot be used."""
         usable = self.load()
         yield self.state
         if usable and self.path is not None:
@@ -78,24 +78,24 @@ class Kept:
 
 
 def state_path() -> Path:
-    """Return the file in the user's state folder."""
+    """Return the path of the state file, which is in the user's state folder."""
     from platformdirs import user_state_path
 
     return user_state_path("orbitdb") / "browse.json"
 
 
 def among_marked(words: Sequence[str], where: str | None) -> str:
-    """Return the expression that chooses marked words, within any filter."""
+    """Return the filter that chooses the marked words, or those of them that `where` also allows."""
     marks = f"code({', '.join(map(repr, words))})"
     if not where:
         return marks
-    # in one line, so a comment would hide the rest
+    # the filter becomes one line, in which a comment would hide what follows
     bare = "".join(" " if token.kind == "blank" else token.text for token in tokens(where))
     return f"({bare.strip()}) and {marks}"
 
 
 def criteria_of(selection: Selection) -> KeptCriteria:
-    """Return a subset as arguments of `chosen_by`, without a and empty criteria."""
+    """Return a subset as arguments of `chosen_by`, leaving out a and empty criteria."""
     spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     plain = {name: getattr(selection, name) for name in ("time_reversal", "symmetry", "contains", "where")}
     several = {"p": spans, "status": ",".join(selection.statuses), "exists": list(selection.exists),
@@ -105,11 +105,11 @@ def criteria_of(selection: Selection) -> KeptCriteria:
 
 
 def selection_of(criteria: KeptCriteria, a: float) -> Selection:
-    """Return a stored subset at some a; refuse an invalid one, for example written by hand."""
+    """Return a saved subset at the given a; raise if it is invalid, for example after editing by hand."""
     try:
         parameters = dict(criteria.get("parameters") or {})
         return chosen_by(a=a, **{**criteria, "parameters": parameters})
     except (TypeError, ValueError, AttributeError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(f"{dict(criteria)!r:.60} is not a filter of orbitdb") from error
+        raise InputError(f"{dict(criteria)!r:.60} is not a valid filter") from error

@@ -36,17 +36,17 @@ _GREETING = """\
 
 $path
 
-Press [b]f[/b] to fill it: the periods up to 11 take a few seconds
-and hold 89,789 words, the paper's Table 1.
+Press [b]f[/b] to fill the catalogue. Periods up to 11 take a few seconds
+and contain 89,789 words, those of the paper's Table 1.
 
 Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
-Press [b]?[/b] for the keys, [b]q[/b] to leave."""
+Press [b]?[/b] for the keys, [b]q[/b] to quit."""
 
-_LEAVE = Binding("q", "leave_whole", "back", tooltip="back to the rows")
+_LEAVE = Binding("q", "leave_whole", "back", tooltip="go back to the rows")
 
 
 class MainScreen(OwnScreen[None]):
-    """Look at orbits and choose them."""
+    """The main screen: the rows of the chosen subset, beside the current orbit."""
 
     KEYS: ClassVar[Keys] = MAIN
     BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), _LEAVE]
@@ -75,7 +75,7 @@ class MainScreen(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Read the rows, and look the first word up."""
+        """Read the rows, and look up the word given at the start, if any."""
         self.watch(self.choices, "selection", self._take_selection, init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
@@ -85,7 +85,10 @@ class MainScreen(OwnScreen[None]):
             self.call_next(self.side.ask_for, self._code)
 
     def say_choices(self) -> None:
-        """Show the choices in the subtitle and as links, after the progress of a fill."""
+        """Show the choices as links, after the progress of any fill; describe them in the subtitle.
+
+        While all facts about an orbit are shown, the subtitle names that orbit instead.
+        """
         fill = getattr(self.app, "fill_state", None)
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
         self.sub_title = self.choices.selection.describe()
@@ -95,7 +98,7 @@ class MainScreen(OwnScreen[None]):
     # the rows
 
     def action_look_again(self) -> None:
-        """Read the file again, at the start and after changes."""
+        """Read the file at the start, and read it again after changes or on request."""
         filled = self._file.a_values()
         self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
@@ -104,7 +107,7 @@ class MainScreen(OwnScreen[None]):
             self.rows.read(self.choices.selection)
 
     def _take_selection(self, old: Selection, selection: Selection) -> None:
-        """Show the new subset; at another a, nothing stays on screen."""
+        """Show the new subset; if it is at another a, clear the screen first."""
         if selection.a != old.a:
             self.rows.wanted = self.rows.left = self.rows.total = None
             self.side.clear(selection.a)
@@ -114,17 +117,17 @@ class MainScreen(OwnScreen[None]):
         self.rows.read(selection)
 
     def on_rows_panel_moved(self) -> None:
-        """Show the word under the cursor."""
+        """Show the word that is now under the cursor."""
         self.side.catch_up()
         self.rows.say_orbit(self.side.orbit)
 
     def action_filter(self) -> None:
-        """Edit the filter; the rows follow the typing, and return on escape."""
+        """Edit the filter; the rows follow what is typed, and `escape` restores the previous rows."""
         dialog = FilterDialog(self.rows, self.choices)
         self.app.push_screen(dialog, dialog.take)
 
     def action_choose_a(self) -> None:
-        """Choose another a, stored or not; stay with the word if it is shown whole."""
+        """Choose another a, stored or not; if all facts about a word are shown, show those at the new a."""
 
         def take(a: float) -> None:
             shown = self.side.orbit
@@ -136,27 +139,27 @@ class MainScreen(OwnScreen[None]):
         self.choices.ask_for_a(take)
 
     def action_mark(self) -> None:
-        """Mark the orbit, or unmark it."""
+        """Mark or unmark the current orbit."""
         if (orbit := self.side.need()) is not None:
             self.rows.marked = self.choices.mark(least_rotation(orbit.code))
 
     # the orbit
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Leave the rows and their choice as they are while the whole orbit hides them."""
+        """Disable the keys that choose rows while the facts about an orbit hide the rows."""
         if action == "leave_whole":
             return self.whole
         chooses = action == "filter" or (action == "to" and parameters[0] in ("chips", "rows", "position"))
         return not (self.whole and chooses) and super().check_action(action, parameters)
 
     def watch_whole(self, whole: bool) -> None:
-        """Show the whole orbit alone, or the rows beside it."""
+        """Show all facts about the orbit in place of the rows, or the rows again."""
         self.side.whole = whole
         (self.query_one(FactsPanel) if whole else self.rows.table).focus()
         self.say_choices()
 
     def action_whole(self) -> None:
-        """Show all facts about the orbit, or its row again."""
+        """Switch between all facts about the orbit and the rows."""
         if self.side.need() is not None:
             self.whole = not self.whole
 
@@ -165,21 +168,21 @@ class MainScreen(OwnScreen[None]):
         self.whole = False
 
     def action_back(self) -> None:
-        """Go back from the whole orbit, or to the row."""
+        """Go back from the facts to the rows, or from another orbit to the one of the current row."""
         if self.whole:
             self.whole = False
         else:
             self.side.action_back()
 
     async def action_to(self, part: str, action: str) -> None:
-        """Pass an action on to the widget that does it, with the orbit under the cursor."""
+        """Bring the current orbit up to date with the cursor, then pass an action on to its widget."""
         self.side.catch_up()
-        if part == "drawing" and self.has_class("-empty"):  # the greeting is shown instead
+        if part == "drawing" and self.has_class("-empty"):  # the greeting hides the drawing
             self.side.need()
         await super().action_to(part, action)
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
-        """Show the panels once there is an orbit, and entitle the whole one."""
+        """Show the panels once there is an orbit, and name it in the title while all its facts are shown."""
         if orbit is not None:
             self.remove_class("-empty")
         if self.whole:
@@ -197,7 +200,7 @@ class MainScreen(OwnScreen[None]):
         self.app.push_screen(FillDialog(path, self.choices.selection, filled))
 
     def go_along(self, a: float) -> None:
-        """Switch to the a being filled, if there is nothing at the current one."""
+        """Switch to the a that is being filled, if nothing is stored or shown at the current a."""
         if not self._file.periods(self.choices.selection.a) and not len(self.rows.table.source):
             self.choices.selection = replace(self.choices.selection, a=a)
 
@@ -208,21 +211,21 @@ class MainScreen(OwnScreen[None]):
         self._open(StatisticsScreen)
 
     def action_counts(self) -> None:
-        """Open the counts of the chosen subset; the histogram is that of the column it is sorted by."""
+        """Open the counts of the chosen subset, with a histogram of the sort column (by default, length)."""
         from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
 
         ordering = self.rows.ordering
         self._open(CountsScreen, "length" if ordering == Ordering() else ordering.column)
 
     def _open(self, screen: Callable[..., Screen[None]], *more: str) -> None:
-        """Open a screen on the stored data, or say that there is none yet."""
+        """Open a screen that reads the stored data, or report that nothing is stored yet."""
         if self._file.reader is None:
-            self.notify("nothing is stored yet: the key f fills the catalogue")
+            self.notify("nothing is stored yet: press f to fill the catalogue")
         else:
             self.app.push_screen(screen(self._file.reader, self.choices.selection, *more))
 
     def action_export(self) -> None:
-        """Ask for a file and export the shown data to it."""
+        """Ask for a file, and export to it what is on the screen."""
         from orbitdb.cli.tui.export import Shown, ask_for_shown
 
         self.side.catch_up()

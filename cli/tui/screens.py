@@ -1,4 +1,4 @@
-"""The base of all screens and dialogs: work in threads, and closing once."""
+"""Base classes of screens and dialogs, which run work in threads and close only once."""
 
 from collections.abc import Callable, Generator
 from contextlib import suppress
@@ -25,9 +25,9 @@ Answer = TypeVar("Answer")
 
 
 class Working(DOMNode):
-    """A screen, widget or application that works in threads and asks in dialogs.
+    """Base class of screens, widgets and the application: it runs work in threads and opens dialogs.
 
-    Name it last among base classes, because Textual takes styles from the first one.
+    List it last among the base classes, because Textual takes styles from the first one.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -41,10 +41,11 @@ class Working(DOMNode):
         take: Callable[[Any], object],
         fail: Callable[[str], object] | None = None,
     ) -> None:
-        """Run `find` in a thread, and take its result unless newer work has begun.
+        """Run `find` in a thread, and pass its result to `take` unless newer work in this group has begun.
 
-        Other work in this group is cancelled. ``find`` gets a function that tells whether it is cancelled,
-        and returns a result or yields several. ``fail``, by default `failed`, gets the message of an error.
+        Earlier work in this group is cancelled. `find` gets a function that tells whether it has been
+        cancelled; it returns one result or yields several. `fail`, which is `failed` by default, gets the
+        message of an error.
         """
 
         def run() -> None:
@@ -71,11 +72,11 @@ class Working(DOMNode):
             worker.cancel()
 
     def failed(self, reason: str) -> None:
-        """Show the error of a worker."""
+        """Show the message of an error in a thread."""
         self.app.notify(reason, severity="error")
 
     def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
-        """Open a dialog, and take any answer."""
+        """Open a dialog, and pass its answer to `take` unless the dialog is cancelled."""
 
         def hear(answer: Answer | None) -> None:
             if answer is not None:
@@ -85,45 +86,45 @@ class Working(DOMNode):
 
 
 class ScrollBox(ScrollableContainer):
-    """A box with the movement keys of the table."""
+    """A scrolling box with the movement keys of the table."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
 
 
 class Field(Input):
-    """A line of text that gets its letters in order with all other keys (`BrowseApp.on_key`)."""
+    """A text field that receives letters in order with all other keys (`BrowseApp.on_key`)."""
 
     def on_key(self, event: Key) -> None:
-        """Leave letters to the application, as it handles all other keys."""
+        """Leave printable characters to the application, which inserts them."""
         if event.is_printable:
             event.prevent_default()
 
 
 class OwnScreen(Screen[Result], Working):
-    """A screen that ignores early keys, closes once, and reports errors."""
+    """A screen that ignores keys until it is mounted, closes only once, and reports errors."""
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Ignore a key that comes before its widgets."""
+        """Ignore keys that arrive before the widgets exist."""
         return self.is_mounted and super().check_action(action, parameters)
 
     async def action_to(self, part: str, action: str) -> None:
-        """Pass an action on to the widget that does it."""
+        """Pass an action on to the widget that performs it."""
         await self.app.run_action(action, self.query_one(f"#{part}"))
 
     def dismiss(self, result: Result | None = None) -> AwaitComplete:
-        """Close, unless it is closed already, or another screen is above it."""
+        """Close the screen, unless it is already closed or another screen is on top of it."""
         return super().dismiss(result) if self.is_current else AwaitComplete()
 
 
 class Dialog(ModalScreen[Result], OwnScreen[Result]):
-    """A dialog: the screen below stays visible, but gets no keys."""
+    """A dialog. The screen below it stays visible but receives no keys."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("escape", "dismiss(None)", "Close")]
 
 
 class QuestionDialog(Dialog[bool | None]):
-    """Ask before something that cannot be undone."""
+    """Ask a yes-or-no question before a step such as a long fill, or quitting during one."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("y", "dismiss(True)"), key("n,escape", "dismiss(False)")]
 
@@ -132,7 +133,7 @@ class QuestionDialog(Dialog[bool | None]):
         self._question, self._yes, self._no = question, yes, no
 
     def compose(self) -> ComposeResult:
-        """Show the question."""
+        """Lay out the question and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(self._question, markup=False)
             with Horizontal(classes="buttons"):
@@ -140,14 +141,14 @@ class QuestionDialog(Dialog[bool | None]):
                 yield Button(f"{self._yes} (y)", id="yes", variant="error")
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Take the answer."""
+        """Close with the answer of the button."""
         self.dismiss(event.button.id == "yes")
 
 
 class ActionsDialog(CommandPalette, OwnScreen[None]):
-    """All actions by name: Textual's list of commands, which would otherwise close twice."""
+    """A list of all actions by name: Textual's command palette, kept from closing twice."""
 
     def _action_command_list(self, action: str) -> None:
-        """Move in the list once it is laid out; before that, Textual does not know its pages."""
+        """Move in the list; do nothing before it is laid out, when Textual raises `KeyError`."""
         with suppress(KeyError):
             super()._action_command_list(action)

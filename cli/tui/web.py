@@ -1,6 +1,6 @@
 """The screen in a browser: textual-serve runs the program once for each open page.
 
-A user of the screen can fill the catalogue and write files. The server is therefore only reachable from this
+A user of the screen can fill the catalogue and write files. The server is therefore reachable only from this
 machine, and every address begins with a secret token, so other pages in the same browser cannot reach it.
 """
 
@@ -29,13 +29,13 @@ from orbitdb.errors import InputError
 HOST = "127.0.0.1"
 _LOG = logging.getLogger("textual-serve")
 _SECONDS = 5.0
-"""Seconds for a session to end."""
+"""Seconds that a session has to end by itself before it is killed."""
 _HEARTBEAT = 15.0
 _USUAL, _LARGEST = (80, 24), (1000, 500)
 """Default and largest numbers of columns and rows of a terminal."""
 _LONGEST = 1 << 16
-"""Most characters in one message of keys, such as pasted text."""
-_REFUSAL = "this address lacks the token: open the one that 'orbitdb browse --web' printed\n"
+"""Maximum number of characters in one message of keys, such as pasted text."""
+_REFUSAL = "this address lacks the token: open the address that 'orbitdb browse --web' printed\n"
 _HEADERS = {
     "Content-Security-Policy": "default-src 'self'; script-src 'self' 'unsafe-inline'; "
     "style-src 'self' 'unsafe-inline'; img-src 'self' data:; connect-src 'self' {here}; "
@@ -56,21 +56,22 @@ new MutationObserver((changes, observer) => {
 }).observe(document.body, {attributes: true, attributeFilter: ["class"]});
 </script>
 """
-"""Makes keys work as soon as the screen is there, without a click."""
+"""Puts the keyboard focus on the screen as soon as it appears, so that keys work without a click."""
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> None:
-    """Serve ``orbitdb browse`` with its arguments until Ctrl-C or, as an error, another signal.
+    """Serve ``orbitdb browse`` with the given arguments until Ctrl-C or another signal.
 
-    Port 0 means any free port. `tell` gets the address once the server answers.
+    Port 0 means any free port. `tell` gets the address once the server answers. Any signal but Ctrl-C raises
+    `Terminated`.
     """
     try:
         listening = socket.create_server((HOST, port))
     except OSError as error:
         reason = os.strerror(error.errno or 0)
-        raise InputError(f"port {port} cannot be used ({reason}): name another with --port, or 0") from None
+        raise InputError(f"port {port} cannot be used ({reason}): choose another with --port, or 0") from None
     server = TokenServer(arguments, listening.getsockname()[1])
     with listening, redirect_stdout(StringIO()):
         web.run_app(
@@ -86,7 +87,7 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
 
 
 class TokenServer(Server):
-    """A server whose addresses begin with a token, and the signal that ended it."""
+    """A server whose addresses begin with a secret token; `told` is the signal that ended it."""
 
     def __init__(self, arguments: Sequence[str], port: int) -> None:
         program = [sys.executable, "-P", "-c", "from orbitdb.cli.main import run; run()", *arguments]
@@ -99,20 +100,20 @@ class TokenServer(Server):
 
     @property
     def address(self) -> str:
-        """The page, with its token."""
+        """The address of the page, including the token."""
         return f"{self.public_url}/{self.token}/"
 
     async def guarded(self) -> web.Application:
-        """Return the application of textual-serve below the token, and nothing else."""
+        """Return a web application that serves textual-serve under the token, and nothing else."""
 
         @web.middleware
         async def guard(request: web.Request, handler: Handler) -> web.StreamResponse:
             given = request.path.partition("/")[2].partition("/")[0]
             if not secrets.compare_digest(given.encode(errors="replace"), self.token.encode()):
                 return web.Response(status=403, text=_REFUSAL)
-            if request.headers.get("Origin", self.public_url) != self.public_url:  # a page with the token
-                return web.Response(status=403, text="a session is for the page of this server\n")
-            meant = request.host == f"{HOST}:{self.port}"  # another name of the host would be another origin
+            if request.headers.get("Origin", self.public_url) != self.public_url:  # from another site
+                return web.Response(status=403, text="only pages of this server can open a session\n")
+            meant = request.host == f"{HOST}:{self.port}"  # under another host name, the origin would differ
             if request.method == "GET" and not (meant and request.path != f"/{self.token}"):
                 raise web.HTTPFound(self.address)
             return await handler(request)
@@ -127,18 +128,18 @@ class TokenServer(Server):
         return app
 
     async def on_startup(self, app: web.Application) -> None:
-        """Handle signals; the command announces the address."""
+        """Handle signals. No address is printed here, because the command announces it."""
 
         def end(number: int) -> None:
             self.told = number
             raise web.GracefulExit
 
-        with suppress(NotImplementedError):  # on Windows Ctrl-C ends the loop itself
+        with suppress(NotImplementedError):  # on Windows, Ctrl-C ends the loop by itself
             for number in (signal.SIGINT, *TERMINATING):
                 asyncio.get_running_loop().add_signal_handler(number, end, number)
 
     async def on_shutdown(self, app: web.Application) -> None:
-        """End all sessions and their processes, without reports of interrupted work."""
+        """End all sessions and their processes, without logging the work that this interrupts."""
         for log in (_LOG, logging.getLogger("asyncio")):
             log.disabled = True
         for session in self._sessions:
@@ -147,15 +148,15 @@ class TokenServer(Server):
             await asyncio.wait(self._sessions, timeout=2 * _SECONDS)
 
     async def handle_index(self, request: web.Request) -> web.Response:
-        """Return the page."""
+        """Return the page of textual-serve, with `_MORE` inserted."""
         page = cast(web.Response, await super().handle_index(request))
         page.text = (page.text or "").replace("</body>", f"{_MORE}</body>")
         return page
 
     async def handle_websocket(self, request: web.Request) -> web.WebSocketResponse:
-        """Run a session; refuse other requests, which aiohttp would report as errors of this program."""
+        """Run a session on a websocket; refuse other requests, which aiohttp would report as our errors."""
         if not web.WebSocketResponse().can_prepare(request):
-            raise web.HTTPBadRequest(text="a session is a websocket\n")
+            raise web.HTTPBadRequest(text="a session needs a websocket\n")
         task = asyncio.current_task()
         assert task is not None
         self._sessions.add(task)
@@ -186,10 +187,10 @@ class TokenServer(Server):
 
 
 class Session(AppService):
-    """The program behind one open page, and the messages of the page."""
+    """The process that runs the program for one open page, and the messages from that page."""
 
     async def take(self, text: str, socket: web.WebSocketResponse) -> None:
-        """Pass on a message of the page; drop invalid ones."""
+        """Pass a message from the page on to the program; drop invalid messages."""
         with suppress(ValueError):
             match json.loads(text):
                 case ["stdin", str(keys)] if len(keys) <= _LONGEST:
@@ -204,7 +205,7 @@ class Session(AppService):
                     await self.focus()
 
     async def stop(self) -> None:
-        """Ask the program to end, and kill it after some seconds."""
+        """Ask the program to end, and kill it if it is still running after `_SECONDS`."""
         try:
             async with asyncio.timeout(_SECONDS):
                 await super().stop()
@@ -218,14 +219,14 @@ class Session(AppService):
 
 
 def _is_size(width: object, height: object) -> bool:
-    """Tell whether a terminal can have such a size."""
+    """Tell whether a terminal can have this width and height."""
     return all(
         type(each) is int and 1 <= each <= most for each, most in zip((width, height), _LARGEST, strict=True)
     )
 
 
 def _size(width: str | None, height: str | None) -> tuple[int, int]:
-    """Return the size given in an address, or the default."""
+    """Return the width and height given in an address, or the default if they are missing or invalid."""
     with suppress(ValueError):
         asked = int(width or ""), int(height or "")
         if _is_size(*asked):

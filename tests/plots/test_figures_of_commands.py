@@ -138,7 +138,10 @@ def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
     assert len(drawn.get_segments()) == len(orbits) < len(words)
 
 
-LIMITS = [(3, "3 of 8 classes are drawn; --limit 8 draws all\n"), pytest.param(8, "", marks=pytest.mark.slow)]
+LIMITS = [
+    (3, "3 of 8 classes are drawn; --limit 8 draws them all\n"),
+    pytest.param(8, "", marks=pytest.mark.slow),
+]
 
 
 @pytest.mark.parametrize(("limit", "told"), LIMITS)
@@ -248,7 +251,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     made: Any = answer(path, levels.draw_levels, chosen, GivenLevels())
     above, below = made.axes
     assert named(above, "levels")[0].tolist() == [0, *k]
-    at, rest = named(below, "levels, less")
+    at, rest = named(below, "levels minus")
     assert 0 < at[0] < 0.1
     assert 8.9 < at[-1] <= 9
     np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
@@ -256,7 +259,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     classes, _, _ = answer(path, read_classes, chosen)
     orbits = orbits_for(stadium, classes, None, 9.0).at(at)[0]
     np.testing.assert_allclose(named(above, "orbits")[1], orbits)
-    np.testing.assert_allclose(named(below, "orbits, $X = 13$, less")[1], orbits - weyl(stadium, None)(at))
+    np.testing.assert_allclose(named(below, "orbits, $X = 13$, minus")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
     assert legend(above) == ["levels", "orbits, $X = 13$", "Weyl's law"]

@@ -130,7 +130,12 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
     drawn = [(x, *sorted((low, high))) for (x, low), (_, high) in bars.get_segments()]
     assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
     assert heights(ax.collections[0]) == {round(end, 9) for each in curve for end in (each.lower, each.upper)}
-    told = ["$h(6; a)$, from births", "between them (not proved)", "bound at every $a$", "proved bounds"]
+    told = [
+        "$h(6; a)$, from births",
+        "between the bounds (not proved)",
+        "bound at every $a$",
+        "proved bounds",
+    ]
     assert sorted(legend(ax)) == sorted(text.get_text() for text in made.legends[0].get_texts()) == told
     lowest = min(min(each.lower for each in curve), geometric_entropy() - 0.1)
     assert ax.get_ylim() == pytest.approx((lowest - 0.02, geometric_entropy() + 0.02))

@@ -41,7 +41,9 @@ def test_a_sheet_draws_each_class_once_in_the_given_order(cli, filled, drawn, tm
     found = cli(*asked, "--db", str(filled))
     classes = dict.fromkeys(Catalogue(filled).select(status="orbit", order="length").representative.tolist())
     assert labels(drawn[0]) == list(classes)[:5]
-    assert found.err.startswith(f"5 of {len(classes)} classes are drawn; --limit {len(classes)} draws all\n")
+    assert found.err.startswith(
+        f"5 of {len(classes)} classes are drawn; --limit {len(classes)} draws them all\n"
+    )
 
 
 def test_words_from_stdin_are_drawn_in_order(cli, filled, drawn, tmp_path, monkeypatch):

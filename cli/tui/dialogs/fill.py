@@ -1,4 +1,4 @@
-"""The dialog of a fill: what to fill, an estimate, and the progress."""
+"""The dialog that fills the catalogue: what to fill, an estimate of the cost, and the progress."""
 
 import time
 from collections.abc import Generator, Sequence
@@ -29,11 +29,11 @@ _FIELDS = (
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
 _TELLING, _LONG = 0.01, 10.0
-"""A fill shows its rate after this share of the words or these seconds; small periods are slow."""
+"""The rate is shown after this fraction of the words, or these seconds, because small periods are slow."""
 
 
 class Wish(NamedTuple):
-    """What to fill: periods, or words."""
+    """What to fill: periods or single words, in the stadium with half length `a`."""
 
     a: float
     periods: tuple[int, ...] = ()
@@ -42,10 +42,10 @@ class Wish(NamedTuple):
 
 @dataclass(frozen=True)
 class FillState:
-    """Progress of a wish: words done, their total, and the current period p.
+    """Progress of a fill: the number of words done, their total, and the current period p.
 
-    The state is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, with a message. `began` is a
-    time of the monotonic clock.
+    `state` is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, and `message` says why a fill
+    failed. `began` is a time of the monotonic clock.
     """
 
     wish: Wish
@@ -58,11 +58,11 @@ class FillState:
 
     @property
     def runs(self) -> bool:
-        """Whether it is running."""
+        """Whether the fill is still running."""
         return self.state in ("running", "stopping")
 
     def sentence(self) -> str:
-        """Describe the progress."""
+        """Return a line that describes the progress."""
         from orbitdb.filling.estimate import duration
 
         if self.state == "failed":
@@ -78,7 +78,7 @@ class FillState:
 
 
 def parse_wish(a: str, periods: str, codes: str) -> Wish:
-    """Read what to fill, or name the unreadable part."""
+    """Read what to fill from the fields; raise an error that names the unreadable part."""
     value = half_length(a)
     if codes.strip():
         return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
@@ -86,7 +86,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
-    """Return the estimate and the number of words of a wish; raise if the disk has too little room."""
+    """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
     from orbitdb.filling.estimate import about, check_room, gigabytes, need
 
     at = f"at a = {exact(wish.a)}"
@@ -94,15 +94,15 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
         return f"{several(len(wish.words), 'word')} to solve {at}", len(wish.words)
     coming = need(path, wish.a, wish.periods, jobs=1)
     if not coming.words:
-        return f"these periods are filled {at}: nothing is left to do", 0
+        return f"these periods are already filled {at}: nothing to do", 0
     check_room(path, coming)
     what = f"{coming.words:,} word{'s' * (coming.words != 1)}"
     takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
-    return f"{what} to come {at}: {takes}", coming.words
+    return f"{what} to fill {at}: {takes}", coming.words
 
 
 def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]:
-    """Fill, and yield the progress after every stored batch."""
+    """Fill the catalogue, and yield the progress after every stored batch."""
     from orbitdb.filling.fill import fill_periods, fill_word
 
     migrate(path)
@@ -120,13 +120,17 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
 
 
 class FillDialog(Dialog[None]):
-    """Ask what to fill, at first the next period or those chosen; show the progress of a running fill."""
+    """Ask what to fill, and show the progress of a running fill.
 
-    AUTO_FOCUS = "#periods"  # a later focus would come after the first keys
+    The proposal is all periods up to the highest chosen one that is not filled or, if there is none, up to
+    the one after the highest filled period.
+    """
+
+    AUTO_FOCUS = "#periods"  # focus given later would miss the first keys
 
     @dataclass
     class Begin(Message):
-        """Asks the application to fill."""
+        """Asks the application to begin a fill."""
 
         wish: Wish
 
@@ -157,7 +161,7 @@ class FillDialog(Dialog[None]):
                 yield Button("Stop", id="stop", variant="error")
 
     def on_mount(self) -> None:
-        """Follow any running fill."""
+        """Show the progress of any running fill."""
         self.watch(self.app, "fill_state", self._follow)
         if self._fills:
             self.query_one("#stop").focus()
@@ -166,7 +170,7 @@ class FillDialog(Dialog[None]):
         self._fills = runs = state is not None and state.runs
         self.query_one("#start", Button).disabled = runs
         self.query_one("#stop", Button).disabled = not runs
-        self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill goes on' * runs}"
+        self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill continues' * runs}"
         self.query_one("#cost").display = not runs
         self._weigh_fields()
         bar = self.query_one("#bar", ProgressBar)
@@ -181,21 +185,21 @@ class FillDialog(Dialog[None]):
         self._weigh_fields()
 
     def on_input_submitted(self) -> None:
-        """Begin."""
+        """Begin the fill."""
         self._weigh_fields(begin=True)
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Start or stop."""
+        """Begin or stop the fill."""
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
             self.app.post_message(self.Stop())
 
     def _weigh_fields(self, begin: bool = False) -> None:
-        """Compute the estimate for the fields; then start if requested."""
+        """Estimate the cost of what the fields say; then begin, if requested."""
         if self._fills:
             return
-        self.query_one("#bar").display = False  # the last fill no longer matters
+        self.query_one("#bar").display = False  # the progress of the last fill no longer matters
         self.query_one("#told", Label).update("")
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
@@ -211,7 +215,7 @@ class FillDialog(Dialog[None]):
         )
 
     def _take_cost(self, wish: Wish, cost: tuple[str, int], begin: bool) -> None:
-        """Show the estimate; start, or ask first if it is large."""
+        """Show the estimate; if requested, begin, but ask first if the fill is large."""
         from orbitdb.filling.estimate import LARGE
 
         told, words = cost
@@ -221,7 +225,7 @@ class FillDialog(Dialog[None]):
         if words < LARGE:
             self.app.post_message(self.Begin(wish))
             return
-        question = f"{told}. You can stop it at any time and resume it later."
+        question = f"{told}. You can stop the fill at any time and resume it later."
         self.ask(
             QuestionDialog(question, "Fill", "Cancel"),
             lambda sure: sure and self.app.post_message(self.Begin(wish)),

@@ -21,18 +21,18 @@ from orbitdb.columns import IN_CATALOGUE
 
 def columns_told() -> Group:
     """Return the columns that a filter can use, with their meanings."""
-    return "columns, as a filter names them", [(each.name, _told(each)) for each in IN_CATALOGUE]
+    return "columns that a filter can use", [(each.name, _told(each)) for each in IN_CATALOGUE]
 
 
 def _told(column: Column) -> str:
-    """Describe a column in one line."""
+    """Return a line with the meaning of a column, its unit, and the name of its error column."""
     unit = f" ({column.unit})" if column.unit not in ("", "1") else ""
     bound = f", ± {column.bound}" if column.bound.endswith("_error") else ""
     return f"{column.brief}{unit}{bound}"
 
 
 class KeysDialog(Dialog[None]):
-    """The keys of widgets and screens, and the columns if there is a table."""
+    """A list of the keys of the given widgets and screens and, if `columns` is set, of the columns."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("question_mark,q", "dismiss(None)")]
 
@@ -42,7 +42,7 @@ class KeysDialog(Dialog[None]):
         self._columns = columns
 
     def compose(self) -> ComposeResult:
-        """Show the keys, group by group, in two columns."""
+        """Lay out the groups of keys in two columns."""
         with ScrollBox(classes="dialog large") as box:
             box.border_title = "keys"
             box.border_subtitle = "escape closes"

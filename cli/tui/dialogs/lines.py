@@ -1,4 +1,4 @@
-"""Ask for a line of text, checked as it is typed."""
+"""Dialogs that ask for a line of text and check it as it is typed."""
 
 from collections.abc import Callable, Sequence
 from typing import ClassVar
@@ -20,14 +20,14 @@ from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 
 class LineDialog(Dialog[str | None]):
-    """Ask for a line, check it as it is typed, and list other lines to choose from.
+    """Ask for a line of text, check it as it is typed, and offer other lines to choose from.
 
-    The check returns what a line means, or raises an error that says what is wrong with it.
+    `check` returns what a line means, or raises an error that says what is wrong with it.
     """
 
     AUTO_FOCUS = "Input"
     EMPTY: str | None = None
-    """The meaning of an empty line."""
+    """The answer if the line is empty."""
     BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -45,7 +45,7 @@ class LineDialog(Dialog[str | None]):
         self._place = len(self._lines) - 1
 
     def compose(self) -> ComposeResult:
-        """Show the lines to choose from, the typed line, and what it means."""
+        """Lay out the lines to choose from, the field, and the message about the line."""
         others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
@@ -56,22 +56,22 @@ class LineDialog(Dialog[str | None]):
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Follow the typing."""
+        """Check the line as it is typed."""
         self.follow(event.value)
 
     def follow(self, text: str) -> None:
-        """Show at once what a line means, or what is wrong with it."""
+        """Show what a line means, or what is wrong with it."""
         self.tell(*self.checked(text))
 
     def checked(self, text: str) -> tuple[str, bool]:
-        """Return what a line means, or what is wrong with it, and whether it is wrong."""
+        """Return what a line means or what is wrong with it, and whether it is wrong."""
         try:
             return (self._check_line(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:
             return str(error), True
 
     def tell(self, text: str, wrong: bool = False) -> None:
-        """Show a text about the line."""
+        """Show a message about the line, marked as an error if `wrong`."""
         self.query_one(Input).set_class(wrong, "-wrong")
         self.query_one(Label).set_class(not wrong, "-note").update(text)
 
@@ -84,11 +84,11 @@ class LineDialog(Dialog[str | None]):
             self.dismiss(event.value.strip() or self.EMPTY)
 
     def action_older(self, steps: int) -> None:
-        """Go up and down in the lines; the typed one is the last."""
+        """Go up or down in the list of lines; the line that was typed is the last."""
         self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Use the line under the mouse."""
+        """Take the line that was clicked."""
         self._take_up(event.option_index)
 
     def _take_up(self, place: int) -> None:
@@ -101,7 +101,7 @@ class LineDialog(Dialog[str | None]):
 
 
 def half_length(text: str) -> float:
-    """Read a half length, or explain how to write one."""
+    """Parse a half length, or raise an error that says how to write one."""
     try:
         value = real(text.strip())
     except ValueError:
@@ -110,6 +110,6 @@ def half_length(text: str) -> float:
 
 
 def code_told(code: str) -> str:
-    """Describe a code."""
+    """Return the period and the least rotation of a code, as text."""
     word = primitive_root(parse(code))
     return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"

@@ -1,4 +1,4 @@
-"""Dialogs with a list, to choose one name or to mark and move several."""
+"""Dialogs with a list of names: to choose one name, or to mark several and change their order."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import ClassVar
@@ -16,38 +16,38 @@ from orbitdb.cli.tui.screens import Dialog, Result
 from orbitdb.plaintext import printable
 
 KEEP = ""
-"""The answer that keeps the current filter; no filter has this name."""
+"""The answer that saves the current filter; no saved filter has this name."""
 
 Names = tuple[str, ...]
 
 
 class NameList(OptionList):
-    """A list with the movement keys of the table."""
+    """A list in which j and k move the cursor, as in the table."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
 
 
 class ListDialog(Dialog[Result]):
-    """A list of names with their texts; the cursor starts at one of them."""
+    """A list of names, each shown as its text; the cursor starts at the name `current`."""
 
     def __init__(self, title: str, hint: str, texts: Mapping[str, str], current: str | None = None) -> None:
         super().__init__()
         self._title, self._hint, self._texts, self._current = title, hint, texts, current
         self._names = list(texts)
-        self._typed, self._landed = "", -1  # letters, and the place they led to
+        self._typed, self._landed = "", -1  # the letters, and the index they led to
 
     def compose(self) -> ComposeResult:
-        """Show the names."""
+        """Lay out the list."""
         with Vertical(classes="dialog bottom" if self._hint else "dialog small") as box:
             box.border_title, box.border_subtitle = self._title, self._hint
             yield NameList(*map(self._told, self._names))
 
     def on_mount(self) -> None:
-        """Start at the current choice."""
+        """Put the cursor on the current choice."""
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
 
     def on_key(self, event: Key) -> None:
-        """Go to the first name that begins with the typed letters; other keys work as usual."""
+        """Move the cursor to the first entry that begins with the typed letters; other keys work as usual."""
         letter = event.character if event.is_printable else None
         typed = self._typed if self._list.highlighted == self._landed else ""
         for text in (typed + letter, letter) if letter else ():
@@ -71,27 +71,27 @@ class ListDialog(Dialog[Result]):
 
 
 class ChoiceDialog(ListDialog[str | None]):
-    """Choose one of some names."""
+    """Choose a name from a list."""
 
     def on_option_list_option_selected(self) -> None:
-        """Return it."""
+        """Close with the chosen name."""
         self.dismiss(self._names[self._place])
 
 
 class FiltersDialog(ChoiceDialog):
-    """Choose, keep or forget a filter by name; each is shown with its meaning."""
+    """Choose, save or delete a named filter; each name is shown with the meaning of its filter."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("delete,backspace", "forget")]
 
     def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
         width = max(map(len, filters), default=0)
         texts = {name: f"{name:{width}}  {told}" for name, told in filters.items()}
-        texts = {KEEP: f"keep the current one … ({present})"} | texts
-        super().__init__("filters", "enter accepts, delete forgets", texts, next(iter(filters), KEEP))
+        texts = {KEEP: f"save the current filter … ({present})"} | texts
+        super().__init__("filters", "enter accepts, delete removes", texts, next(iter(filters), KEEP))
         self._forget = forget
 
     def action_forget(self) -> None:
-        """Forget the filter under the cursor."""
+        """Delete the filter under the cursor."""
         place = self._place
         if self._names[place] != KEEP:
             self._forget(self._names.pop(place))
@@ -100,7 +100,7 @@ class FiltersDialog(ChoiceDialog):
 
 
 class MarksDialog(ListDialog[Names | None]):
-    """Mark some of several names, some marked at the start."""
+    """Mark any number of names in a list; `marked` are those marked at the start."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         key("space", "mark", priority=True),
@@ -119,19 +119,19 @@ class MarksDialog(ListDialog[Names | None]):
             self._list.replace_option_prompt_at_index(place, self._told(self._names[place]))
 
     def action_mark(self) -> None:
-        """Mark the name, or unmark it."""
+        """Mark or unmark the name under the cursor."""
         self._marked ^= {self._names[self._place]}
         self._show(self._place)
 
-    on_option_list_option_selected = action_mark  # with the mouse, too
+    on_option_list_option_selected = action_mark  # a click does the same
 
     def action_take(self) -> None:
-        """Return the marked names in order."""
+        """Close with the marked names, in the order of the list."""
         self.dismiss(tuple(name for name in self._names if name in self._marked))
 
 
 class ColumnDialog(MarksDialog):
-    """Mark and move the columns to show; the code is always first."""
+    """Choose which columns to show, and in which order; the code is always first."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
         key("J", "shift(1)"),
@@ -151,7 +151,7 @@ class ColumnDialog(MarksDialog):
         self._names = first + [name for name in EVERY if name not in (*first, "code")]
 
     def action_shift(self, step: int) -> None:
-        """Move the column, and show it."""
+        """Move the column under the cursor by a step, and mark it to be shown."""
         place, other = self._place, self._place + step
         if 0 <= other < len(self._names):
             self._names[place], self._names[other] = self._names[other], self._names[place]
@@ -160,7 +160,7 @@ class ColumnDialog(MarksDialog):
             self._list.highlighted = other
 
     def action_usual(self) -> None:
-        """Return to the default columns."""
+        """Restore the default columns."""
         self._arrange(USUAL)
         self._show(*range(len(self._names)))
         self._list.highlighted = 0

@@ -1,1 +1,1 @@
-"""One orbit: its drawing, what is known of it, and where in *a* it exists."""
+"""One orbit: its drawing, the facts about it, and the values of *a* at which it exists."""

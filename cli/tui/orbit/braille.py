@@ -1,6 +1,7 @@
-"""Pictures in braille dots: an orbit in its stadium, bounces in phase space, curves over the period.
+"""Pictures made of braille dots: an orbit in its stadium, bounces in phase space, curves against the period.
 
-A cell holds 2 x 4 dots, which are square if a cell is twice as high as wide, as in nearly all fonts.
+A character cell contains 2 x 4 dots. Their grid is square if a cell is twice as high as it is wide, which is
+so in nearly all fonts.
 """
 
 import math
@@ -26,7 +27,7 @@ _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 
 @dataclass(frozen=True)
 class Frame:
-    """A window on the plane around a centre, and its cells; the scale is in dots per unit."""
+    """A window on the plane, made of columns x rows cells around a centre; the scale is in dots per unit."""
 
     columns: int
     rows: int
@@ -37,14 +38,14 @@ class Frame:
     def around(
         cls, low: tuple[float, float], high: tuple[float, float], columns: int, rows: int, square: bool = True
     ) -> "Frame":
-        """Return the frame that holds a box of the plane, with one scale for x and y if it is square."""
+        """Return the frame that contains a box of the plane, with the same scale in x and y if `square`."""
         spans = [max(end - start, 1e-300) for start, end in zip(low, high, strict=True)]
         x, y = (DOTS_X * columns - 1) / spans[0], (DOTS_Y * rows - 1) / spans[1]
         scale = (min(x, y), min(x, y)) if square else (x, y)
         return cls(columns, rows, scale, ((low[0] + high[0]) / 2, (low[1] + high[1]) / 2))
 
     def dots(self, points: Floats) -> Dots:
-        """Return the dots, shape (N, 2), counted from the upper left corner, of points, shape (N, 2)."""
+        """Return the dots at the given points, both of shape (N, 2), counted from the upper left corner."""
         middle = np.array([DOTS_X * self.columns - 1, DOTS_Y * self.rows - 1]) / 2
         placed = middle + (points - self.centre) * (self.scale[0], -self.scale[1])
         far = 4 * max(DOTS_X * self.columns, DOTS_Y * self.rows)
@@ -53,7 +54,7 @@ class Frame:
 
 
 def polyline(frame: Frame, points: Floats) -> Dots:
-    """Return the dots of the straight pieces between successive points, shape (N, 2)."""
+    """Return the dots, shape (K, 2), of the line segments that join successive points, shape (N, 2)."""
     ends = frame.dots(points)
     if len(ends) < 2:
         return ends
@@ -67,14 +68,14 @@ def polyline(frame: Frame, points: Floats) -> Dots:
 
 
 class Layer(NamedTuple):
-    """Dots of one style."""
+    """Dots that are drawn in the same style."""
 
     style: str
     dots: Dots
 
 
 class Mark(NamedTuple):
-    """One character, in the cell of a dot."""
+    """A character, drawn in the cell that contains a dot."""
 
     style: str
     dot: tuple[int, int]
@@ -82,19 +83,19 @@ class Mark(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """Characters and the name of each one's style ('' for none), both of shape (rows, columns)."""
+    """Characters and the names of their styles ('' for none), both of shape (rows, columns)."""
 
     text: NDArray[np.str_]
     styles: NDArray[np.object_]
 
     def runs(self, row: int) -> list[tuple[str, str]]:
-        """Return a row as (text, style) pairs, with neighbours of one style joined."""
+        """Return a row as (text, style) pairs, with neighbouring cells of the same style joined."""
         cells = zip(self.text[row], self.styles[row], strict=True)
         return [("".join(text for text, _ in run), style) for style, run in groupby(cells, itemgetter(1))]
 
 
 def draw(frame: Frame, layers: Iterable[Layer], marks: Iterable[Mark] = ()) -> Picture:
-    """Draw layers of dots, and characters over them; a cell has the style of its last layer.
+    """Draw layers of dots with characters on top; each cell takes the style of the last layer drawn in it.
 
     Dots and marks outside the frame are left out.
     """
@@ -118,10 +119,10 @@ def _inside(frame: Frame, dots: Dots) -> NDArray[np.bool_]:
 
 
 MOST_DRAWN = 5000
-"""Most bounces to draw; more would only blacken the picture."""
+"""Maximum number of bounces to draw; more would only blacken the picture."""
 
 COLOURS = ("one", "two", "three", "four", "five", "six")
-"""Styles of compared orbits, in order."""
+"""Styles of the compared orbits, in order."""
 
 _ARROWS = "→↗↑↖←↙↓↘"
 _DOTS_OF_HEIGHT = 12
@@ -129,7 +130,10 @@ _TRAIL = 0.06
 
 
 def path_of(orbit: Orbit | None) -> Floats:
-    """Return the bounces of an orbit in the plane, the first again at the end, shape (p + 1, 2)."""
+    """Return the closed path of an orbit, shape (p + 1, 2), whose last point repeats the first.
+
+    A path of more than `MOST_DRAWN` bounces is cut there and left open. Without coordinates, it is empty.
+    """
     if orbit is None or orbit.points is None:
         return np.zeros((0, 2))
     points = orbit.points[:MOST_DRAWN]
@@ -137,7 +141,7 @@ def path_of(orbit: Orbit | None) -> Floats:
 
 
 def along(path: Floats, share: float) -> Floats:
-    """Return the point at a fraction 0..1 along a path, shape (2,)."""
+    """Return the point, shape (2,), at a fraction of the length of a path; the fraction is taken modulo 1."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     place = (share % 1.0) * way[-1]
     return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
@@ -146,10 +150,10 @@ def along(path: Floats, share: float) -> Floats:
 def draw_orbit(
     a: float, path: Floats, columns: int, rows: int, particle: float | None = None
 ) -> tuple[Picture, bool]:
-    """Draw a path, shape (N, 2), in its stadium, and tell whether the picture is to scale.
+    """Draw a path, shape (N, 2), in its stadium; return the picture and whether it is to scale.
 
-    If the stadium would be only a line, its height is stretched. An empty path draws the stadium alone; a
-    particle is at a fraction of the path.
+    If the stadium is so long that it would look like a line, its height is stretched. An empty path gives the
+    stadium alone. `particle` is the position of a particle, as a fraction of the path.
     """
     stadium = Stadium(a)
     frame = Frame.around((-a - 1, -1), (a + 1, 1), columns, rows)
@@ -160,7 +164,7 @@ def draw_orbit(
     marks = []
     if len(path):
         layers.append(Layer("path", polyline(frame, path)))
-        step = path[1] - path[0]  # the direction of the word
+        step = path[1] - path[0]  # the path runs in the direction of the word
         arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
         marks = _marks(frame, "bounce", path, "•") + _marks(frame, "arrow", [path[0] + 0.4 * step], arrow)
         marks += _marks(frame, "start", path[:1], "◆")
@@ -176,7 +180,7 @@ def _marks(frame: Frame, style: str, points: ArrayLike, text: str) -> list[Mark]
 
 
 def phase_points(orbit: Orbit) -> Floats:
-    """Return the bounces of an orbit in phase space, shape (p, 2): arc length and sine (`birkhoff`)."""
+    """Return the bounces of an orbit in phase space, shape (p, 2): arclength and sine, as in `birkhoff`."""
     if orbit.arclength is None or orbit.sine is None:
         return np.zeros((0, 2))
     return np.stack([orbit.arclength, orbit.sine], axis=1)
@@ -185,9 +189,9 @@ def phase_points(orbit: Orbit) -> Floats:
 def draw_phase(
     a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
 ) -> Picture:
-    """Draw the `phase_points` of some orbits, each in its own style, the first on top.
+    """Draw the `phase_points` of several orbits, each in its own style and the first on top.
 
-    The names of the walls are below, followed by any names of orbits.
+    Below them are the names of the walls and, if given, the names of the orbits.
     """
     stadium = Stadium(a)
     length = stadium.perimeter
@@ -207,7 +211,7 @@ def draw_phase(
 
 
 def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
-    """Return a line that names the walls below their parts of the axis."""
+    """Return a line of text with the name of each wall below its part of the axis."""
     line = [" "] * frame.columns
     for name, (low, high) in zip(("0 bottom", "3 right", "2 top", "1 left"), pairwise(joints), strict=True):
         middle = int(frame.dots(np.array([[(low + high) / 2, 0.0]]))[0, 0]) // DOTS_X
@@ -219,7 +223,7 @@ def _wall_names(frame: Frame, joints: Sequence[float]) -> str:
 
 
 def _with_row(picture: Picture, *pieces: tuple[str, str]) -> Picture:
-    """Add a row of pieces (text, style), cut or filled up to the width."""
+    """Add a row made of (text, style) pairs, cut or padded to the width of the picture."""
     columns = picture.text.shape[1]
     signs = [(sign, style) for text, style in pieces for sign in text] + [(" ", "")] * columns
     text = np.array([[sign for sign, _ in signs[:columns]]])
@@ -228,7 +232,10 @@ def _with_row(picture: Picture, *pieces: tuple[str, str]) -> Picture:
 
 
 class Curve(NamedTuple):
-    """Values over the period; `marker` draws points, '' a line; without a name there is no legend."""
+    """Values against the period. Each point is drawn as `marker`; if that is empty, a line joins the points.
+
+    The legend leaves out curves without a name.
+    """
 
     style: str
     name: str
@@ -238,7 +245,7 @@ class Curve(NamedTuple):
 
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
-    """Draw curves with an axis on the left, the periods below, and a legend in the last row."""
+    """Draw curves, with an axis on the left, the periods below, and a legend in the last row."""
     drawn = [np.stack([curve.x, curve.y], axis=1)[np.isfinite(curve.y)] for curve in curves]
     every, margin = np.concatenate([np.zeros((0, 2)), *drawn]), 7
     if not len(every) or columns < margin + 8 or rows < 5:

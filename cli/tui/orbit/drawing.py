@@ -38,11 +38,11 @@ class PictureWidget(Widget):
     }
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Return what to show in a number of cells."""
+        """Return the picture for the given number of columns and rows."""
         raise NotImplementedError
 
     def render(self) -> Text:
-        """Return the picture, if there is room for one."""
+        """Return the picture as text, or an empty text if there is no room for it."""
         columns, rows = self.size
         if columns < _LEAST[0] or rows < _LEAST[1]:
             return Text()
@@ -54,7 +54,7 @@ class PictureWidget(Widget):
 
 
 class OrbitDrawing(PictureWidget):
-    """An orbit in its stadium, with a particle, or in phase space with others for comparison."""
+    """An orbit in its stadium, with or without a particle, or in phase space with other orbits to compare."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
     compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
@@ -68,17 +68,17 @@ class OrbitDrawing(PictureWidget):
         self._timer: Timer | None = None
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Use the path of the new orbit; a running particle starts again."""
+        """Use the path of the new orbit; a moving particle starts again at its first bounce."""
         self._path = path_of(orbit)
         if self.particle is not None:
             self.particle = 0.0
 
     def action_view(self) -> None:
-        """Change between the stadium and phase space."""
+        """Switch between the stadium and phase space."""
         self.phase = not self.phase
 
     def action_particle(self) -> None:
-        """Send a particle along the orbit, in the stadium, or stop it."""
+        """Start or stop a particle that moves along the orbit in the stadium."""
         self.phase = False
         if self._timer is None:
             self.particle = 0.0
@@ -93,31 +93,31 @@ class OrbitDrawing(PictureWidget):
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def in_phase_space(self) -> list[Orbit]:
-        """Return the orbits to draw in phase space: the current one, and those for comparison."""
+        """Return the orbits to draw in phase space: the current one, and those to compare with it."""
         here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
         return here + [other for other in self.compared if other.code not in {o.code for o in here}]
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Draw the stadium, or phase space."""
+        """Return a picture of the stadium or of phase space."""
         if self.phase:
             orbits = self.in_phase_space()
             names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
-            self._entitle("phase space: sine over arclength")
+            self._entitle("phase space: sine against arclength")
             return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
         self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))
         return picture
 
     def _entitle(self, title: str) -> None:
-        if title != self.border_title:  # setting it redraws everything
+        if title != self.border_title:  # setting the title redraws everything
             self.border_title = title
 
 
 class Plot(PictureWidget):
-    """Curves over the period."""
+    """Curves against the period."""
 
     curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Draw the curves."""
+        """Return a picture of the curves."""
         return draw_curves(self.curves, columns, rows)

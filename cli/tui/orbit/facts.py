@@ -1,4 +1,4 @@
-"""Facts about an orbit in words."""
+"""The facts about an orbit, as lines of text."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -24,9 +24,9 @@ from orbitdb.symbols.words import least_rotation, run_notation
 _MOST_BOUNCES = 60
 _BAR = 24
 _LEAST, _MOST = 0.05, 20.0
-"""The ends of the bar."""
+"""The values of a at the ends of the bar."""
 _ALL_OF_A_BOUNCE = 66
-"""Columns."""
+"""Width, in characters, that the table of bounces needs to show all of its columns."""
 _HEADS = ("coordinate", "x", "y", "arclength", "sine")
 
 ELEMENT_NAMES = {
@@ -37,7 +37,7 @@ ELEMENT_NAMES = {
 
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
-    """Return facts about a word as names and texts, with a bar over ln a that shows where it exists."""
+    """Return the facts about a word as (name, text) pairs, with a bar that shows where it is an orbit."""
     known = [(name, told) for name, told in facts(orbit, partners, "±") if name != "a"]
     if run_notation(orbit.code) != known[0][1]:
         known.insert(1, ("runs", run_notation(orbit.code)))
@@ -52,7 +52,7 @@ def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners =
 
 
 def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
-    """Return a bar over ln a, from 0.05 to 20, that shows the current a and where an orbit exists."""
+    """Return a bar over ln a, from a = 0.05 to 20, that marks the current a and where a word is an orbit."""
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
     alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
@@ -61,7 +61,7 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
 
 
 def table_of(facts: Iterable[tuple[str, str]]) -> Table:
-    """Return facts, pairs of name and sentence, as a table folded to the available width."""
+    """Return (name, sentence) pairs as a table whose lines wrap at the available width."""
     table = Table.grid(padding=(0, 2, 0, 0))
     for name, sentence in facts:
         table.add_row(Text(name, "bold"), Text(sentence, overflow="fold"))
@@ -69,7 +69,7 @@ def table_of(facts: Iterable[tuple[str, str]]) -> Table:
 
 
 class Bounces(NamedTuple):
-    """One line per bounce, as wide as possible: its place, and the direction of the outgoing path."""
+    """The bounces of an orbit, one per line: coordinate, arclength, sine and, if there is room, x and y."""
 
     orbit: Orbit
 
@@ -85,13 +85,13 @@ class Bounces(NamedTuple):
 
 
 def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
-    """Return the facts, followed by the bounces if they are few."""
+    """Return the facts about an orbit, followed by its bounces if there are at most `_MOST_BOUNCES`."""
     few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
 
 
 def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[RenderableType]:
-    """Return all facts about an orbit in parts."""
+    """Return everything known about an orbit: the facts, the words of its class, and its bounces."""
     facts = facts_of(orbit, certificate, partners)
     if facts[0][1] != orbit.code:
         facts.insert(1, ("symbols", orbit.code))
@@ -106,7 +106,7 @@ def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[Re
 
 
 def _class(orbit: Orbit) -> list[tuple[str, str]]:
-    """Return the words of the class, each with the symmetry that leads to it."""
+    """Return the words of the class of an orbit, each with the symmetries that map the orbit to that word."""
     found: dict[str, list[str]] = {}
     for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
         how = ", ".join(name for bit, name in ELEMENT_NAMES.items() if element & bit) or "itself"
@@ -115,7 +115,7 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 
 
 class FactsPanel(RichLog):
-    """Facts about the current orbit, drawn once, because drawing dominates the cost of a key."""
+    """Facts about the current orbit, rendered only once, because rendering takes most of the time per key."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)
@@ -125,13 +125,13 @@ class FactsPanel(RichLog):
         self._known: Sequence[RenderableType] = ()
 
     def show(self, *parts: RenderableType) -> None:
-        """Show some parts below one another, from the first line on."""
+        """Show the given parts one below another, scrolled to the first line."""
         self._known = parts
         self.scroll_to(y=0, animate=False, immediate=True)
         self._fold()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Fold the lines to the available width."""
+        """Wrap the lines at the new width."""
         self._fold()
 
     def _fold(self) -> None:

@@ -1,4 +1,4 @@
-"""The panel of the orbit: its drawing, the facts about it, and its way through rows, classes and stadiums."""
+"""The panel of the current orbit: its drawing, its facts, and moves to other orbits and stadiums."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ _MOST_COMPARED = 6
 
 
 class OrbitPanel(Vertical, Working):
-    """The current orbit: that of the row under the cursor, or another; and orbits to compare with it."""
+    """The current orbit, which may differ from the row under the cursor, and orbits to compare with it."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
     whole: reactive[bool] = reactive(False, init=False, repaint=False)
@@ -48,7 +48,7 @@ class OrbitPanel(Vertical, Working):
     # what is shown
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
-        """Show the orbit and its facts, and let the rows follow it."""
+        """Show the orbit and its facts, and let the rows follow it to its a."""
         self._entitle()
         self.query_one(OrbitDrawing).a = self.following.home if orbit is None else orbit.a
         self._tell()
@@ -56,12 +56,12 @@ class OrbitPanel(Vertical, Working):
         self.following.take_orbit(orbit)
 
     def watch_whole(self) -> None:
-        """Show all facts about the orbit, or the most important."""
+        """Show all facts about the orbit, or only the most important ones."""
         self._entitle()
         self._tell()
 
     def _tell(self) -> None:
-        """Show the facts about the orbit at once, and those of other a, if they are wanted, once found."""
+        """Show the facts at once. If all are wanted, add the births and deaths when they have been found."""
         orbit, facts = self.orbit, self.query_one(FactsPanel)
         if orbit is None:
             facts.show()
@@ -73,7 +73,7 @@ class OrbitPanel(Vertical, Working):
             facts.show(*known_of(orbit, self._file.certificate(orbit)))
 
     def _complete(self, orbit: Orbit) -> tuple[Orbit, Partners]:
-        """Return the orbit with its lives and the words born with it."""
+        """Return the orbit with the ranges of a in which it exists, and the classes born with it."""
         orbit = with_existence(orbit)
         return orbit, self._file.partners(orbit)
 
@@ -82,22 +82,25 @@ class OrbitPanel(Vertical, Working):
         self.query_one(FactsPanel).show(*whole(orbit, self._file.certificate(orbit), partners))
 
     def _entitle(self, title: str = "") -> None:
-        """Title the facts, with their a if it differs from that of the rows, or with a word being solved."""
+        """Set the title of the facts to the word being solved, or to `title`.
+
+        Without either, name the a of the orbit if the rows have another a.
+        """
         if self._solving is not None:
             title = f"solving {code_text(self._solving)} …"
         elif self.orbit is not None and self.orbit.a != self.following.home:
             title = title or f"facts at a = {self.orbit.a:.9g}"
-        self.query_one(FactsPanel).border_title = title or ("the whole orbit" if self.whole else "facts")
+        self.query_one(FactsPanel).border_title = title or ("all facts" if self.whole else "facts")
 
     def clear(self, a: float) -> None:
-        """Show nothing, and compare nothing, at another a."""
+        """Move to another a, with no orbit shown and none to compare."""
         self.following.home = a
         self.orbit, self.compared = None, ()
 
     # the row
 
     def take_rows(self, rows: Pages) -> None:
-        """Show the rows, and follow the orbit, and digits, that waited for them."""
+        """Show new rows, then carry out the steps in a and the digits that waited for them."""
         self.catch_up()
         if not len(rows) and not self._rows.alone:
             self.orbit = None
@@ -108,14 +111,14 @@ class OrbitPanel(Vertical, Working):
         self._rows.position.go_on()
 
     def catch_up(self) -> None:
-        """Show the word under the cursor, which may be ahead of its messages."""
+        """Show the word under the cursor now, even if the message about the cursor has not arrived yet."""
         row = self._rows.table.row
         if row is not None and row[0] != self._rows.left:
             self._rows.left = None
             self._show_word(row[0])
 
     def need(self) -> Orbit | None:
-        """Return the current orbit, or say that there is none."""
+        """Return the current orbit, or report that there is none."""
         self.catch_up()
         if self.orbit is None:
             self.notify("no orbit is shown: press c and type a code", timeout=2)
@@ -125,7 +128,7 @@ class OrbitPanel(Vertical, Working):
         self.orbit = orbit
 
     def _show_word(self, word: str, anew: bool = False) -> None:
-        """Show a word, given as its least rotation; a shown rotation of it stays unless `anew`."""
+        """Show a word, given as its least rotation; if another rotation is shown, keep it unless `anew`."""
         shown, away, home = self.orbit, self.following.away, self.following.home
         same = shown is not None and len(shown.code) == len(word) and shown.a == self.following.here
         if shown is not None and same and not anew and word in (shown.code, least_rotation(shown.code)):
@@ -142,7 +145,7 @@ class OrbitPanel(Vertical, Working):
             self.failed(str(error))
 
     def go_to(self, orbit: Orbit) -> bool:
-        """Show an orbit in its rotation, the cursor on its row; return whether it has one."""
+        """Show an orbit as given, and put the cursor on its row; return whether it has a row now."""
         self.orbit = orbit
         return self._rows.go_to(least_rotation(orbit.code))
 
@@ -153,7 +156,7 @@ class OrbitPanel(Vertical, Working):
             self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
     def action_back(self) -> None:
-        """Go back to where digits began, or show the row under the cursor as stored."""
+        """Go back to where the cursor was before digits were typed, or show the current row as stored."""
         if self._rows.position.give_up_digits():
             return
         self.following.come_back()
@@ -164,7 +167,7 @@ class OrbitPanel(Vertical, Working):
     # other orbits
 
     def ask_for(self, code: str) -> None:
-        """Look a word up, in the rotation given, or solve it, in a worker."""
+        """Look up a word in the given rotation, or solve it if it is not stored; this runs in a worker."""
         word = parse(code)
         root, a = primitive_root(word), self.following.here
         if root != word:
@@ -181,7 +184,7 @@ class OrbitPanel(Vertical, Working):
         self.failed(reason)
 
     def take_found(self, orbit: Orbit) -> None:
-        """Show the orbit and its source, unless another stadium is shown by now."""
+        """Show an orbit that was looked up, unless a has changed meanwhile; report if it has no row."""
         self._solve(None)
         if orbit.a == self.following.here and not self.go_to(orbit) and self._rows.wanted is None:
             self._say_no_row()
@@ -197,12 +200,12 @@ class OrbitPanel(Vertical, Working):
         self.ask(LineDialog(title, "", example, code_told, self._codes), take)
 
     def action_follow(self, up: bool) -> None:
-        """Follow the orbit to a greater or smaller a, past its births and deaths."""
+        """Follow the orbit to a larger or smaller a, past its births and deaths."""
         if self.need() is not None:
             self.following.step(up)
 
     def action_move_in_class(self, element: int) -> None:
-        """Show the image of the orbit under a mirror or time reversal."""
+        """Show the image of the orbit under a reflection or time reversal."""
         if (orbit := self.need()) is None:
             return
         word = images_of(orbit.code)[element]
@@ -215,20 +218,20 @@ class OrbitPanel(Vertical, Working):
         if (orbit := self.need()) is None:
             return
         if orbit.coordinates is None:
-            self.notify("only orbits have bounces to compare", timeout=2)
+            self.notify("this word is not an orbit, so it has no bounces to compare", timeout=2)
             return
         others = tuple(other for other in self.compared if other.code != orbit.code)
         if len(others) == len(self.compared):
             others = (*others, orbit)[-_MOST_COMPARED + 1 :]
         self.compared = others
-        self.notify(f"{len(others)} to compare; v shows phase space", timeout=2)
+        self.notify(f"{len(others)} to compare; press v to see them in phase space", timeout=2)
 
     def action_compare_none(self) -> None:
-        """Compare none."""
+        """Clear the comparison."""
         self.compared = ()
 
     def action_copy(self) -> None:
-        """Copy the code."""
+        """Copy the code to the clipboard."""
         if (orbit := self.need()) is not None:
             self.app.copy_to_clipboard(orbit.code)
             self.notify(f"copied {orbit.code}", timeout=2)

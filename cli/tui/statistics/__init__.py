@@ -1,1 +1,1 @@
-"""Statistics of the chosen subset: a screen of averages and one of counts."""
+"""The screens with statistics of the chosen subset: averages by period, and counts with a histogram."""

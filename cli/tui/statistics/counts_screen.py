@@ -1,4 +1,4 @@
-"""Counts of the chosen subset by status, period and symmetry, and a histogram of any column."""
+"""Counts of the chosen subset by status, period, symmetry and time reversal, and histograms of columns."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -32,27 +32,27 @@ _LEAST_BINS = 8
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 Counts = Sequence[tuple[str, int]]
-"""Labels with their counts."""
+"""Pairs of a label and a count."""
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
-"""The columns worth counting, without those that name a word or a class."""
+"""The columns that a histogram can show: all except those that name a word or a class."""
 
 
 def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
-    """Return counts by the value of a column, with labels, in the order of the values."""
+    """Return the count of each value of a column, labelled with that value, in the order of the values."""
     known = sorted(value for value in counts if value is not None)
     return [(number(column, value), counts[value]) for value in known]
 
 
 def counts_in(histogram: Histogram) -> Counts:
-    """Return the counts of the bins, each labelled with its edges."""
-    digits = 3 if histogram.logarithmic else 15  # round numbers have few
+    """Return the counts of the bins of a histogram, each labelled with the edges of its bin."""
+    digits = 3 if histogram.logarithmic else 15  # linear edges are round numbers with few digits
     labels = (f"{low:.{digits}g}–{high:.{digits}g}" for low, high in pairwise(histogram.edges.tolist()))
     return list(zip(labels, histogram.counts.tolist(), strict=True))
 
 
 class CountBar(Bar):
-    """A bar in eighths of cells; even a small count is visible."""
+    """A bar drawn in eighths of a cell, so that even a small count is visible."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         if self.end:
@@ -61,9 +61,9 @@ class CountBar(Bar):
 
 
 def bars(counts: Counts, without: int = 0) -> RenderableType:
-    """Return one line per count: its label, the number, and a bar as long as possible.
+    """Return one line per count: its label, the number, and a bar; the longest bar fills the width.
 
-    The last line gives the number of rows without a value.
+    A last line gives the number of rows without a value, if there are any.
     """
     if not counts and not without:
         return "none"
@@ -80,7 +80,7 @@ def bars(counts: Counts, without: int = 0) -> RenderableType:
 
 
 class CountsScreen(OwnScreen[None]):
-    """How many words of each kind a subset has, and a histogram of one column."""
+    """The number of words of each kind in a subset, and a histogram of one column."""
 
     KEYS: ClassVar[Keys] = COUNTS
     BINDINGS = bindings(COUNTS)
@@ -104,32 +104,32 @@ class CountsScreen(OwnScreen[None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Start to count."""
+        """Start counting."""
         self.sub_title = self._selection.describe()
         self.query_one("#tallies").border_title = "counts"
         self.query_one("#tallies").focus()
         self.in_thread("counts", self._count, partial(self._show, "#tallies"))
 
     def on_resize(self) -> None:
-        """Use as many bins as there are lines."""
+        """Use as many bins as lines fit on the screen."""
         self.call_after_refresh(self._fit)
 
     def _fit(self) -> None:
-        lines = self.query_one("#histogram").size.height - 1  # one for those without a value
+        lines = self.query_one("#histogram").size.height - 1  # one line is for rows without a value
         bins = max(_LEAST_BINS, min(lines, _MOST_BINS))
         if bins != self._bins:
             self._bins = bins
             self.watch_column(self.column)
 
     def watch_column(self, column: str) -> None:
-        """Count the values of another column."""
+        """Count the values of another column for the histogram."""
         known, bins = _COLUMNS[column], self._bins
         unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
         self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
-        """Return the counts by some columns, and the partial periods."""
+        """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         with self._catalogue.moment() as moment:
             found = tally(moment, self._selection, _BY, cancelled)
             partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
@@ -137,10 +137,10 @@ class CountsScreen(OwnScreen[None]):
         for place, name in enumerate(_BY):
             counts = marginal(found, place)
             parts += [Text(name, "bold"), bars(counts_by(name, counts), counts.get(None, 0)), ""]
-        return Group(*parts), f"p = {partly}: partial" if partly else ""
+        return Group(*parts), f"partial periods: {partly}" if partly else ""
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
-        """Return the counts of the values of a column, the number of rows without one, and a note."""
+        """Return the counts of the values of a column, the number of rows without a value, and a note."""
         with self._catalogue.moment() as moment:
             if _COLUMNS[column].kind != "number":  # integers or texts
                 values = marginal(tally(moment, self._selection, (column,), cancelled), 0)
@@ -148,7 +148,7 @@ class CountsScreen(OwnScreen[None]):
             found = histogram(moment, self._selection, column, bins, cancelled)
         if found is None:
             return (), 0, ""
-        even = "bins even in the logarithm" if found.logarithmic else ""
+        even = "bins of equal width in the logarithm" if found.logarithmic else ""
         return counts_in(found), found.without, even
 
     def _take_values(self, found: tuple[Counts, int, str]) -> None:
@@ -174,10 +174,10 @@ class CountsScreen(OwnScreen[None]):
         ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")
 
     def action_column(self) -> None:
-        """Choose the column from a list."""
+        """Choose the column of the histogram from a list."""
         named = {name: name for name in DRAWN}
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
-        """Draw the next column, or the previous one."""
+        """Show the histogram of the next or previous column."""
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]

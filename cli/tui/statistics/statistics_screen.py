@@ -1,4 +1,4 @@
-"""The statistics screen: Table 1, entropies and Lyapunov averages of the chosen subset, and their curves."""
+"""The statistics screen: counts as in Table 1, entropies and Lyapunov averages of a subset, with curves."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -33,17 +33,17 @@ from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000
 FIRST = 11
-"""The highest period whose averages are shown at once."""
+"""Averages up to this period are shown first, because they take little time."""
 _TITLES = {
     "entropy": "topological entropy",
     "lambda_d": "lambda_d, per bounce",
-    "lambda_c": "lambda_c, per length",
+    "lambda_c": "lambda_c, per unit length",
 }
 _WEIGHTS = {Weight.EXPONENTIAL: "weights e^-lambda", Weight.DETERMINANT: "weights 1/|det(1 - M)|"}
 
 
 def columns() -> tuple[str, ...]:
-    """Return the columns of the table, averages with an error before those without."""
+    """Return the columns of the table; averages with an error come before those without."""
     pairs = [(average, exponent) for exponent in EXPONENTS for average in AVERAGES]
     first = [average.of(exponent) for average, exponent in pairs if average.error]
     others = [average.of(exponent) for average, exponent in pairs if not average.error]
@@ -51,7 +51,7 @@ def columns() -> tuple[str, ...]:
 
 
 def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
-    """Return counts, entropies and Lyapunov averages of the orbits of a subset by whole period."""
+    """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
     notes: list[str] = []
     with catalogue.moment() as moment:
         subset = read_noted(moment, selection, notes, swept=True)
@@ -74,7 +74,7 @@ def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.
 
 
 def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curve]]:
-    """Return the curves of the entropy, and of the Lyapunov exponents per bounce and per length."""
+    """Return the curves of the entropy, and of the Lyapunov exponents per bounce and per unit length."""
     shown = {
         name: np.array(values, dtype=float) for name, values in found.columns.items() if name != PROVED[2]
     }
@@ -104,7 +104,7 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
 
 
 class StatisticsScreen(OwnScreen[None]):
-    """Averages over the chosen orbits by period, as tables and curves."""
+    """Averages over the chosen orbits by period, as a table and as curves."""
 
     KEYS: ClassVar[Keys] = STATISTICS
     BINDINGS = bindings(STATISTICS)
@@ -144,14 +144,14 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("numbers", lambda _: self.averages(weight), self._take)
 
     def averages(self, weight: Weight) -> Iterator[Result]:
-        """Average over the first periods, which is fast, and then over all, if there are more."""
+        """Yield the averages over the first periods, which are fast, and then over all, if there are more."""
         chosen = self._selection
         spans = chosen.periods or ((2, FIRST),)
         first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
         with self._catalogue.moment() as moment:
             highest = max((fill.p for fill in moment.fills(chosen.a)), default=0)
         if first and highest > FIRST:
-            with suppress(InputError):  # there may be none of them
+            with suppress(InputError):  # the first periods may be empty
                 yield statistics(self._catalogue, replace(chosen, periods=first), weight)
         yield statistics(self._catalogue, chosen, weight)
 
@@ -164,24 +164,27 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
 
     def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
-        """Yield the stored reference; without one, or for another, follow trajectories."""
+        """Yield the stored reference or, if there is none or `anew` is set, references from new trajectories.
+
+        Each comes with the fraction done and with whether it is stored.
+        """
         with self._catalogue.moment() as moment:
             stored = None if anew else moment.reference(self._selection.a)
         if stored is not None:
             yield stored, 1.0, True
             return
-        seed = bounces // FIRST_BOUNCES  # different ones each time
+        seed = bounces // FIRST_BOUNCES  # different trajectories each time
         for done, reference in references(Stadium(self._selection.a), bounces, seed):
             yield reference, done, False
 
     def take_reference(self, new: Reference, done: float, stored: bool) -> None:
-        """Show the better value, or the current one while none is complete."""
+        """Show the more precise of the old and the new reference; if neither is complete, the new one."""
         old = self.reference
-        source = "stored" if stored else f"{new.bounces:.2g} bounces followed here"
+        source = "stored" if stored else f"{new.bounces:.2g} bounces, computed now"
         if done < 1 and self._kept:
-            followed = f"following more: {done:.0%}"
+            followed = f"following more trajectories: {done:.0%}"
         elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
-            followed = f"{source}, not as good: {_described(new)}"
+            followed = f"{source}, less precise: {_described(new)}"
         else:
             self._kept, followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
             self.reference = old = new
@@ -191,7 +194,7 @@ class StatisticsScreen(OwnScreen[None]):
         self._show()
 
     def failed(self, reason: str) -> None:
-        """Show the error in place of the numbers, too."""
+        """Show the error both as a notification and in place of the numbers."""
         super().failed(reason)
         self.found = None
         self.query_one("#numbers", Static).update(reason)
@@ -217,15 +220,15 @@ class StatisticsScreen(OwnScreen[None]):
         def write(path: Path, _: object) -> str:
             return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
 
-        ask_for_file(self, "statistics.png", write, "the three curves, below one another")
+        ask_for_file(self, "statistics.png", write, "the three plots, one below another")
 
     def action_weight(self) -> None:
-        """Use the other weight."""
+        """Switch to the other weights of the averages."""
         self._weight = next(weight for weight in Weight if weight is not self._weight)
         self._compute()
 
     def action_trajectories(self) -> None:
-        """Follow four times as many other trajectories; the better value stays."""
+        """Follow new trajectories with four times as many bounces; the more precise result is kept."""
         self._bounces *= 4
         self._refer(anew=True)
 

@@ -1,4 +1,4 @@
-"""The dialog of the filter: the rows follow what is typed."""
+"""The filter dialog, in which the rows follow what is typed."""
 
 from functools import partial
 
@@ -10,13 +10,13 @@ from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.store.asking.where import unfinished
 
 _PAUSE = 0.25
-"""Seconds without a key before rows are read."""
+"""Seconds without a key before the rows are read."""
 
 
 class FilterDialog(LineDialog):
-    """Ask for a filter, and try it as it is typed: the main screen shows its rows and reports.
+    """Ask for a filter and apply it as it is typed; the main screen shows the resulting rows and reports.
 
-    The cursor stays on its word if that is among the rows, and at the top if it was there.
+    The cursor stays on its word if that is among the new rows, and at the top if it was there.
     """
 
     EMPTY = ""
@@ -31,14 +31,14 @@ class FilterDialog(LineDialog):
         self._timer: Timer | None = None
 
     def on_mount(self) -> None:
-        """Follow the shown rows."""
+        """Show the report of the rows whenever it changes."""
         self.watch(self._rows, "report", self._say)
 
     def _say(self) -> None:
         self.tell("; ".join(filter(None, (self._rows.report, self._note))))
 
     def follow(self, text: str) -> None:
-        """Try the line after a moment without keys; until then, the last valid rows stay."""
+        """Apply the line after a moment without keys; until then, the rows of the last valid line stay."""
         if self._timer is not None:
             self._timer.stop()
             self._timer = None
@@ -62,7 +62,7 @@ class FilterDialog(LineDialog):
             self._rows.read(self._choices.selection)
 
     def take(self, where: str | None) -> None:
-        """Show the rows of the line that was taken, or those from before."""
+        """Show the rows of the accepted line, or those from before if the dialog was cancelled."""
         self._try(self._before if where is None else where)
         if where:
             self._choices.tried.append(where)

@@ -1,4 +1,4 @@
-"""Follow the current orbit in *a* by keys; the rows follow it where births are stored."""
+"""Follow the current orbit to other values of *a*; the rows follow it where births are stored."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,21 +17,22 @@ from orbitdb.symbols.enumeration import MAX_PERIOD
 
 _ORBIT = "orbit"
 _SECONDS_UNTOLD = 0.08
-"""Seconds of following after which the heading says so."""
+"""Seconds after which the heading says that the orbit is being followed."""
 
 STEP = 0.02
-"""Step in ln a per key."""
+"""Step in ln a per key press."""
 _BESIDE = 1e-9
 _SAME = 1e-12
-"""Steps up and down again end this close to their start."""
+"""A stop beyond a step by less than this fraction of a still ends it, so that steps up and down cancel."""
 
 Lives = Sequence[tuple[float, float | None]]
 
 
 def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
-    """Return the next a in steps of `STEP`, with stops on both sides of a birth or death, and at ``home``.
+    """Return the a that is one step away, or the first stop on the way there.
 
-    This shows an orbit with its last margin before it disappears.
+    There are stops just before and after each birth and death, so that the orbit is seen with its last margin
+    before it disappears, and at `home`.
     """
     way = 1 if up else -1
     new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)
@@ -42,7 +43,7 @@ def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float
 
 
 def told(lives: Lives, before: float, after: float) -> str | None:
-    """Describe what happened to an orbit between two values of a; None if nothing did."""
+    """Return a message about a birth or death between two values of a, or None if there is none."""
     low, high = sorted((before, after))
     for born, dies in lives:
         for end, begins in ((born, True), (dies, False)):
@@ -53,7 +54,7 @@ def told(lives: Lives, before: float, after: float) -> str | None:
 
 
 class Following:
-    """Following of the shown orbit, at an *a* that can differ from `home`, that of its rows."""
+    """Follows the shown orbit to an *a* that can differ from `home`, the *a* of the stored rows."""
 
     def __init__(
         self, file: CatalogueFile, rows: RowsPanel, home: float, show: Callable[[Orbit], object]
@@ -67,11 +68,11 @@ class Following:
 
     @property
     def here(self) -> float:
-        """The current a: that of the rows, or the one they are followed to."""
+        """The current a: that of the stored rows, or the one to which the orbit has been followed."""
         return self.home if self.away is None else self.away
 
     def step(self, up: bool) -> None:
-        """Follow the orbit to a greater or smaller *a*, past its births and deaths."""
+        """Follow the orbit to a larger or smaller *a*, past its births and deaths."""
         self._steps.append(up)
         self.go_on()
 
@@ -85,7 +86,7 @@ class Following:
             self.go_on()
 
     def come_back(self) -> None:
-        """Show the rows as stored."""
+        """Return to the a of the stored rows, and show them."""
         self.away = None
         source = self._rows.table.source
         self._rows.note("#standing", None)
@@ -93,7 +94,7 @@ class Following:
             self._rows.show(source.pages, self._rows.table.cursor)
 
     def go_on(self) -> None:
-        """Follow the orbit by all queued steps, unless a worker already does."""
+        """Follow the orbit by all queued steps, unless a worker is already doing so."""
         orbit, source = self._orbit, self._rows.table.source
         rows = source.pages if source.catalogue is not None else None
         lag = rows is not None and self.away not in (None, source.a)
@@ -109,7 +110,7 @@ class Following:
             self._rows.say("following …" if "births" in vars(rows or self) else "reading births …")
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
-        """Follow an orbit by some steps, and find the rows there."""
+        """Follow an orbit by the given steps; return it with the rows at its new a."""
         if steps:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:
@@ -118,10 +119,10 @@ class Following:
         return orbit, None if rows is None else rows.followed(orbit.a)
 
     def _arrive(self, begun: Orbit, found: tuple[Orbit, Pages | None]) -> None:
-        """Show the orbit and the rows at the new a, unless others are on screen."""
+        """Show the orbit and the rows at the new a, unless others have been chosen meanwhile."""
         (orbit, rows), steps = found, self._steps
         if begun is self._orbit is not orbit:
-            self._show(orbit)  # its rows follow
+            self._show(orbit)  # this drops the queued steps
             self._steps = steps
             if happened := told(orbit.exists or (), begun.a, orbit.a):
                 self._rows.app.notify(happened)
@@ -137,7 +138,7 @@ class Following:
         self._rows.say()
 
     def _show_rows(self, rows: Pages) -> None:
-        """Show the rows at another a, or why they stay."""
+        """Show the rows at another a or, if none of their births is stored, a note that they stay."""
         panel, (standings, without) = self._rows, rows.pages.births
         lacking = describe_lacking([p for p in without if p <= MAX_PERIOD])
         if lacking and not standings.known.any():
@@ -146,5 +147,5 @@ class Following:
             panel.leave()
         else:
             others = [f"{n:,} {words}" for words, n in rows.counts().items() if words != _ORBIT]
-            panel.note("#standing", "; ".join(filter(None, (", ".join(others) or "no other", lacking))))
+            panel.note("#standing", "; ".join(filter(None, (", ".join(others) or "no other words", lacking))))
             panel.show(rows, panel.table.cursor)

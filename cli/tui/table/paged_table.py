@@ -1,4 +1,4 @@
-"""The table: a scroll view of all rows that reads only those on screen."""
+"""The table: a scrolling view of all rows that reads only those on the screen."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
 _MARK = "*"
-"""Sign after a marked code."""
+"""The sign after the code of a marked orbit."""
 
 
 class PagedTable(ScrollView, can_focus=True):
-    """Rows of `Pages` with a cursor; a click on the heading sorts."""
+    """The rows of a `Pages`, with a cursor; a click on a heading sorts by that column."""
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--dim"}
     KEYS: ClassVar[Keys] = TABLE
@@ -38,21 +38,21 @@ class PagedTable(ScrollView, can_focus=True):
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
     class Moved(Message):
-        """The cursor moved, or the rows changed."""
+        """Tells that the cursor moved or the rows changed."""
 
     @dataclass
     class HeadingClicked(Message):
-        """A click asks to sort by a column."""
+        """Asks to sort by the column whose heading was clicked."""
 
         column: str
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self.source = NONE
-        self._codes = NONE, range(0), COLUMNS[0].width  # their width, and the rows it is for
+        self._codes = NONE, range(0), COLUMNS[0].width  # the width of the codes, and the rows measured
 
     def show(self, source: Pages, cursor: int = 0) -> None:
-        """Show other rows, with the cursor on one of them."""
+        """Show other rows, with the cursor on the row at the given index."""
         self.source = source
         self._measure()
         self.set_reactive(PagedTable.cursor, max(0, min(cursor, len(source) - 1)))
@@ -61,7 +61,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     @property
     def row(self) -> Row | None:
-        """The row under the cursor."""
+        """The row under the cursor; None if there are no rows."""
         return self.source.row(self.cursor) if len(self.source) else None
 
     def validate_cursor(self, cursor: int) -> int:
@@ -69,7 +69,7 @@ class PagedTable(ScrollView, can_focus=True):
         return max(0, min(cursor, len(self.source) - 1))
 
     def watch_cursor(self, old: int, cursor: int) -> None:
-        """Follow the cursor, and redraw the rows it leaves and reaches."""
+        """Scroll to the cursor, and redraw the row that it left and the row that it reached."""
         self._cursor_moved()
         for place in (old, cursor):
             self.refresh_line(place + 1)  # below the heading
@@ -86,16 +86,16 @@ class PagedTable(ScrollView, can_focus=True):
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
 
     def on_resize(self, event: events.Resize) -> None:
-        """Keep the cursor on screen."""
+        """Keep the cursor on the screen."""
         self._measure()
         self._cursor_moved()
 
     def action_move(self, steps: int) -> None:
-        """Move the cursor."""
+        """Move the cursor by a number of rows."""
         self.cursor += steps
 
     def action_page(self, pages: int) -> None:
-        """Move the cursor by a screen."""
+        """Move the cursor by a number of screenfuls."""
         self.cursor += pages * max(self.size.height - 2, 1)
 
     def action_first(self) -> None:
@@ -107,12 +107,12 @@ class PagedTable(ScrollView, can_focus=True):
         self.cursor = len(self.source) - 1
 
     def action_shift(self, steps: int) -> None:
-        """Scroll the columns right or left; the code stays."""
+        """Scroll the columns right or left; the code stays in place."""
         last = len(self._known()) - max(len(self._visible()[1]), 1)
         self.first_column = max(1, min(self.first_column + steps, last))
 
     def on_click(self, event: events.Click) -> None:
-        """Sort by the heading, or go to the row, under the mouse."""
+        """Sort by the column of the heading that was clicked, or go to the row that was clicked."""
         offset = event.get_content_offset(self)
         if offset is None:
             return
@@ -126,12 +126,12 @@ class PagedTable(ScrollView, can_focus=True):
             x += width + 1
 
     def _shown(self) -> list[tuple[Column, int]]:
-        """Return the columns that fit, with their widths, the sort column among them."""
+        """Return the columns that fit, including the sort column if possible, with their widths."""
         pinned, window = self._visible()
         return [(COLUMNS[0], self._code_width()), *((each, each.width) for each in pinned + window)]
 
     def _visible(self) -> tuple[list[Column], list[Column]]:
-        """Return the sort column, if it would not be visible, and those after it."""
+        """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""
         known, room = self._known(), self.scrollable_content_region.width - self._code_width()
         behind = known[min(self.first_column, max(len(known) - 1, 1)) :]
         window = _fitting(behind, room)
@@ -143,14 +143,14 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _code_width(self) -> int:
         places = self._places()
-        if self._codes[:2] != (self.source, places):  # called for every line
+        if self._codes[:2] != (self.source, places):  # this runs for every line
             widths = [COLUMNS[0].width, *(len(self.source.row(place)[0]) for place in places)]
             self._codes = self.source, places, max(widths)
-        half = self.scrollable_content_region.width // 2  # the facts show the whole code
+        half = self.scrollable_content_region.width // 2  # the facts show the code in full
         return min(self._codes[2], max(half, COLUMNS[0].width), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
-        """Return the columns with values in these rows."""
+        """Return those of the columns that have values in these rows."""
         return [column for column in self.columns if column.name in self.source.columns]
 
     def _places(self) -> range:
@@ -158,7 +158,7 @@ class PagedTable(ScrollView, can_focus=True):
         return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
 
     def render_line(self, y: int) -> Strip:
-        """Draw the heading, or one row."""
+        """Return the heading or a row as a strip."""
         base = self.rich_style
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)
@@ -195,6 +195,6 @@ class PagedTable(ScrollView, can_focus=True):
 
 
 def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
-    """Return the first columns that fit, with a blank before each."""
+    """Return as many of the columns as fit, from the first one on, with a blank before each."""
     ends = accumulate(column.width + 1 for column in columns)
     return [column for column, end in zip(columns, ends, strict=True) if end <= room]

@@ -27,18 +27,19 @@ _ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
 
 _Found = tuple[Pages, tuple[str, str], int | None]
-"""Rows, notes on gaps, and the number of rows without a filter, None for the first rows."""
+"""Rows, notes on gaps, and the number of rows without a filter (None if only the first rows are read)."""
 
 _FIRST = 100
 _SHOWN = 12
-"""Most symbols to show of a word without a row."""
+"""Maximum number of symbols to show of a word that has no row."""
 
 
 class RowsPanel(Vertical, Working):
-    """The rows of a subset in some order, shown or being read.
+    """The rows of a subset in some order, which are shown or being read.
 
-    The total is the number of rows without a filter, once they are counted. The cursor goes to the `wanted`
-    word when the rows arrive. `left` is the word of the row under the cursor while another word is shown.
+    `total` is the number of rows without a filter; it is None until they are counted. When new rows arrive,
+    the cursor goes to the `wanted` word. `left` is the word of the row under the cursor while another word is
+    shown.
     """
 
     wanted: str | None = None
@@ -50,7 +51,7 @@ class RowsPanel(Vertical, Working):
     report: reactive[str] = reactive("", repaint=False)
 
     class Moved(Message):
-        """The cursor moved, or the rows changed."""
+        """Tells that the cursor moved or the rows changed."""
 
     def __init__(self, file: CatalogueFile, kept: Kept, take: Callable[[Pages], object]) -> None:
         super().__init__(id="rows")
@@ -70,7 +71,7 @@ class RowsPanel(Vertical, Working):
         yield Static(id="standing", markup=False)
         yield self.position.data_bind(RowsPanel.total)
 
-    # choosing
+    # sort order and columns
 
     def action_sort(self) -> None:
         """Choose the column to sort by."""
@@ -83,15 +84,15 @@ class RowsPanel(Vertical, Working):
         self.ordering = Ordering(column, falls)
 
     def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
-        """Sort by the column; a second click reverses the order."""
+        """Sort by the column; a second click on its heading reverses the order."""
         self._sort_by(message.column)
 
     def action_reverse_order(self) -> None:
-        """Reverse the order."""
+        """Reverse the order of the rows."""
         self.ordering = replace(self.ordering, descending=not self.ordering.descending)
 
     def action_columns(self) -> None:
-        """Choose the columns of the table."""
+        """Choose the columns of the table and their order."""
 
         def take(names: Names) -> None:
             with self._kept.changing() as state:
@@ -102,7 +103,7 @@ class RowsPanel(Vertical, Working):
         self.ask(ColumnDialog([column.name for column in self.columns]), take)
 
     def watch_ordering(self) -> None:
-        """Read the rows in another order, or with other columns."""
+        """Read the rows again, in the new order or with the new columns."""
         if self.asked is not None:
             self.read(self.asked)
 
@@ -111,9 +112,10 @@ class RowsPanel(Vertical, Working):
     # reading
 
     def read(self, selection: Selection) -> None:
-        """Read rows in a worker, and take them unless others are wanted by then.
+        """Read the rows of a subset in a worker, and show them unless others have been requested meanwhile.
 
-        If there were none before, the first rows are shown until all are there.
+        If the table is empty and all words are requested in the default order, the first rows are shown
+        early.
         """
         if (catalogue := self._file.reader) is None:
             return
@@ -143,25 +145,25 @@ class RowsPanel(Vertical, Working):
             if self.total is not None:
                 self.report = f"{len(rows):,} of {self.total:,} words"
                 self._take(rows)
-            elif self._shown is None:  # else the current word has another row
+            elif self._shown is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
 
         self.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
-        """Show the error, and no rows, because the old ones belong to another subset."""
+        """Show the error and an empty table, because the old rows belong to another subset."""
         self.show(NONE)
         self.report = reason
-        if self.screen.is_current:  # a filter line shows it itself
+        if self.screen.is_current:  # otherwise the filter dialog shows the error
             self.failed(reason)
 
     @property
     def reads(self) -> bool:
-        """Whether other rows are being read."""
+        """Whether rows are being read."""
         return self.report in _AT_WORK
 
     def stop_reading(self) -> None:
-        """Stop reading, because another subset will be chosen."""
+        """Stop reading, because another subset is going to be chosen."""
         if self.reads:
             self.give_up("rows")
             self.report, self.asked = "", None
@@ -170,21 +172,21 @@ class RowsPanel(Vertical, Working):
     # the cursor
 
     def show(self, rows: Pages, cursor: int = 0) -> None:
-        """Show rows, without the note that they are being read."""
+        """Show rows, and remove the note that they are being read."""
         self.table.show(rows, cursor)
         self.say()
 
     @property
     def alone(self) -> str | None:
-        """The word of the current orbit if that is not the row under the cursor."""
+        """The word of the current orbit; None if it is the word of the row under the cursor."""
         row = self.table.row
         return None if row is not None and row[0] == self._shown else self._shown
 
     def take(self, rows: Pages) -> bool:
-        """Show rows, and return whether the wanted word is missing from them.
+        """Show new rows, and return whether the word that was asked for is missing from them.
 
-        The cursor stays on its word if that is among them, and at the top if it was there. It goes to the
-        shown word once that has a row.
+        The cursor stays on its word if that is among the new rows, and at the top if it was there. If the
+        current orbit now has a row, the cursor goes to it.
         """
         row, alone = self.table.row, self.alone
         word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)
@@ -197,7 +199,7 @@ class RowsPanel(Vertical, Working):
         return asked_for
 
     def go_to(self, word: str) -> bool:
-        """Put the cursor on the row of a word, now or once it arrives; return whether it has one now."""
+        """Put the cursor on the row of a word, now or once the row arrives; return whether it is there."""
         place = self.table.source.position(word)
         if place is not None:
             self.left, self.table.cursor = None, place
@@ -207,51 +209,51 @@ class RowsPanel(Vertical, Working):
         return place is not None
 
     def leave(self) -> None:
-        """Let another word be shown until the cursor moves."""
+        """Let a word other than that of the row be shown until the cursor moves."""
         row = self.table.row
         self.left = None if row is None else row[0]
 
-    # saying
+    # titles and notes
 
     def say(self, what: str = "") -> None:
-        """Show the current work; otherwise describe the rows, with the number of orbits at another a."""
+        """Set the title to the work in progress or, without any, to the number of orbits at another a."""
         source = self.table.source
         if not what and source.a is not None:
             what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
         self.border_title = what or "words"
 
     def say_gaps(self, partial: str, gaps: str) -> None:
-        """Show which chosen periods are partial, and what is missing of the others."""
+        """Show which chosen periods are partial, and what the other periods lack."""
         self.border_subtitle = partial
         self.note("#unfilled", gaps)
 
     def note(self, name: str, text: str | None) -> None:
-        """Show a note below the table, or none."""
+        """Show a note below the table, or hide the note if there is no text."""
         note = self.query_one(name, Static)
         if note.display or text:  # otherwise every key would lay out the screen again
             note.display = bool(text)
             note.update(text or "")
 
     def say_orbit(self, orbit: Orbit | None) -> None:
-        """If the current orbit has no row, say so in place of the cursor's position."""
+        """Take the current orbit; if it has no row, say so in place of the position of the cursor."""
         self._shown = None if orbit is None else least_rotation(orbit.code)
         told = ""
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            told = f"{code} is not {'among these' if orbit.stored else 'stored'}"
+            told = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
         self.position.aside = told
         self.position.refresh()
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
-        """Pass it on: Textual lets no message rise above its sender, which may be this panel."""
+        """Post the message again from this panel: Textual stops it at its sender, which may be this panel."""
         message.stop()
         self.post_message(self.Moved())
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
-    """Describe partial periods, and periods that are not filled or lack necessary births."""
+    """Return notes on partial periods, and on periods that are not filled or lack births that are needed."""
     missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
-    parts = [f"{missing}, and so does the key f" if missing else "", lacking or ""]
+    parts = [f"{missing}, or press f" if missing else "", lacking or ""]
     partial = [str(fill.p) for fill in partial_fills(moment, selection)]
     verb = "are" if len(partial) > 1 else "is"
     return f"p = {', '.join(partial)} {verb} partial" if partial else "", "; ".join(filter(None, parts))

@@ -1,4 +1,4 @@
-"""The line below the rows, and jumps: digits lead to a period, or to a code that begins with them."""
+"""The line below the rows, and jumps: typed digits go to a period, or to a code that begins with them."""
 
 import time
 from collections.abc import Callable
@@ -17,18 +17,18 @@ from orbitdb.store.reading.matching import first_beginning, first_of_period, pos
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0
-"""Seconds after which a digit starts again."""
+"""Seconds without a key after which a digit begins a new number."""
 
 Found = tuple[int | None, str]
-"""The number of a row, or None, and its contents."""
+"""The index of a row, or None, and a description of what was found there."""
 
 
 def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Found:
-    """Return the first row for the typed digits, and describe it.
+    """Return the index of the first row that the typed digits stand for, and a description of it.
 
-    A number of one or two digits is a period if the rows have it. Everything else is a code: a word in any
-    rotation, or the beginning of the code of a row. If ``cancelled`` returns True, `CancelledError` is
-    raised.
+    A number of one or two digits is a period if there are rows of that period. Anything else is a code: a
+    word in any rotation, or the beginning of the code of a row. Once `cancelled` returns True, this raises
+    `CancelledError`.
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
@@ -47,10 +47,10 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
 
 
 class Position(Widget, Working):
-    """The line below the rows: the place of the cursor, after where typed digits lead.
+    """The line below the rows: where typed digits led, if any, and the position of the cursor.
 
-    `aside` names a shown word that has no row. `total` is the number of rows without a filter, once they are
-    counted.
+    `aside` names the current word if it has no row. `total` is the number of rows without a filter; it is
+    None until they are counted.
     """
 
     aside: reactive[str] = reactive("")
@@ -65,7 +65,7 @@ class Position(Widget, Working):
         self._led_to: str | None = ""  # None during the search
 
     def render(self) -> Text:
-        """Say where the digits led, until the cursor moves on, and where the cursor is."""
+        """Return where the digits led, until the cursor moves on, and the position of the cursor."""
         rows = len(self._table.source)
         known = "…" if self.total is None else f"{rows:,}"
         place = f"row {self._table.cursor + 1:,} of {known}" if rows else "no rows"
@@ -73,17 +73,17 @@ class Position(Widget, Working):
 
     @property
     def under_way(self) -> bool:
-        """Whether the cursor is where the digits led."""
+        """Whether digits have been typed and the cursor is where they led."""
         return bool(self._typed) and self._landed == self._table.cursor
 
     @property
     def note(self) -> str:
-        """The target of the digits, until the cursor moves on."""
+        """Where the digits led; empty once the cursor has moved on."""
         told = f"{self._typed} …" if self._led_to is None else self._led_to
         return told if self.under_way else ""
 
     def action_type(self, digit: int) -> None:
-        """Go to the first row of a period, or whose code begins with the typed digits."""
+        """Add a digit, and go to the row that the typed digits stand for."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
             self._typed, self._begun_at = "", self._table.cursor
@@ -91,19 +91,19 @@ class Position(Widget, Working):
         self._jump(f"{self._typed}{digit}")
 
     def action_take_back(self) -> None:
-        """Take the last digit back."""
+        """Remove the last digit."""
         if self.under_way:
             self._jump(self._typed[:-1])
 
     def give_up_digits(self) -> bool:
-        """Go back to where the digits began; return whether there were any."""
+        """Go back to where the digits began; return whether any had been typed."""
         typed = self.under_way
         if typed:
             self._jump("")
         return typed
 
     def go_on(self) -> None:
-        """Follow digits typed before the rows arrived."""
+        """Look up digits that were typed before the rows arrived."""
         if self._led_to is None and self.under_way:
             self._jump(self._typed)
 
@@ -116,7 +116,7 @@ class Position(Widget, Working):
         self.refresh()
 
     def _arrive(self, found: Found) -> None:
-        """Go there, unless the cursor has moved on."""
+        """Go to the row that was found, unless the cursor has moved on."""
         if self.under_way:
             self._land(found)
 

@@ -25,7 +25,7 @@ KEYS = [
 
 
 def quiet(child, patience=0.3):
-    """Read what is drawn until nothing comes for a while, or the end."""
+    """Read what is drawn until nothing more arrives for a while, or until the output ends."""
     drawn = ""
     while child.expect([".+", pexpect.TIMEOUT, pexpect.EOF], timeout=patience) == 0:
         drawn += child.after
@@ -49,7 +49,7 @@ def browse(filled_once, tmp_path, monkeypatch):
 
     yield begin
     for child in sessions:
-        with suppress(OSError):  # may be closed already
+        with suppress(OSError):  # it may already be closed
             child.close(force=True)
 
 
@@ -92,7 +92,7 @@ def test_forty_keys_at_once_do_no_harm(browse, seed):
 
 
 def test_keys_sent_at_once_edit_a_line_in_order(browse):
-    """A code mistyped, corrected and entered in one piece, as from a paste or a slow line."""
+    """A code is mistyped, corrected and entered in a single write, as in a paste or on a slow line."""
     child = browse("--code", "13")
     child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
     assert "4 words, least 0132, symmetry xyT" in quiet(child)
@@ -131,7 +131,7 @@ def test_a_failure_prints_one_line_and_writes_its_traceback_to_a_file(filled_onc
     ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )
 def test_a_busy_screen_ends_at_once(browse, how, code):
-    """Even if the terminal is gone, or no longer reads what is written."""
+    """It ends even if the terminal is gone, or no longer reads what is written."""
     child = browse("--code", "0102020203")
     child.send(">>>jjj>j>")
     if how == "closed":

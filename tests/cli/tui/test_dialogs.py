@@ -58,7 +58,7 @@ async def test_dialogs_are_fully_visible(filled, monkeypatch):
                 await write(pilot, there, *then.split(), field=field)
             assert app.screen.query(".dialog"), key
             assert ("no room" in shown(app)) == (text == "2-20")
-            if key == "f" and then != "enter":  # which asks for confirmation
+            if key == "f" and then != "enter":  # the dialog asks for confirmation
                 buttons = [(each.disabled, each.has_focus) for each in app.screen.query(Button)]
                 assert buttons == [(not text, False), (bool(text), not text)]
                 assert app.screen.query_one("#cost").display == bool(text)
@@ -74,7 +74,7 @@ async def test_the_list_of_keys_is_fully_readable(filled, key):
     async with browsing(filled, TINY, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, *dict.fromkeys((key, "question_mark")))
         assert isinstance(app.screen, KeysDialog)
-        await pilot.resize_terminal(TINY[0], 60)  # with fewer rows, they scroll
+        await pilot.resize_terminal(TINY[0], 60)  # in fewer lines, the keys would scroll
         await settle(pilot)
         text = seen(app, app.screen.region)
         for _, keys in app.screen.groups:

@@ -66,7 +66,7 @@ async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatc
         async def told(*keys, code=None):
             app.clear_notifications()
             await (press(pilot, *keys) if code is None else ask(pilot, keys[0], code))
-            await until(lambda: errors(app))  # slow machines may seem settled before it is said
+            await until(lambda: errors(app))  # a slow machine may seem settled before the error appears
             return errors(app)
 
         alter(filled, "DROP TABLE change")
@@ -103,15 +103,17 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
         await press(pilot, "F")
         assert "nothing: not a criterion" in shown(app)
         await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
-        assert all(line in shown(app) for line in ("keep the current one", "odd", "wrong"))
+        assert all(line in shown(app) for line in ("save the current filter", "odd", "wrong"))
         [odd] = await told("j", "enter")
         assert odd.startswith("nothing: not a criterion")
         [wrong] = await told("F", "j", "enter")
         assert wrong.startswith("where 'q < 3': no such column: q; ")
         assert main.choices.selection == Selection()
-        assert await told("F", "k", "enter") == ["every word is shown: choose some first, as with / or o"]
+        assert await told("F", "k", "enter") == [
+            "there is no filter to save: every word is shown; press / or o to choose some"
+        ]
         await press(pilot, "o", "F", "k", "enter")
-        told_of = {"x" * 41: "41 characters: take", "odd": "will be replaced", "a\tb": "take a name"}
+        told_of = {"x" * 41: "41 characters: use at", "odd": "will be replaced", "a\tb": "all printable"}
         for name, said in told_of.items():
             await write(pilot, name)
             assert said in shown(app)
@@ -169,7 +171,7 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
         await press(pilot, "k")
         assert tallies.scroll_y == 1
         await press(pilot, "escape")
-        # a question answered by mouse
+        # answer a question with the mouse
         answers: list[bool | None] = []
         for answer in ("no", "yes"):
             app.push_screen(QuestionDialog("leave?", yes="leave", no="stay"), answers.append)
@@ -177,7 +179,7 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
             await pilot.click(f"#{answer}")
             await settle(pilot)
         assert answers == [False, True]
-        # columns marked by mouse
+        # mark columns with the mouse
         await press(pilot, "C")
         columns = app.screen.query_one(OptionList)
         columns.highlighted = 1

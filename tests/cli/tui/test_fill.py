@@ -25,11 +25,11 @@ async def test_the_dialog_states_the_cost_of_its_fields(filled_once):
     async with browsing(filled_once, selection=Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
-        said = f"{coming.words:,} words to come at a = 1.6: under a second, "
+        said = f"{coming.words:,} words to fill at a = 1.6: under a second, "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
         await write(pilot, "2-8", field="#periods")
-        assert "nothing is left to do" in cost(app)
+        assert ": nothing to do" in cost(app)
         await press(pilot, "enter")
         assert app.fill_state is None
         await write(pilot, "1^20 3, 0132", field="#codes")
@@ -50,7 +50,7 @@ def test_a_running_fill_shows_its_rate(monkeypatch):
 
 
 @pytest.mark.slow
-async def test_the_first_key_already_goes_into_the_periods(tmp_path):
+async def test_the_first_key_goes_into_the_field_of_periods(tmp_path):
     """If another field had focus for a moment, a fast typist would fill a different stadium."""
     focused = []
 
@@ -67,8 +67,8 @@ async def test_the_first_key_already_goes_into_the_periods(tmp_path):
 
 
 @pytest.mark.slow
-async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, monkeypatch):
-    """An export into a missing folder, and a fill while another process holds the lock."""
+async def test_failures_are_reported_and_the_screen_keeps_working(filled, tmp_path, monkeypatch):
+    """The failures are an export into a missing folder, and a fill while another process holds the lock."""
     monkeypatch.setattr("orbitdb.store.file.database.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
 
@@ -101,7 +101,7 @@ async def test_failures_are_reported_and_the_screen_goes_on(filled, tmp_path, mo
 async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path):
     async with browsing(tmp_path / "new.db") as (app, pilot):
         assert "Press f" in shown(app)
-        for key, told in (("d", "key f fills"), ("S", "key f fills"), ("v", "press c and type a code")):
+        for key, told in (("d", "press f to"), ("S", "press f to"), ("v", "press c and type a code")):
             app.clear_notifications()
             await press(pilot, key)
             [note] = app._notifications
@@ -119,8 +119,8 @@ async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path
         assert app.fill_state.sentence() == "done: 1,101 words"
         await settle(pilot)
         assert "done: 1,101 words" in shown(app)
-        assert "nothing is left to do" in cost(app)
-        await write(pilot, "2-8", "enter", field="#periods")  # at once; its rows appear, too
+        assert ": nothing to do" in cost(app)
+        await write(pilot, "2-8", "enter", field="#periods")  # at once; the new rows appear as well
         await until(lambda: app.fill_state.wish.periods[-1] == 8 and not app.fill_state.runs)
         await settle(pilot)
         await press(pilot, "escape", "f")

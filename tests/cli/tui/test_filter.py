@@ -19,7 +19,7 @@ def told(app):
 
 
 async def typed(pilot, line):
-    """Replace the line, as if typed fast, and wait for the rows."""
+    """Replace the line, as if it were typed fast, and wait for the rows."""
     dialog = pilot.app.screen
     dialog.query_one("Input").value = line
     await pilot.pause()
@@ -89,7 +89,7 @@ async def test_escape_restores_filter_and_row_and_the_history_is_kept(filled_onc
 
 
 @pytest.mark.slow
-async def test_a_wrong_filter_is_reported_and_not_applied(filled_once):
+async def test_an_invalid_filter_is_reported_and_not_applied(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await pilot.press("slash")
         await typed(pilot, "lenght < 3")
@@ -103,7 +103,7 @@ async def test_a_wrong_filter_is_reported_and_not_applied(filled_once):
         await typed(pilot, "leng")
         assert "not complete yet" in told(app)
         assert app.screen.query(".complaint.-note")
-        await press(pilot, "enter")  # entering it means it is complete
+        await press(pilot, "enter")  # a line that is entered counts as complete
         assert "no such column: leng" in told(app)
 
 
@@ -149,7 +149,7 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         count = len(looks)
         await pilot.pause(0.3)
         assert count == len(looks) > 10
-        # the next key stops it even if the new line is incomplete; if the old line still holds, it is read on
+        # a key stops reading even if the new line is incomplete; reading resumes if the old line returns
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count + 10 and told(app) == "reading …")
         await write(pilot, f"{slow} and p <")
@@ -177,7 +177,7 @@ WRONG = ["p = :lo and lenght", "lenght", "p = 3)", "p 3", "load_extension('x')",
 
 
 @pytest.mark.parametrize("where", [*BEGUN, *WRONG])
-def test_an_unfinished_line_is_distinguished_from_a_wrong_one(where):
+def test_an_unfinished_line_is_distinguished_from_an_invalid_one(where):
     with pytest.raises(SelectionError) as refused:
         check(where, {})
     assert unfinished(where, str(refused.value)) is (where in BEGUN)
@@ -190,7 +190,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         await press(pilot, "O")
         assert "[x]" not in shown(app)
         places = [shown(app).index(text) for text in ("statuses", "[ ] an unstable", "space marks")]
-        assert places == sorted(places)  # title, names, hint
+        assert places == sorted(places)  # the title, the names and the hint follow one another
         await press(pilot, "space", "j", "j", "space")
         assert "its fixed point leaves the stadium at this a" in shown(app)
         assert "[x] an unstable periodic orbit" in shown(app)

@@ -1,4 +1,4 @@
-"""The screen shows one stadium at a time, follows the rows over a, and says what is not filled there."""
+"""The screen shows one stadium at a time, follows an orbit and its rows in a, and says what is not filled."""
 
 import asyncio
 import threading
@@ -114,8 +114,8 @@ async def test_the_table_follows_the_orbit_over_a_and_back(born):
 
 
 @pytest.mark.slow
-async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, monkeypatch):
-    """Steps made meanwhile are combined; a key that leaves the orbit drops them."""
+async def test_keys_work_during_a_birth_search_and_all_panels_show_the_same_a(born, monkeypatch):
+    """Steps taken during the search are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
     def slow(file, word, a, find=CatalogueFile.find):
@@ -158,7 +158,7 @@ async def test_keys_work_during_a_birth_search_and_all_panels_show_one_a(born, m
 
 
 def stadiums_of(app):
-    """Return every a shown on screen."""
+    """Return all values of a that are on the screen."""
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
     orbits = [
@@ -179,7 +179,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert app.screen.side.orbit is None
         text = shown(app)
         assert there(answer(app.file.path, unfilled, Selection(a=2.0))) in text
-        assert "so does the key f" in text
+        assert "or press f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
         assert [field.value for field in app.screen.query(Input)] == ["2", "2-11", ""]
@@ -209,14 +209,14 @@ async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
         assert app.screen.side.compared == ()
-        app.screen.side.take_found(solve_word("1232131", Stadium(1.6)))  # too late
+        app.screen.side.take_found(solve_word("1232131", Stadium(1.6)))  # it arrives too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
         await press(pilot, "a", "2", "full_stop", "5")
-        assert "nothing is filled there: f fills it" in " ".join(shown(app).split())
+        assert "nothing is filled there: press f to fill it" in " ".join(shown(app).split())
         await press(pilot, "enter")
         assert app.screen.choices.selection.a == 2.5
-        assert "and so does the key f" in " ".join(shown(app).replace("│", " ").split())
+        assert "or press f" in " ".join(shown(app).replace("│", " ").split())
         await press(pilot, "a", "1", "enter")
         assert app.screen.choices.selection.a == 1.0
         await press(pilot, "a", "0", "enter")

@@ -1,4 +1,4 @@
-"""Choices in words, links and files, and stepping through their values."""
+"""Choices as text, as links and in files, and the keys that step through their values."""
 
 import json
 import re
@@ -33,7 +33,7 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
         names = [column.name for column in app.screen.rows.columns]
         assert names == ["code", "status", "length", *USUAL[4:], "solver"]
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
-        await press(pilot, "s", "end", "enter")  # a hidden column can sort, too
+        await press(pilot, "s", "end", "enter")  # rows can be sorted by a hidden column
         assert app.screen.rows.ordering == Ordering("iterations")
         assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
         await press(pilot, "l")
@@ -102,7 +102,7 @@ def test_a_saved_filter_is_restored_unchanged():
         with pytest.raises(InputError):
             selection_of(wrong, 1.6)
     for odd in ({"a": 2}, {"contains": 5}, {"symmetry": 5}, {"where": "p < 3", "parameters": 3}):
-        with pytest.raises(InputError, match="is not a filter of orbitdb"):
+        with pytest.raises(InputError, match="is not a valid filter"):
             selection_of(odd, 1.6)
 
 
@@ -137,7 +137,7 @@ def test_two_sessions_keep_each_others_marks(tmp_path):
     assert "cannot be read" in told[0]
 
 
-def test_every_column_but_a_and_word_can_be_shown():
+def test_every_column_except_a_and_word_can_be_shown():
     known = {column.name: column.kind in ("text", "integers") for column in IN_CATALOGUE}
     assert {name: column.text for name, column in EVERY.items()} == {
         name: text for name, text in known.items() if name not in ("a", "word")
@@ -150,7 +150,7 @@ def test_a_filter_with_a_comment_can_be_limited_to_marked_orbits(filled_once, wh
     assert list(Catalogue(filled_once).rows(selection, ("code",))) == [("13",)]
 
 
-def test_choices_cycle():
+def test_keys_cycle_through_the_values_of_a_criterion():
     chosen, seen = Selection(), []
     for _ in range(6):
         chosen = choices.turned(chosen, "statuses", choices.RINGS["statuses"])
@@ -201,6 +201,6 @@ def test_choices_link_to_their_actions():
          "with margin >= 0.1 where p < :top (top = 5)"),
     ],
 )  # fmt: skip
-def test_choices_without_their_own_field_come_last(chosen, told):
+def test_criteria_without_a_field_of_their_own_come_last(chosen, told):
     shown = choices.chips(chosen_by(**chosen), [])
     assert shown.endswith(f"[@click=screen.filter]{told}[/]")

@@ -98,7 +98,7 @@ def test_rows_at_another_a_follow_from_births(asked, criteria, at):
 
 
 def standing_of(row, at):
-    """Return the status of a word at some a, as the table shows it."""
+    """Return the status of a word at the given a, as the table shows it."""
     if row["cycle"] is None:
         return "geometric"
     if not row["changes"]:
@@ -113,7 +113,7 @@ def standing_of(row, at):
 def test_reading_can_be_cancelled(catalogue):
     with pytest.raises(CancelledError):
         place_of(pages_of(catalogue, Selection(), Ordering()), "54", lambda: True)
-    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks
+    two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks for cancellation
     with pytest.raises(CancelledError):
         answer(
             catalogue.path,

@@ -1,4 +1,4 @@
-"""Pictures of an orbit in characters, and the screen of the whole orbit."""
+"""Pictures of an orbit made of characters, and the screen with all facts about it."""
 
 import math
 from dataclasses import replace
@@ -156,7 +156,7 @@ def test_phase_space_names_walls_and_orbits():
     )
     joints = np.array([0.0, 2 * A, 2 * A + math.pi, 4 * A + math.pi, Stadium(A).perimeter])
     assert columns[0][columns[1] > 20] == pytest.approx(119 * joints / joints[-1], abs=0.51)
-    assert heights[0][heights[1] > 25].tolist() == [20]  # sine 0, half way down
+    assert heights[0][heights[1] > 25].tolist() == [20]  # sine 0, halfway down
     assert heights[1].max() < 40
 
 
@@ -232,7 +232,7 @@ def test_a_pruned_word_and_a_long_one_show_what_is_known():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [SMALL, LARGE])
-async def test_enter_opens_the_whole_orbit(filled_once, size):
+async def test_enter_shows_all_facts_about_the_orbit(filled_once, size):
     async with browsing(filled_once, size) as (app, pilot):
         await press(pilot, "j", "enter")
         assert app.screen.whole
@@ -253,7 +253,7 @@ async def test_enter_opens_the_whole_orbit(filled_once, size):
 
 
 @pytest.mark.slow
-async def test_the_whole_orbit_follows_the_main_screen(filled_once):
+async def test_the_facts_follow_the_main_screen(filled_once):
     async with browsing(filled_once, LARGE, notifications=True) as (app, pilot):
         await press(pilot, "enter", "n", "n")
         assert "031 at a = 1.6" in shown(app)

@@ -58,7 +58,7 @@ async def click(pilot, x, y):
 
 def test_columns_are_explained_with_their_headings():
     title, names = columns_told()
-    assert title == "columns, as a filter names them"
+    assert title == "columns that a filter can use"
     assert dict(names)["length_error"] == "bound on the error of length (radius)"
     assert dict(names)["length"].endswith(", ± length_error")
     assert any(name == "lambda_d" for name, _ in names)
@@ -66,7 +66,7 @@ def test_columns_are_explained_with_their_headings():
 
 
 def target(part, action) -> tuple[Any, str]:
-    """Return who does an action, and the name of the method, on the main screen or in its widgets too."""
+    """Return the class that performs an action of the main screen, and the name of its method."""
     widgets: dict[Any, Any] = {
         "position": Position,
         "drawing": OrbitDrawing,
@@ -90,10 +90,10 @@ def test_every_key_of_a_screen_is_listed_in_its_group():
     assert all(hasattr(*target(part, each.action)) for part, each in every)
     groups = groups_of(part.KEYS for part in own)
     told = {title: dict(lines) for title, lines in groups}
-    assert list(told) == ["moving", "its symmetry class", "looking", "choosing", "keeping", "orbitdb"]
+    assert list(told) == ["moving", "symmetry class", "looking", "choosing", "keeping", "orbitdb"]
     assert told["moving"]["j ↓"] == "next row"
     assert told["moving"]["0 .. 9"] == "go to a period or code"
-    assert told["orbitdb"]["?"] == "these keys"
+    assert told["orbitdb"]["?"] == "show this list of keys"
     assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
@@ -185,7 +185,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
         await hurry(pilot, "M", *"jmjmjmjmjmjmjm")
-        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # with the one on show they are six
+        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # the current one is the sixth
 
 
 @pytest.mark.slow
@@ -243,13 +243,13 @@ def test_filling_words_and_periods_reports_counts(tmp_path):
     assert cost_of(path, Wish(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)
     assert cost_of(path, Wish(1.6, words=("13", "031"))) == ("2 words to solve at a = 1.6", 2)
     done, small = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,)))
-    assert done == ("these periods are filled at a = 1.6: nothing is left to do", 0)
-    assert small[0].startswith("1 word to come at a = 1.6: under a second, ")
+    assert done == ("these periods are already filled at a = 1.6: nothing to do", 0)
+    assert small[0].startswith("1 word to fill at a = 1.6: under a second, ")
 
 
 @pytest.mark.slow
 async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monkeypatch):
-    """The first row shown is the first of all; keys and codes entered meanwhile still take effect."""
+    """The first row shown is the first of all rows; keys and codes entered meanwhile still take effect."""
     began = []
 
     def show(table, rows, cursor=0, show=PagedTable.show):
@@ -270,7 +270,7 @@ async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monk
         assert table.source.row(0)[0] == "13"
 
 
-async def test_the_list_says_that_the_shown_word_is_not_stored(varied):
+async def test_the_screen_says_that_the_shown_word_is_not_stored(varied):
     async with browsing(varied) as (app, pilot):
         await ask(pilot, "c", "1^20 3")
         assert "111111111111… is not stored" in shown(app)

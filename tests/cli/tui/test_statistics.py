@@ -51,8 +51,8 @@ async def test_new_trajectories_replace_a_value_only_if_better(filled, monkeypat
         assert (app.screen.reference == kept) == (better == error)
         assert app.screen.reference.lambda_d_error <= better
         assert app.screen.reference.lambda_d == pytest.approx(0.8868, abs=0.05)
-        assert ("not as good" in shown(app)) == (better == error)
-        assert "bounces followed here" in shown(app)
+        assert ("less precise" in shown(app)) == (better == error)
+        assert "bounces, computed now" in shown(app)
 
 
 @pytest.mark.slow
@@ -68,11 +68,11 @@ async def test_trajectories_show_progress_and_stay_while_more_are_followed(fille
 
             app.post_message(events.Key(key, key))
             await until(lambda: re.search(share, look()))
-            await until(lambda: "bounces followed here  " in look())
-            assert any("following more: " in text for text in seen) == (key == "t")
+            await until(lambda: "bounces, computed now  " in look())
+            assert any("following more trajectories: " in text for text in seen) == (key == "t")
 
         await follows("S", r"\d; \d+%")
-        await follows("t", r"bounces followed here; following more: \d+%")
+        await follows("t", r"bounces, computed now; following more trajectories: \d+%")
 
 
 def lines_of(counts, width, without=0):
@@ -86,7 +86,7 @@ def test_bars_are_to_scale_and_small_counts_are_visible():
     lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 28, without=1234)
     assert lines == ["      a   800 ██████████████", "    bcd     1 ▏", "            0", "without 1,234"]
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
-    assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the least room
+    assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the minimum width
     assert lines_of([], 20) == ["none"]
 
 
@@ -96,7 +96,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
     async with browsing(varied, selection=some) as (app, pilot):
         await press(pilot, "d")
         pruned = count_primitive(3) - count_admissible(3)
-        assert shown(app).count(f"without {pruned} ") == 3  # of symmetry, reversal and length
+        assert shown(app).count(f"without {pruned} ") == 3  # for symmetry, reversal and length
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
@@ -104,12 +104,12 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         count = Catalogue(app.file.path).count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
-        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the last ended
+        assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the one before ends
         await press(pilot, "right_square_bracket")
         assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter", "question_mark")
         assert isinstance(app.screen, KeysDialog)
-        assert "histogram of another column" in shown(app)
+        assert "choose another column" in shown(app)
         await press(pilot, "escape")
         assert app.screen.column == "symmetry"
         assert "xyT " in shown(app)
@@ -118,7 +118,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
-        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sorted column, if drawable
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sort column, if drawable
             app.screen.rows.ordering = Ordering(column)
             await press(pilot, "d")
             assert app.screen.column == drawn

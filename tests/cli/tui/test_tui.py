@@ -50,7 +50,7 @@ def filled(tmp_path_factory):
         ("3131", Selection(), True, "3131 repeats 31 (twice): this is 31"),
     ],
 )
-async def test_it_opens_at_a_code_outside_the_subset(filled, code, chosen, rows, told):
+async def test_the_screen_opens_at_a_code_outside_the_subset(filled, code, chosen, rows, told):
     async with browsing(filled, code=code, selection=chosen, notifications=True) as (app, pilot):
         assert app.screen.side.orbit.code == primitive_root(parse(code))
         assert [note.message for note in app._notifications] == [told]
@@ -61,7 +61,7 @@ async def test_it_opens_at_a_code_outside_the_subset(filled, code, chosen, rows,
 
 
 @pytest.mark.slow
-async def test_a_particle_runs_and_phase_space_compares(filled):
+async def test_a_particle_runs_and_phase_space_compares_orbits(filled):
     async with browsing(filled) as (app, pilot):
         drawing = app.screen.query_one(OrbitDrawing)
         await pilot.press("space")
@@ -69,7 +69,7 @@ async def test_a_particle_runs_and_phase_space_compares(filled):
         before = drawing.particle
         drawing.step()
         way = (drawing.particle - before) % 1 * app.screen.side.orbit.length
-        assert way == pytest.approx(0.125)  # 2.5 length units a second, 20 pictures a second
+        assert way == pytest.approx(0.125)  # 2.5 units of length per second, 20 frames per second
         drawing.particle = 0.9999
         drawing.step()
         assert 0 < drawing.particle < 0.1  # after one round
@@ -116,7 +116,7 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
     async with browsing(path) as (app, pilot):
         await press(pilot, "f", *"2-14")
         await send(app, "enter", QuestionDialog)
-        await until(lambda: "2,697,273 words to come" in shown(app))
+        await until(lambda: "2,697,273 words to fill" in shown(app))
         assert "Cancel (n)" in shown(app)
         assert "Fill (y)" in shown(app)
         await send(app, "n", FillDialog)
@@ -149,7 +149,7 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
         (("1.6", "2-5", "9"), "symbol"),
     ],
 )
-def test_wishes_that_cannot_be_filled_are_refused(texts, complaint):
+def test_invalid_requests_to_fill_are_refused(texts, complaint):
     with pytest.raises(InputError, match=complaint):
         parse_wish(*texts)
 
@@ -178,7 +178,7 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
             export(Shown(told_to, Selection(), Ordering(), None), tmp_path / other)
 
 
-async def test_an_export_in_progress_is_not_repeated_and_quitting_asks(filled, tmp_path):
+async def test_an_export_in_progress_is_not_repeated_and_quitting_asks_first(filled, tmp_path):
     path = tmp_path / "rows.csv"
     async with browsing(filled, notifications=True) as (app, pilot):
         app.exports.add(path)
@@ -200,7 +200,7 @@ async def test_an_export_in_progress_is_not_repeated_and_quitting_asks(filled, t
         assert not app.exports
 
 
-async def test_quitting_right_after_an_export_begins_asks(filled, tmp_path):
+async def test_quitting_right_after_an_export_begins_asks_first(filled, tmp_path):
     """The answer of the dialog may still be on its way through the main screen."""
     go_on = threading.Event()
     async with browsing(filled) as (app, _):
@@ -282,7 +282,7 @@ async def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
 
 
 @pytest.mark.slow
-async def test_without_colours_shapes_tell_marks_apart(filled, monkeypatch):
+async def test_without_colours_marks_differ_in_shape(filled, monkeypatch):
     monkeypatch.setenv("NO_COLOR", "1")
     async with browsing(filled) as (app, _):
         assert app.no_color

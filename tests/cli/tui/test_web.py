@@ -78,7 +78,7 @@ def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_on
 
 
 def test_nobody_without_the_token_sees_a_page(filled_once):
-    """Tested on the server without a session, which takes under a second."""
+    """This tests the server without a session, which takes under a second."""
     aiohttp = pytest.importorskip("aiohttp")
     from aiohttp.test_utils import TestClient, TestServer
 
@@ -164,7 +164,7 @@ def test_an_error_while_serving_is_reported_in_one_line(cli, filled_once, monkey
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         refused = cli("browse", "--web", "--port", str(port), "--db", str(filled_once))
-    assert refused.says(2, f"port {port} cannot be used (Address already in use): name another")
+    assert refused.says(2, f"port {port} cannot be used (Address already in use): choose another")
     assert cli("browse", "--web", "--where", "lenght < 3", "--db", str(filled_once)).says(2, "lenght")
     monkeypatch.setitem(sys.modules, "textual_serve.server", None)
     monkeypatch.delitem(sys.modules, "orbitdb.cli.tui.web", raising=False)
