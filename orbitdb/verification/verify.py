@@ -27,6 +27,7 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.guard import need_place, place
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
 from orbitdb.store.reading.moment import Moment, reading
@@ -241,6 +242,9 @@ class Verification:
         return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
 
 
+_TOLD = "checked it: give the same command again to check the file you mean"
+
+
 def verification_steps(
     path: Path,
     selections: Sequence[Selection],
@@ -256,6 +260,7 @@ def verification_steps(
 
     The other parameters are those of `verify` and `orbitdb.verification.recomputation.certify`.
     """
+    was = place(path)
     with reading(path) as moment:
         known = 0
         with suppress(AlteredError):  # the verification itself reports it
@@ -266,7 +271,9 @@ def verification_steps(
             here = workers if workers.jobs > 1 else None
             yield from verify(moment, selections, sample, restarts, seed, births, here)
     for selection in selections if rigorous else ():
+        need_place(path, was, _TOLD)
         yield from certify(path, selection, sample, seed, again)
+    need_place(path, was, _TOLD)
 
 
 def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:

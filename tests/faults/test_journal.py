@@ -12,9 +12,11 @@ from processes import run, start
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import driver
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer
+from orbitdb.verification.verify import verification_steps
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")
 
@@ -141,6 +143,41 @@ def test_a_fill_ends_if_its_file_is_replaced_or_deleted(filled, tmp_path, begin_
     with pytest.raises(StoreError, match="replaced" if replaced else "deleted"):
         list(going)
     assert [each.name for each in tmp_path.iterdir() if "orbits" in each.name] == ["orbits.db"] * replaced
+    assert not replaced or filled.read_bytes() == content
+
+
+def test_what_a_fill_stored_is_in_the_file_that_was_moved_away(filled, begin_fill):
+    going, away = begin_fill(filled, 9), filled.with_name("away.db")
+    count = "SELECT count(*) FROM orbit"
+    stored = ask(filled, count)
+    filled.rename(away)
+    with pytest.raises(StoreError, match="deleted"):
+        list(going)
+    assert [each.name for each in filled.parent.iterdir()] == [away.name]
+    assert ask(away, count) == stored
+
+
+def test_a_question_leaves_no_journal_of_a_deleted_file(filled):
+    with reading(filled):
+        filled.unlink()
+    assert not list(filled.parent.iterdir())
+
+
+@pytest.mark.parametrize("rigorous", [True, False])
+@pytest.mark.parametrize("replaced", [True, False])
+def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, rigorous):
+    good = shutil.copy(filled, filled.with_name("good.db"))
+    content = good.read_bytes()
+    steps = verification_steps(filled, [Selection(1.6)], rigorous=rigorous, jobs=1)
+    next(steps)
+    if replaced:
+        good.replace(filled)
+    else:
+        filled.unlink()
+        good.unlink()
+    with pytest.raises(StoreError, match="replaced" if replaced else "deleted"):
+        list(steps)
+    assert [each.name for each in filled.parent.iterdir()] == [filled.name] * replaced
     assert not replaced or filled.read_bytes() == content
 
 

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import own_views, plain_errors, refuse_foreign, refuse_tampered, remedy
+from orbitdb.store.file.guard import (
+    Place,
+    beside,
+    own_views,
+    place,
+    plain_errors,
+    refuse_foreign,
+    refuse_tampered,
+    remedy,
+)
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 if TYPE_CHECKING:
@@ -172,8 +181,8 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
 
     It refuses active contents. With `references`, SQLite checks every foreign key that is written.
     """
-    uri = _uri(path, "rwc")
     newest = check_file(path) == SCHEMA_VERSION
+    uri = _uri(path, "rw" if newest else "rwc")
     if path.exists() and not os.access(path, os.W_OK):
         raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
 
@@ -181,6 +190,7 @@ def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
         connection = _connect(uri, path, newest)
         connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
+        connection.remember_place(path)  # a new file has a journal from here on
         connection.execute("PRAGMA synchronous = NORMAL")
         connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
         return connection
@@ -236,11 +246,22 @@ def waiting(ask: Callable[[], object]) -> None:
 
 
 class _Connection(sqlite3.Connection):
-    """A connection that ends its queries before it closes; an interrupted one would keep the journal."""
+    """A connection that ends its queries before it closes; an interrupted one would keep the journal.
+
+    It also removes the journal of a file that is no longer in its place, which SQLite leaves there and would
+    take for the journal of the next file with this name.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._cursors: weakref.WeakSet[sqlite3.Cursor] = weakref.WeakSet()
+        self._file: tuple[Path, Place | None] | None = None
+        self._journal: dict[Path, Place | None] = {}
+
+    def remember_place(self, path: Path) -> None:
+        """Note which file is open, and which journal; SQLite keeps that until `close`."""
+        self._file = path, place(path)
+        self._journal = {part: place(part) for part in beside(path)}
 
     def cursor(self, factory: Any = sqlite3.Cursor) -> Any:
         cursor = super().cursor(factory)
@@ -255,9 +276,13 @@ class _Connection(sqlite3.Connection):
         for cursor in list(self._cursors):
             cursor.close()
         super().close()
+        if self._file is not None and (now := place(self._file[0])) != self._file[1]:
+            for part, was in self._journal.items():
+                if now is None or place(part) == was:
+                    part.unlink(missing_ok=True)
 
 
-def _open(uri: str) -> sqlite3.Connection:
+def _open(uri: str) -> _Connection:
     """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
         uri, BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=_Connection
@@ -267,15 +292,17 @@ def _open(uri: str) -> sqlite3.Connection:
     return connection
 
 
-def _connect(uri: str, path: Path, newest: bool) -> sqlite3.Connection:
+def _connect(uri: str, path: Path, newest: bool) -> _Connection:
     """Connect so that SQLite runs nothing in the file; refuse active contents or another file's journal."""
     _refuse_foreign_journal(path)
     connection = _open(uri)
     try:
+        connection.remember_place(path)
         connection.execute("PRAGMA cell_size_check = ON")
         if sys.version_info >= (3, 12):
             connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
         refuse_tampered(connection, path, newest)
+        connection.remember_place(path)  # with the journal, which reading makes
     except BaseException:
         connection.close()
         raise

@@ -125,6 +125,14 @@ def place(path: Path) -> Place | None:
     return Place(found.st_dev, found.st_ino)
 
 
+def need_place(path: Path, was: Place | None, told: str) -> None:
+    """Raise `StoreError` if the file that was at a path is no longer there; `told` ends the message."""
+    now = place(path)
+    if now != was:
+        what = "moved or deleted" if now is None else "replaced by another file"
+        raise StoreError(f"{path} was {what} while this command {told}")
+
+
 def beside(path: Path) -> tuple[Path, Path]:
     """Return the paths of a file's journal and of the journal's index."""
     real = Path(os.path.realpath(path))

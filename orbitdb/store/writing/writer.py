@@ -14,9 +14,8 @@ from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
-from orbitdb.errors import StoreError
 from orbitdb.store.file.database import driver, reading_engine, writing_engine
-from orbitdb.store.file.guard import COUNT_COMMIT, Place, beside, place, plain_errors, renew_views
+from orbitdb.store.file.guard import COUNT_COMMIT, need_place, place, plain_errors, renew_views
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, run, stadium, trajectory
 
 if TYPE_CHECKING:
@@ -39,7 +38,6 @@ class Writer:
         self._run_ids: dict[str, int] = {}
         self._written = False
         self._place = place(path)
-        self._beside: dict[Path, Place | None] = {}
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
@@ -60,7 +58,6 @@ class Writer:
                 if self._run_ids:
                     connection.exec_driver_sql(COUNT_COMMIT, (next(iter(self._run_ids.values())),))
                 self._need_place()
-                self._beside = {part: place(part) for part in beside(self.path)}
         except BaseException:
             self._run_ids = noted  # runs recorded since were rolled back
             raise
@@ -84,11 +81,9 @@ class Writer:
         Raises
         ------
         StoreError
-            If the file is no longer in its place. Its journal is then removed, because SQLite would take it
-            for that of the file with this name.
+            If the file is no longer in its place.
         """
-        here = place(self.path) == self._place
-        if self._written and here:
+        if self._written:
             with (
                 suppress(sa.exc.DBAPIError, sqlite3.Error),
                 closing(self._engine.raw_connection()) as connection,
@@ -96,21 +91,12 @@ class Writer:
                 connection.execute("PRAGMA wal_checkpoint")
         self._reading.dispose()
         self._engine.dispose()
-        if not here:
-            for part, was in self._beside.items():
-                if was is not None and place(part) == was:
-                    part.unlink(missing_ok=True)
-            self._need_place()
+        self._need_place()
 
     def _need_place(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
-        now = place(self.path)
-        if now != self._place:
-            what = "moved or deleted" if now is None else "replaced by another file"
-            raise StoreError(
-                f"{self.path} was {what} while this command wrote to it: what it had stored is in the old "
-                "file; give the same command again to write to the file you mean"
-            )
+        told = "wrote to it: what it had stored is in the old file; give the same command again to write to"
+        need_place(self.path, self._place, f"{told} the file you mean")
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
         """Return the id of this run; its first use stores the run.
