@@ -109,7 +109,7 @@ def test_everything_in_the_folder_is_described(folder):
 
     orbits = "orbits/a=1.6_p=05.parquet"
     assert told(orbits, "length") == ("length of one traversal, L", "radius", "length_error")
-    assert told("levels.csv", "error") == ("estimate of the error of k", "1/radius", None)
+    assert told("levels.csv", "error") == ("estimated error of k", "1/radius", None)
     assert told("averages.csv", "lambda_c_zeta")[:2] == (
         "average lambda_c; zeta function to order p",
         "1/radius",

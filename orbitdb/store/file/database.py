@@ -4,37 +4,19 @@ import os
 import sqlite3
 import stat
 import sys
-import time
-import weakref
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.guard import (
-    Place,
-    beside,
-    own_views,
-    place,
-    plain_errors,
-    refuse_foreign,
-    refuse_tampered,
-    remedy,
-)
+from orbitdb.store.file.connection import Connection, open_database, waiting
+from orbitdb.store.file.guard import own_views, plain_errors, refuse_foreign, refuse_tampered, remedy
 from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
-
-BUSY_TIMEOUT = 5.0
-"""Seconds that SQLite waits for a lock."""
-
-_TURNS = 12
-"""Number of such waits after which a writer gives up; parallel fills hold the lock most of the time."""
-
-_STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
 """Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
@@ -114,11 +96,13 @@ def _marks(path: Path) -> tuple[int, ...]:
 
 
 def _refuse_foreign_journal(path: Path) -> None:
-    refuse_foreign(path, lambda: _open(_uri(path) + "&immutable=1"), lambda: _open(_uri(path)))
+    refuse_foreign(
+        path, lambda: open_database(_uri(path) + "&immutable=1"), lambda: open_database(_uri(path))
+    )
 
 
 def _pragmas(uri: str) -> tuple[int, ...]:
-    with closing(_open(uri)) as connection:
+    with closing(open_database(uri)) as connection:
         names = ("page_count", "user_version", "application_id")
         return tuple(int(connection.execute(f"PRAGMA {name}").fetchone()[0]) for name in names)
 
@@ -232,70 +216,10 @@ def driver(connection: "sa.Connection") -> sqlite3.Connection:
     return own
 
 
-def waiting(ask: Callable[[], object]) -> None:
-    """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
-    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
-    while True:
-        try:
-            ask()
-            return
-        except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
-                raise
-        time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
-
-
-class _Connection(sqlite3.Connection):
-    """A connection that ends its queries before it closes; an interrupted one would keep the journal.
-
-    It also removes the journal of a file that is no longer in its place, which SQLite leaves there and would
-    take for the journal of the next file with this name.
-    """
-
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
-        self._cursors: weakref.WeakSet[sqlite3.Cursor] = weakref.WeakSet()
-        self._file: tuple[Path, Place | None] | None = None
-        self._journal: dict[Path, Place | None] = {}
-
-    def remember_place(self, path: Path) -> None:
-        """Note which file is open, and which journal; SQLite keeps that until `close`."""
-        self._file = path, place(path)
-        self._journal = {part: place(part) for part in beside(path)}
-
-    def cursor(self, factory: Any = sqlite3.Cursor) -> Any:
-        cursor = super().cursor(factory)
-        self._cursors.add(cursor)
-        return cursor
-
-    def execute(self, *arguments: Any) -> sqlite3.Cursor:
-        cursor: sqlite3.Cursor = self.cursor().execute(*arguments)
-        return cursor
-
-    def close(self) -> None:
-        for cursor in list(self._cursors):
-            cursor.close()
-        super().close()
-        if self._file is not None and (now := place(self._file[0])) != self._file[1]:
-            for part, was in self._journal.items():
-                if now is None or place(part) == was:
-                    part.unlink(missing_ok=True)
-
-
-def _open(uri: str) -> _Connection:
-    """Connect to a database; Ctrl-C interrupts long queries."""
-    connection = sqlite3.connect(
-        uri, BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=_Connection
-    )
-    connection.execute("PRAGMA trusted_schema = OFF")
-    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # so that Python can handle signals
-    return connection
-
-
-def _connect(uri: str, path: Path, newest: bool) -> _Connection:
+def _connect(uri: str, path: Path, newest: bool) -> Connection:
     """Connect so that SQLite runs nothing in the file; refuse active contents or another file's journal."""
     _refuse_foreign_journal(path)
-    connection = _open(uri)
+    connection = open_database(uri)
     try:
         connection.remember_place(path)
         connection.execute("PRAGMA cell_size_check = ON")
