@@ -110,5 +110,5 @@ def test_a_class_with_an_invalid_number_is_refused(own):
         "UPDATE cycle SET id = 1 WHERE word = '013'",
     )
     for contains, order in (("13", "p"), (None, "code")):
-        with pytest.raises(StoreError, match="altered: a class with the number '1'"):
+        with pytest.raises(StoreError, match="altered: a class with the id '1'"):
             Catalogue(own).select(contains=contains, order=order)
