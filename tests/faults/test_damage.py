@@ -1,4 +1,4 @@
-"""Damaged or altered files give one line and never a traceback, and `verify` finds the damage."""
+"""A damaged or altered file gives a one-line error, never a traceback, and `verify` finds the damage."""
 
 import random
 import sqlite3
@@ -32,7 +32,7 @@ UNCHECKED = {
     "orbit": {"iterations", "run"},
     "stadium": set(),
 }
-"""Columns that cannot be recomputed: times, and provenance."""
+"""Columns that cannot be recomputed: times and provenance."""
 
 
 def judge(found: list[tuple[list[str], int, str]]) -> int:

@@ -1,4 +1,4 @@
-"""Rows have what their status requires; each missing or impossible number is detected alone."""
+"""Rows have the values that their status requires; each missing or impossible value is detected by itself."""
 
 import numpy as np
 import pytest
