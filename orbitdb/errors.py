@@ -3,7 +3,7 @@
 import errno
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
-"""Error numbers of a full or failing disk."""
+"""Error numbers that mean a full or failing disk."""
 
 
 class InputError(ValueError):

@@ -91,7 +91,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless the file is a catalogue of the latest schema."""
+    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -246,10 +246,10 @@ def waiting(ask: Callable[[], object]) -> None:
 
 
 class _Connection(sqlite3.Connection):
-    """A connection that ends its queries before it closes; an interrupted one would keep the journal.
+    """A connection that ends its queries before it closes; an interrupted query would keep the journal.
 
-    It also removes the journal of a file that is no longer in its place, which SQLite leaves there and would
-    take for the journal of the next file with this name.
+    If the file is no longer at its path, it also removes the journal there. SQLite would leave the journal
+    behind, and take it for that of the next file with this name.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -259,7 +259,7 @@ class _Connection(sqlite3.Connection):
         self._journal: dict[Path, Place | None] = {}
 
     def remember_place(self, path: Path) -> None:
-        """Note which file is open, and which journal; SQLite keeps that until `close`."""
+        """Remember which file and which journal are open; SQLite keeps them open until `close`."""
         self._file = path, place(path)
         self._journal = {part: place(part) for part in beside(path)}
 
@@ -302,7 +302,7 @@ def _connect(uri: str, path: Path, newest: bool) -> _Connection:
         if sys.version_info >= (3, 12):
             connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
         refuse_tampered(connection, path, newest)
-        connection.remember_place(path)  # with the journal, which reading makes
+        connection.remember_place(path)  # once more, because reading creates the journal
     except BaseException:
         connection.close()
         raise

@@ -69,7 +69,7 @@ class Fill(Record):
 
     @property
     def whole(self) -> bool:
-        """Whether all words of the period are stored; otherwise a fill is running or was stopped."""
+        """Whether all words of the period are stored; if not, a fill is running or was interrupted."""
         return self.state == DONE
 
 
@@ -171,7 +171,7 @@ class Sweep(Record):
 
     @property
     def whole(self) -> bool:
-        """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
+        """Whether the sweep is complete; if not, it is running or was interrupted."""
         return self.state == DONE
 
     def row(self) -> dict[str, Any]:

@@ -132,7 +132,7 @@ class Standing(IntEnum):
 
     @property
     def words(self) -> str:
-        """The standing in words."""
+        """The standing in plain words, such as ``not yet``."""
         return self.name.lower().replace("_", " ")
 
 
