@@ -54,7 +54,7 @@ class Catalogue:
         The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
     a : float, optional
         Half length of the stadium that all methods use by default. If you give none, it is the only
-        one with stored orbits, or else 1.6.
+        value with stored orbits, or else 1.6.
 
     Raises
     ------
@@ -243,7 +243,7 @@ class Catalogue:
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
-        """Return the number of words in a chosen subset; the parameters are those of `select`."""
+        """Return the number of words in a chosen subset, given as in `select`."""
         with self._question(selection, criteria) as (moment, chosen):
             return moment.count(chosen)
 
@@ -403,7 +403,7 @@ class Catalogue:
         points : array-like, shape (N, 2), optional
             Instead of a start, x and y of 3 to 1000 successive bounces; the last may repeat the first. The
             whole sequence is also tried as a word, whatever its period. If a point is closer to a joint of
-            wall and semicircle than its error, it may be assigned to the wrong side; its word is not found.
+            wall and semicircle than its error, it may be assigned to the wrong side, and the orbit missed.
         tolerance : float, optional
             Largest distance between a bounce and the corresponding bounce of the orbit, and between a point
             and the boundary; at most 1, by default 0.01.
@@ -418,7 +418,7 @@ class Catalogue:
         Returns
         -------
         Trajectory
-            Its orbits are in order: the one that the trajectory goes round most often comes first.
+            Its orbits are sorted; the one that the trajectory goes round most often comes first.
 
         Raises
         ------
@@ -988,5 +988,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
 
 
 def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return the seed; if a generator is given, it draws one."""
+    """Return the given seed or, if there is a generator, a seed that it draws."""
     return seed if rng is None else int(rng.integers(2**63))

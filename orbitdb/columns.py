@@ -65,7 +65,7 @@ OF_WORDS = [
            "symmetry that maps the representative to the word; 1 for x, 2 for y, 4 for T, and sums of these "
            "for products", empty=PRUNED, sql="element.element", single=True, written=False),
 ]  # fmt: skip
-"""Columns that do not depend on a."""
+"""Columns of a word that do not depend on a."""
 
 OF_ORBITS = [
     Column("a", "number", "half the length of a straight wall", "radius", "exact", sql="stadium.a"),

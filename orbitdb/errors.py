@@ -3,7 +3,7 @@
 import errno
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
-"""Error numbers of a full or failing disk."""
+"""Error numbers that mean a full or failing disk."""
 
 
 class InputError(ValueError):
@@ -28,7 +28,7 @@ class AlteredError(StoreError):
         self.what = what
 
     def __str__(self) -> str:
-        return f"the catalogue was altered: {self.what}; 'orbitdb verify' tells what is wrong"
+        return f"the catalogue was altered: {self.what}; 'orbitdb verify' shows what is wrong"
 
 
 class WorkError(Exception):

@@ -1,4 +1,4 @@
-"""Counts by period, which need their divisors from whatever source."""
+"""Counts by period, whose divisors can come from any source."""
 
 import pytest
 
@@ -15,12 +15,12 @@ SOURCES = {
         catalogue.fill("4"),
     ),
 }
-"""What counts the periods 2 to 6; each has one source, so that no other can stand in for it."""
+"""Functions that count periods 2 to 6; each period has only one source, so that no other can replace it."""
 
 
 @pytest.fixture(scope="module", params=SOURCES)
 def known(request, tmp_path_factory):
-    """A catalogue at a = 1 that counts periods 2 to 6."""
+    """A catalogue at a = 1 with the counts of periods 2 to 6."""
     catalogue = Catalogue.create(tmp_path_factory.mktemp("counting") / "orbits.db", 1)
     SOURCES[request.param](catalogue)
     yield catalogue
@@ -36,7 +36,7 @@ def filled_table(tmp_path_factory):
 
 @pytest.mark.parametrize("p", [4, 6])
 def test_the_row_of_a_period_is_the_same_alone_and_among_others(known, filled_table, p):
-    """N sums over divisors, which need not be chosen."""
+    """N is a sum over divisors of p, which need not be chosen."""
     one = known.table(p=p)
     assert {name: values[p - 2] for name, values in filled_table.items()} == {
         name: value for name, (value,) in one.columns.items()

@@ -1,4 +1,4 @@
-"""What Python makes is bit for bit what the commands make."""
+"""Methods in Python store exactly the same bits as the commands."""
 
 import pandas
 import pytest
@@ -10,7 +10,7 @@ A = 0.7
 
 
 def made_both_ways(cli, tmp_path, commands, make):
-    """Return two catalogues, one made by commands and one by Python."""
+    """Return two catalogues, one made with commands and the other in Python."""
     by_commands, by_python = tmp_path / "orbits.db", tmp_path / "python.db"
     for command in commands:
         assert cli(*command.split()).code == 0

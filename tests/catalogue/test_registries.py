@@ -1,4 +1,4 @@
-"""One entry adds a column, or an average, everywhere."""
+"""A single entry adds a column or an average everywhere."""
 
 import json
 import os
@@ -55,7 +55,7 @@ def small(tmp_path_factory):
 
 
 def ran(program, *arguments):
-    """Run Python in a process of its own, whose registries get a further entry."""
+    """Run Python in a separate process, after adding an entry to a registry."""
     command = [sys.executable, "-P", "-c", program, *arguments]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=300, env={**os.environ, "COLUMNS": "200"}
@@ -65,12 +65,12 @@ def ran(program, *arguments):
 
 
 def shown(entry, *commands):
-    """Return what each command prints if a registry has a further entry."""
+    """Return the output of each command after adding an entry to a registry."""
     return ran(entry + COMMANDS, json.dumps(commands)).split("\0")[:-1]
 
 
 def test_a_column_is_one_entry_for_the_commands(small, tmp_path):
-    """Views, questions, filters, orders, every format, and the list of columns."""
+    """It is in views, queries, filters, sort keys, every format, and the list of columns."""
     chosen = ("--db", small, "--p", "4", "--where", "stretch > 0", "--order", "-stretch", "--limit", "3")
     forms = ("table", "csv", "tsv", "jsonl", "latex", "markdown")
     *found, _, _, _ = shown(
@@ -114,7 +114,7 @@ print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
 
 @pytest.mark.slow
 def test_an_average_is_one_entry(small, tmp_path):
-    """The result, its table and JSON, the figure, and the screen."""
+    """It is in the result, its table and JSON, the figure, and the screen."""
     found, table, _ = shown(
         AVERAGE,
         ("lyapunov", "--db", small, "--json"),
@@ -150,7 +150,7 @@ def test_a_column_without_a_new_name_or_a_formula_is_refused(column):
 
 
 def quotient_error(lyapunov, length, lyapunov_error, length_error):
-    """What SQLite makes of the formulas of lambda_c and its bound."""
+    """Return lambda_c and its error bound, as SQLite computes them from the formulas."""
     columns = {each.name: sql_of(each) for each in IN_CATALOGUE}
     values = {
         "lyapunov": lyapunov,
@@ -170,10 +170,10 @@ def quotient_error(lyapunov, length, lyapunov_error, length_error):
     lyapunov_error=st.floats(1e-16, 1e-3),
     length_error=st.floats(1e-16, 1e-3),
 )
-def test_the_bound_on_lambda_c_holds_and_is_no_larger_than_it_must_be(
+def test_the_bound_on_lambda_c_holds_and_is_no_larger_than_necessary(
     lyapunov, length, lyapunov_error, length_error
 ):
-    """In exact arithmetic: the worst quotient within both errors, and the rounding of the quotient."""
+    """The exact error is that of the worst quotient within both errors, plus the rounding of the quotient."""
     stored, bound = map(Fraction, quotient_error(lyapunov, length, lyapunov_error, length_error))
     over, under = (Fraction(lyapunov) + sign * Fraction(lyapunov_error) for sign in (1, -1))
     ends = [

@@ -1,4 +1,4 @@
-"""What a catalogue returns can be held: public names, one-line reprs, data frames."""
+"""Results of a catalogue have public names, one-line reprs and data frames."""
 
 import pytest
 
@@ -18,7 +18,7 @@ HELD = {
     "Verification": lambda c: c.verify(p="2-3"),
     "Trajectory": lambda c: c.identify(start=(0, 0.5, 1.2)),
 }
-"""Every result by its public name."""
+"""Every type of result, by its public name."""
 
 FIRST = {
     "Subset": ("code", "13"),
@@ -33,7 +33,7 @@ FIRST = {
     "Verification": ("failures", 0),
     "Trajectory": ("sequence_first", -33),
 }
-"""A column of each, with its first value."""
+"""A column of each result, with its first value."""
 
 
 @pytest.fixture(scope="module")

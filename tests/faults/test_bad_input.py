@@ -1,4 +1,4 @@
-"""Any bad input gives one line that says what is wrong and a documented exit code, and changes nothing."""
+"""Bad input changes nothing; it gives a documented exit code and one line that says what is wrong."""
 
 import io
 import os
@@ -48,11 +48,11 @@ COMMANDS = {
 }  # fmt: skip
 SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
             "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip
-"""Arguments a command needs besides the tested option."""
+"""Arguments that a command needs besides the tested option."""
 
 
 def judge(outcome, arguments):
-    """Check that an error is one printable line, and its exit code a documented one."""
+    """Check that an error is one printable line, and that its exit code is documented."""
     code, out, err = outcome
     shown = [argument[:60] for argument in arguments]
     assert code in (0, 1, 2, 3), shown

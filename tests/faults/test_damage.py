@@ -1,4 +1,4 @@
-"""Damaged or altered files give one line and never a traceback, and `verify` finds the damage."""
+"""A damaged or altered file gives a one-line error, never a traceback, and `verify` finds the damage."""
 
 import random
 import sqlite3
@@ -32,7 +32,7 @@ UNCHECKED = {
     "orbit": {"iterations", "run"},
     "stadium": set(),
 }
-"""Columns that cannot be recomputed: times, and provenance."""
+"""Columns that cannot be recomputed: times and provenance."""
 
 
 def judge(found: list[tuple[list[str], int, str]]) -> int:
@@ -111,12 +111,12 @@ def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
 @pytest.mark.parametrize(
     ("statement", "question", "message"),
     [
-        ("UPDATE fill SET p = 1 WHERE p = 6", Catalogue.fills, "a filled period of '1'"),
+        ("UPDATE fill SET p = 1 WHERE p = 6", Catalogue.fills, "a fill of period '1'"),
         ("UPDATE fill SET n_c = NULL WHERE p = 5", Catalogue.table, "a filled period without counts, '5'"),
         (
             "INSERT INTO birth_fill (p, state, seconds, words) VALUES (1, 'done', 0, 0)",
             Catalogue.birth_fills,
-            "births of a period of '1'",
+            "births of period '1'",
         ),
         (
             "UPDATE orbit SET length = 9e999 WHERE length IS NOT NULL",
@@ -135,7 +135,7 @@ def test_the_altered_value_is_named(own, statement, question, message):
     with closing(Catalogue(own, a=1.6)) as catalogue, pytest.raises(StoreError) as error:
         question(catalogue)
     assert str(error.value).startswith(f"the catalogue was altered: {message}")
-    assert str(error.value).endswith("; 'orbitdb verify' tells what is wrong")
+    assert str(error.value).endswith("; 'orbitdb verify' shows what is wrong")
 
 
 def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
@@ -149,7 +149,7 @@ def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
         outcome = cli(*asked, "--a", "1.6")
         assert outcome.code == 3
         assert told in outcome.err
-        assert outcome.err.endswith("'orbitdb verify' tells what is wrong\n")
+        assert outcome.err.endswith("'orbitdb verify' shows what is wrong\n")
     assert not target.exists()
 
 
@@ -161,6 +161,8 @@ def test_births_of_a_class_that_is_not_a_word_are_refused(tmp_path):
         "UPDATE change SET cycle = 0x105f WHERE cycle = (SELECT max(cycle) FROM change)",
         "UPDATE cycle SET id = 0x105f WHERE id = (SELECT max(id) FROM cycle)",
     )
-    told = pytest.raises(StoreError, match="the catalogue was altered: a class with births '0137'")
+    told = pytest.raises(
+        StoreError, match="the catalogue was altered: an invalid word in a class with births: '0137'"
+    )
     with closing(Catalogue(path, a=1.6)) as catalogue, told:
         catalogue.counts(p=4)

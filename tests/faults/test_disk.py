@@ -1,4 +1,4 @@
-"""Full disks and write-protected files give one line and exit code 3; nothing is half-written."""
+"""A full disk or a write-protected file gives a one-line error and exit code 3; nothing is half-written."""
 
 import ctypes
 import os
@@ -48,13 +48,13 @@ def fails(done: subprocess.CompletedProcess[str], said: str) -> None:
 
 
 def room(size: int) -> Callable[[], None]:
-    """Limit the size of files, which acts like a full disk."""
+    """Limit the size of files, which has the effect of a full disk."""
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
 @pytest.fixture
 def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
-    """Return a function that mounts a disk of some kilobytes, or resizes it."""
+    """Return a function that mounts a disk of a given size in kilobytes, or resizes it."""
     folder = tmp_path / "disk"
     folder.mkdir()
     kind = "mount", "-t", "tmpfs", "-o"
@@ -84,7 +84,7 @@ def test_a_fill_resumes_after_the_disk_was_full(filled, disk, size):
 
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))
 def test_a_fill_resumes_wherever_it_ran_out_of_room(filled, tmp_path, size):
-    """The sizes stop the creation, blocks of several periods, and the journal."""
+    """The sizes interrupt the creation of the file, blocks of several periods, and the journal."""
     path = tmp_path / "new.db"
     arguments = "fill", "--p", "8", "--db", path
     fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
@@ -146,7 +146,7 @@ def test_a_figure_can_be_drawn_without_a_writable_home(tmp_path):
 
 
 def drop_rights() -> None:
-    """Make permissions apply to root, too."""
+    """Make permissions apply to root as well."""
     for right in (CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH):
         ctypes.CDLL(None).prctl(PR_CAPBSET_DROP, right, 0, 0, 0)
 

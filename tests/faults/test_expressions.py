@@ -1,4 +1,4 @@
-"""Free expressions can only choose rows, and are stopped in time."""
+"""Free expressions can only choose rows, and are stopped when they take too long."""
 
 import contextlib
 import signal
@@ -184,7 +184,7 @@ def test_ctrl_c_is_not_mistaken_for_a_refusal(filled, name, code, told):
 
 @pytest.mark.slow
 def test_words_of_a_million_bounces_can_be_queried(tmp_path):
-    """No limit on texts excludes the longest possible words, in any column or order."""
+    """The limit on texts allows the longest possible words, in any column and order."""
     path = tmp_path / "orbits.db"
     catalogue = Catalogue.create(path)
     word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000

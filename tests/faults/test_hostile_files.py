@@ -1,4 +1,4 @@
-"""Foreign files are only read: active content is refused, and altered rows are shown or refused."""
+"""Files from elsewhere are only read: active content is refused, and altered rows are shown or refused."""
 
 import contextlib
 import json
@@ -86,7 +86,7 @@ VIEWED = {
     "no view of lives": ["DROP VIEW life"],
     "a table for the view": ["DROP VIEW catalogue", f"CREATE TABLE catalogue ({', '.join(NAMES)})"],
 }  # fmt: skip
-"""Changes to the views of a file, which are only for other programs."""
+"""Changes to the views of a file, which only other programs use."""
 
 
 def hostile(path: Path, statements: list[str]) -> None:
@@ -140,7 +140,7 @@ def test_brackets_in_a_comment_are_not_taken_for_an_expression(own):
 
 @pytest.mark.slow
 def test_harmless_additions_by_users_are_allowed(own, cli):
-    """A view with another name is never run, however long that would take."""
+    """A view with an unknown name is never run, however long it would take."""
     alter(
         own,
         "CREATE TABLE mine (word TEXT DEFAULT 'a', \"check (x)\" REAL, at TEXT DEFAULT CURRENT_TIMESTAMP)",
@@ -203,7 +203,7 @@ def alterations() -> list[str]:
 
 def try_altered(own: Path, cli, statements: list[str], sound: bytes) -> None:
     for number, statement in enumerate(statements):
-        path = own.with_name(f"{number}.db")  # new, for the last may still be open
+        path = own.with_name(f"{number}.db")  # a new one, because the last may still be open
         path.write_bytes(sound)
         with contextlib.suppress(sqlite3.IntegrityError):
             alter(path, statement)
@@ -236,7 +236,7 @@ def test_the_views_of_a_file_are_never_run_but_renewed(own, cli, name):
     assert row["check"] == "schema"
     assert row["first"].startswith("view ")
     assert cli("simulate", "--bounces", "1000").code == 0
-    if name != "a table for the view":  # a user's table of that name is left alone
+    if name != "a table for the view":  # a user's table with this name is left alone
         assert cli("verify").code == 0
         assert {text for (text,) in ask(own, "SELECT sql FROM sqlite_master WHERE type = 'view'")} >= {
             *VIEWS.values()

@@ -27,11 +27,11 @@ COMMANDS = {
     "levels": ("levels", "--k", "0:24", "--jobs", "1"),
     "verify": ("verify", "--rigorous", "--p", "2-11"),
 }
-"""Commands that write repeatedly for some seconds."""
+"""Commands that write repeatedly for a few seconds."""
 
 
 def write(path, times=1, a=2.5):
-    """Store a stadium in each of several transactions of one run."""
+    """Store a stadium in each of several transactions of the same run."""
     with closing(Writer(path, {"command": "test"})) as writer:
         for n in range(times):
             with writer.writing() as connection:
@@ -41,7 +41,7 @@ def write(path, times=1, a=2.5):
 
 
 def journal_of_a_kill(path, folder, times=1):
-    """Return the file and journal as a process killed after some transactions would leave them."""
+    """Return a file and its journal as a process that is killed after some transactions leaves them."""
     folder.mkdir()
     writing = write(path, times)
     for _ in range(times):

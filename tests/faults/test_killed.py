@@ -1,4 +1,4 @@
-"""Kills and signals: stored rows survive, nothing is half-done, and the same command resumes."""
+"""After kills and signals, stored rows survive, nothing is half-done, and the same command resumes."""
 
 import os
 import signal
@@ -73,7 +73,7 @@ def test_a_signal_during_garbage_collection_is_silently_remembered(name, end):
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", fuzz_but([0, 1, 2], range(4)))
 def test_ctrl_c_ends_a_fill_at_any_moment(tmp_path, turn):
-    """While processes start, work or end, once or twice: one line, and no process is left."""
+    """Ctrl-C, once or twice, while processes start, work or end, gives one line and leaves no process."""
     moments, path = seeded(turn), tmp_path / "orbits.db"
     jobs = str(1 + turn // 2 % 2)
     process = start("fill", "--p", "13", "--jobs", jobs, "--db", path, command=small_blocks(512))
@@ -116,7 +116,7 @@ def test_a_starting_worker_is_silent_about_ctrl_c(tmp_path):
 
 @pytest.mark.slow
 def test_workers_end_with_their_parent(tmp_path):
-    """At once, even in a block that takes minutes."""
+    """They end at once, even within a block that takes minutes."""
     slowly = ["fill", "--p", "12-12", "--method", "relaxation", "--jobs", "2"]
     process = start(*slowly, "--db", tmp_path / "orbits.db", command=small_blocks(1 << 16))
     wait_until_ready(process)

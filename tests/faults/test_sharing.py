@@ -1,4 +1,4 @@
-"""Several processes share a file: parallel fills, readers during a fill, and locks."""
+"""Several processes share a file, with parallel fills, readers during a fill, and locks."""
 
 import re
 import sqlite3
@@ -158,7 +158,7 @@ def test_a_lock_held_too_long_is_reported(filled):
 
 @pytest.mark.slow
 def test_readers_work_during_a_fill(tmp_path):
-    """Queries, averages and verification, repeated while periods come in block by block."""
+    """Queries, averages and verification are repeated while a fill stores periods block by block."""
     path = tmp_path / "orbits.db"
     assert run("fill", "--p", "5", "--db", path).returncode == 0
     filling = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(32))

@@ -37,7 +37,7 @@ def test_cells_with_numbers_are_unchanged():
 
 
 def evil(path: Path) -> None:
-    """Give rows texts that try to act where they are shown."""
+    """Put texts into rows that try to have an effect where they are shown."""
     quoted = [text.replace("'", "''").replace("\x00", "' || char(0) || '") for text in FORMULAS + ESCAPES]
     case = " ".join(f"WHEN {n} THEN '{text}'" for n, text in enumerate(quoted))
     rank = "(SELECT count(*) FROM cycle AS other WHERE other.id < cycle.id)"
@@ -98,7 +98,7 @@ def test_no_control_characters_reach_a_terminal(own, cli, form):
 
 
 def test_json_gives_stored_texts_unchanged(own, cli):
-    """JSON is safe without changes: it escapes texts, and programs get them back exactly."""
+    """JSON needs no changes to be safe, because it escapes texts; programs get them back exactly."""
     evil(own)
     rows = json.loads(cli("query", "--json", "-c", "symmetry").out)
     assert {row["symmetry"] for row in rows} >= {*FORMULAS, *ESCAPES} - {"\x00"}

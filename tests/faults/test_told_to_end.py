@@ -1,4 +1,4 @@
-"""SIGTERM and SIGHUP at any moment: at most one line, and no process or file left behind."""
+"""SIGTERM and SIGHUP at any moment give at most one line, and leave no process or file behind."""
 
 import os
 import signal
@@ -33,7 +33,7 @@ COMMANDS = {
 
 
 class Started:
-    """A command with its own working and temporary folders."""
+    """A running command with its own working folder and temporary folder."""
 
     def __init__(self, folder: Path, arguments: tuple[str, ...], catalogue: Path) -> None:
         self.folder, self.temporary = folder / "here", folder / "temporary"
@@ -44,9 +44,9 @@ class Started:
         self.process = start(*asked, cwd=self.folder, env={**os.environ, "TMPDIR": str(self.temporary)})
 
     def told(self, name: str, group: bool = False) -> list[str]:
-        """Signal the command, alone or with its group as a closed terminal does; return what it said.
+        """Signal the command, alone or, as a closed terminal does, with its group; return its output.
 
-        Afterwards no process and no file may be left.
+        No process and no file may be left afterwards.
         """
         assert self.process.poll() is None
         (os.killpg if group else os.kill)(self.process.pid, signal.Signals[name])
@@ -70,7 +70,7 @@ def stored(tmp_path_factory):
 
 
 def at_a_moment(folder, arguments, catalogue, moment):
-    """Return a command that has run for `moment` seconds, or half as long if it ends before."""
+    """Return a command that has run for `moment` seconds, or for half as long if it ends before that."""
     while True:
         own = folder / f"{moment}"
         own.mkdir()
@@ -113,7 +113,7 @@ def test_no_partial_file_stays(stored, tmp_path):
 
 
 def test_an_ignored_hangup_stays_ignored(tmp_path):
-    """As under nohup."""
+    """This is how nohup runs a command."""
     ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]
     started = start("bench", "--p", "9", command=ignoring)
     assert there(started.stderr).readline()  # the announcement of its work

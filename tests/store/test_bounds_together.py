@@ -1,4 +1,4 @@
-"""Several bounds on one measure all apply, in any order."""
+"""Several bounds on the same measure all apply, in any order."""
 
 import json
 from itertools import permutations
@@ -18,7 +18,7 @@ def written(end: float | None) -> str:
 
 
 @given(st.lists(ENDS, min_size=1, max_size=3))
-def test_the_narrowest_bounds_apply(ends):
+def test_the_tightest_bounds_apply(ends):
     low = max((low for low, _ in ends if low is not None), default=None)
     high = min((high for _, high in ends if high is not None), default=None)
     for order in permutations(ends):

@@ -1,4 +1,4 @@
-"""The database file: schema, refusals, estimates of size and time, and what is kept."""
+"""The database file: its schema, refusals, estimates of size and time, and results that are stored."""
 
 import json
 import re
@@ -28,7 +28,7 @@ from orbitdb.symbols.pruning import count_admissible
 
 
 def plainly(statement: str | None) -> str:
-    """SQL with insignificant blanks removed."""
+    """Return SQL without insignificant blanks."""
     return re.sub(r"\s*([(),])\s*", r"\1", " ".join((statement or "").split()))
 
 
@@ -123,7 +123,7 @@ def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypa
 
 
 def test_writing_limits_the_gain_from_many_processes(tmp_path):
-    """The gain depends on the method, for the relaxation solves for long and writes little."""
+    """The gain depends on the method, because relaxation takes long to solve orbits and writes little."""
     for method, gain in (("newton", 3.5), ("relaxation", 600)):
         alone, many = (need(tmp_path / "none.db", 1.6, [9], jobs, method).seconds for jobs in (1, 10**6))
         assert gain < alone / many < 1.3 * gain

@@ -1,4 +1,4 @@
-"""Codes in expressions, and altered classes: what they match, and what is reported."""
+"""Codes in expressions find words in any rotation; errors in expressions and altered classes are reported."""
 
 import pytest
 from contents import alter
@@ -48,8 +48,8 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert sum(catalogue.classes(chosen).chosen) == len(found)
 
 
-def test_words_around_the_limit_of_keys_are_found(own):
-    """One by one, also with the words of a class sorted, and together with long words of other periods."""
+def test_words_near_the_length_limit_of_keys_are_found(own):
+    """They are found one by one, sorted by code, and together with long words of other periods."""
     for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
         fill_word(own, word, 1.6)
         with Catalogue(own, 1.6) as catalogue:
@@ -103,12 +103,12 @@ def test_a_comparison_with_a_rotation_that_matches_no_row_is_reported(where, tol
     assert hint(where) == told
 
 
-def test_a_class_with_an_invalid_number_is_refused(own):
+def test_a_class_with_an_invalid_id_is_refused(own):
     alter(
         own,
         "UPDATE orbit SET cycle = 1 WHERE cycle = (SELECT id FROM cycle WHERE word = '013')",
         "UPDATE cycle SET id = 1 WHERE word = '013'",
     )
     for contains, order in (("13", "p"), (None, "code")):
-        with pytest.raises(StoreError, match="altered: a class with the number '1'"):
+        with pytest.raises(StoreError, match="altered: a class with the id '1'"):
             Catalogue(own).select(contains=contains, order=order)

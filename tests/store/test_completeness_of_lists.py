@@ -1,4 +1,4 @@
-"""Unfilled or partly filled periods never count as zero, and are described the same everywhere."""
+"""Periods that are not or partly filled never count as zero, and are described in the same way everywhere."""
 
 import json
 
@@ -137,7 +137,7 @@ NINE = Selection(periods=((9, 9),))
 
 @pytest.fixture
 def partial(filled, begin_fill):
-    """A catalogue with p = 2..8, and a part of p = 9."""
+    """A catalogue with p = 2..8, and with part of p = 9."""
     begin_fill(filled, 9).close()
     return filled
 
@@ -196,7 +196,7 @@ def test_an_exported_file_records_partial_periods(cli, partial, tmp_path):
 
 @pytest.fixture(params=["not begun", "begun"])
 def busy(request, filled, begin_fill):
-    """A catalogue with p = 2..8 in which a fill of p = 9 advances one batch after every query."""
+    """A catalogue with p = 2..8 in which a fill of p = 9 advances by one batch after every query."""
     begun = request.param == "begun"
     going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])
     at_work = False

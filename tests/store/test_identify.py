@@ -33,7 +33,7 @@ def catalogue(filled_once):
 
 
 def start_of(points, turn=0.0):
-    """A start at the first of some bounces towards the second, slightly turned."""
+    """Return a start at the first of the bounces, in the direction of the second, turned by a small angle."""
     x, y = points[1] - points[0]
     return (*points[0], math.atan2(y, x) + turn)
 
@@ -44,7 +44,7 @@ def name(found):
 
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
 def test_an_exact_start_is_identified_to_the_end_of_its_trace(word):
-    """So the trace ends in time: everything it reports is within the tolerance."""
+    """So the trace ends early enough: everything that it reports is within the tolerance."""
     orbit = solve_word(word, STADIUM)
     path = trace_start(STADIUM, start_of(orbit.points), 1e-2)
     best = shadows(STADIUM, path.symbols, path.points, 1e-2)[0]
@@ -55,7 +55,7 @@ def test_an_exact_start_is_identified_to_the_end_of_its_trace(word):
 
 @pytest.mark.slow
 def test_random_trajectories_agree_with_the_reference(catalogue):
-    """Every orbit named is within the tolerance as long as stated, and no longer."""
+    """Every orbit found stays within the tolerance for the stated number of bounces, and no longer."""
     rays = random_rays(STADIUM, 2, np.random.default_rng(5))
     expected = to_strings(itineraries(STADIUM, rays, 12).symbols)
     for x, y, vx, vy, word in zip(rays.x, rays.y, rays.vx, rays.vy, expected, strict=True):
@@ -77,7 +77,7 @@ def test_random_trajectories_agree_with_the_reference(catalogue):
 
 @pytest.mark.parametrize("word", slow_but(["13"], ["13", "1232131", "1" * 20 + "5" * 20]))
 def test_the_bounces_of_an_orbit_identify_it(catalogue, word):
-    """Closed or not, measured with errors, mirrored or reversed, and of any period."""
+    """The sequence may be closed or not, have errors, be mirrored or reversed, and have any period."""
     orbit = solve_word(word, STADIUM)
     once, points = np.random.default_rng(1), there(orbit.points)
     closed = np.concatenate([points, points[:1]])
@@ -113,7 +113,7 @@ def test_the_longest_stretch_along_an_orbit_is_reported():
 @example(4, 0.0, 300, 1.0, 10**30)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, off, number, tolerance, limit):
-    """Checked against every length. The nearest come first, then low periods and least words."""
+    """The result is checked against all lengths; it is sorted by difference, period and word."""
     known = sorted({*catalogue.rows(chosen_by(status="orbit"), OF_CANDIDATES[:6])})
     length = turns * known[number % len(known)][3] + off
     wanted = []
@@ -190,7 +190,7 @@ def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
 
 
 def test_no_trajectory_continues_past_a_joint():
-    """Whether rounding takes it to the wall or to the semicircle."""
+    """It makes no difference whether rounding takes it to the wall or to the semicircle."""
     rng = np.random.default_rng(4)
     for x, y in zip(rng.uniform(-1.6, 1.6, 40), rng.uniform(-0.9, 0.9, 40), strict=True):
         for joint in ((1.6, 1), (1.6, -1), (-1.6, 1), (-1.6, -1)):
@@ -200,7 +200,7 @@ def test_no_trajectory_continues_past_a_joint():
 
 @pytest.mark.slow
 def test_a_start_on_the_boundary_is_bounce_0(catalogue):
-    """Given to six digits, it may be outside."""
+    """If it is given to six digits, it may be slightly outside."""
     orbit = catalogue["1232131"]
     x, y, angle = (round(value, 6) for value in start_of(orbit.points))
     for start in ((x * 1.0000001, y, angle), (x * 0.9999999, y, angle)):

@@ -37,7 +37,7 @@ def test_null_is_stored_as_null_and_existing_rows_are_left_alone(connection):
     given = [[NULL if value is None else value for value in column] for column in wanted]
     columns = dict(zip(orbit.c.keys(), given, strict=True))
     insert(connection, orbit, columns)
-    insert(connection, orbit, columns)  # all present: nothing is inserted again
+    insert(connection, orbit, columns)  # all are present, so nothing is inserted again
     found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
     assert found == list(zip(*wanted, strict=True))
 
@@ -50,7 +50,7 @@ def test_columns_must_have_the_same_length(connection, short):
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
 
-def test_no_rows_can_be_inserted(connection):
+def test_inserting_no_rows_is_allowed(connection):
     insert(connection, pruned, {"id": [], "p": [], "word": [], "rules": []})
     assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
 
@@ -67,7 +67,7 @@ def test_columns_may_come_in_any_order(connection):
 
 
 def test_long_words_get_ids_in_order_of_arrival(tmp_path):
-    """Ids count up in order of arrival, those of pruned words down."""
+    """Ids of classes count up, and those of pruned words count down."""
     path = tmp_path / "orbits.db"
     migrate(path)
     words = [parse(text) for text in ("1^30 5^29", "1^31 5^29", "1^30 5^31")]

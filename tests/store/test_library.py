@@ -221,7 +221,7 @@ def test_a_catalogue_is_pickled_as_its_path_and_a(varied, tmp_path):
         pickle.loads(pickle.dumps(again))
 
 
-def test_a_catalogue_answers_for_its_a(varied):
+def test_a_catalogue_uses_its_own_a_by_default(varied):
     at_one = Catalogue(varied, a=1.0)
     assert at_one["13"].length == pytest.approx(8, rel=1e-15)
     assert at_one.select(p=2).selection.a == 1.0

@@ -1,4 +1,4 @@
-"""Catalogues of schema 6 are copied, brought to the newest schema, and sound afterwards."""
+"""Catalogues with schema 6 are backed up, upgraded to the latest schema, and sound afterwards."""
 
 import shutil
 import sqlite3
@@ -24,7 +24,7 @@ from orbitdb.symbols.words import key, keys, parse, word_of
 
 LONG_WORDS = [parse("1^30 5^29"), parse("1^12 3^11 02")]
 KEYED = parse("1^10 3^10")
-"""The longest kind of word that has a key."""
+"""A word as long as words with a key can be."""
 
 PRUNED = {
     "012": "1",
@@ -48,7 +48,7 @@ def least_of(p: int) -> list[str]:
 
 @pytest.fixture(scope="module")
 def older_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A catalogue of schema 6 with rows in every table and half-finished fills."""
+    """A catalogue with schema 6 that has rows in every table and half-finished fills."""
     path = tmp_path_factory.mktemp("older") / "old.db"
     with closing(empty(path)) as plain:
         words = [word for p in range(2, 6) for word in least_of(p)] + ["013311133313", KEYED] + LONG_WORDS
@@ -104,7 +104,7 @@ def asked(path: Path, statement: str) -> list[tuple[Any, ...]]:
 
 
 def held(path: Path) -> dict[str, list[tuple[Any, ...]]]:
-    """Return the contents of a catalogue of either schema, independent of class ids."""
+    """Return the contents of a catalogue with either schema, in a form that does not depend on class ids."""
     with closing(sqlite3.connect(path)) as plain:
         if plain.execute("PRAGMA user_version").fetchone() == (6,):
             pruned = "SELECT p, word, rules FROM sequence WHERE cycle IS NULL"
@@ -225,7 +225,7 @@ def varied_older(varied: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_bounds_migrate_an_older_catalogue_only_to_store(varied_older, cli):
+def test_bounds_migrate_an_older_catalogue_only_if_they_are_stored(varied_older, cli):
     before = varied_older.read_bytes()
     shown = cli("bounds", "--window", "3", "--db", str(varied_older))
     assert shown.code == 0
@@ -287,7 +287,7 @@ for line in sys.stdin:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_a_killed_migration_leaves_the_old_or_the_new_schema(older):
-    """Killed after every few statements, from the copy to the commit and the very last."""
+    """The process is killed after every few statements, from the backup to the commit and the last one."""
     whole, before = older.read_bytes(), held(older)
     versions, statements = [6], 0
     process = subprocess.Popen(

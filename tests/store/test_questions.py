@@ -1,4 +1,4 @@
-"""Any question to a catalogue, in any order and form, gives the rows of a plain Python list."""
+"""Any query of a catalogue, in any order and format, gives the same rows as a plain Python list."""
 
 import contextlib
 import csv
@@ -35,7 +35,7 @@ AT_A_TIME = {"order_of_words.STEP": 100, "rows.ROWS": 50, "question.BLOCK": 30, 
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    """A catalogue, and all its rows as a list."""
+    """Return a catalogue, and all its rows as a list."""
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
     with pytest.MonkeyPatch.context() as patch:
         for name, count in AT_A_TIME.items():
@@ -162,7 +162,7 @@ def read_back(path, form, names):
 
 
 def as_written(value, name, form):
-    """Return a value as a format writes it, missing values included."""
+    """Return a value as it is read back from a file in a format, including missing values."""
     if form == "csv":
         cell = " ".join(map(str, value)) if isinstance(value, list) else value
         return "" if value is None else str(cell)

@@ -1,4 +1,4 @@
-"""Common first attempts in Python, and what is said about unsuitable names, expressions and files."""
+"""Common first attempts in Python, and the errors for unsuitable names, expressions and files."""
 
 import sqlite3
 from contextlib import closing
@@ -101,8 +101,8 @@ def test_a_bound_number_matches_the_code_with_its_digits(varied):
         assert found.code == "13"
 
 
-def test_a_class_number_must_encode_a_word_of_its_period(varied):
-    """Numbers with extra digits are refused even if they end in an admissible word, as are pruned words."""
+def test_a_class_id_must_encode_a_word_of_its_period(varied):
+    """Ids with extra digits are refused, even if they end in an admissible word, and so are pruned words."""
     with closing(Catalogue(varied)) as catalogue:
         classes = catalogue.classes(a=1.6, p=5, status="orbit")
     for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
@@ -128,7 +128,7 @@ def test_replacing_in_null_gives_null(varied):
 
 
 def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
-    """SQLite reports it as an error of its own."""
+    """SQLite reports the interrupt as an error of its own."""
     with closing(sqlite3.connect(":memory:")) as plain:
         plain.create_function("stop", 0, plain.interrupt)
         endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT stop() FROM n"
@@ -136,7 +136,7 @@ def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
             plain.execute(endless).fetchall()
 
 
-def test_without_a_copy_nothing_is_migrated(varied, tmp_path):
+def test_nothing_is_migrated_without_a_backup(varied, tmp_path):
     path = tmp_path / "old.db"
     path.write_bytes(varied.read_bytes())
     make_older(path)

@@ -51,7 +51,7 @@ def test_a_subset_gives_the_results_of_the_catalogue(catalogue, varied):
         assert each.select(p="2-8").table().columns == each.table().columns
 
 
-def test_averages_of_a_part_have_no_sum_rules(catalogue):
+def test_averages_of_a_subset_have_no_sum_rules(catalogue):
     chosen = catalogue.select(p="2-8", status="orbit")
     found = chosen[chosen.length < 14].averages()
     assert set(found["lambda_d_sum_rule"]) == {None}
@@ -69,7 +69,7 @@ def test_missing_periods_are_noted(catalogue):
         catalogue.lyapunov(weight="none")
 
 
-def test_divisors_that_sums_lack_are_noted(tmp_path):
+def test_divisors_missing_from_sums_are_noted(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
     made(catalogue.path, fill_periods(catalogue.path, 1.6, [3, 4, 6]))
     found = catalogue.table()

@@ -1,4 +1,4 @@
-"""Rows have what their status requires; each missing or impossible number is detected alone."""
+"""Rows have the values that their status requires; each missing or impossible value is detected by itself."""
 
 import numpy as np
 import pytest
@@ -71,8 +71,11 @@ def test_invalid_words_and_coordinates_are_named():
     for refused, named in (
         (lambda: need_words(["013", "0x3", "9"], [3, 3, 1]), "altered: not a word: '0x3'"),
         (lambda: need_words(["013", "3" * 50], [3, 49]), f"not a word: '{'3' * 37}...'"),
-        (lambda: coordinates_of([BLOB, BLOB + BLOB], 2), "coordinates of 2 bounces in bytes: '32'"),
-        (lambda: coordinates_of([BLOB, far], 2), "that no stadium has, of orbits of period '2'"),
+        (
+            lambda: coordinates_of([BLOB, BLOB + BLOB], 2),
+            "coordinates of 2 bounces with a wrong size in bytes: '32'",
+        ),
+        (lambda: coordinates_of([BLOB, far], 2), "impossible coordinates of an orbit of period '2'"),
     ):
         with pytest.raises(StoreError) as error:
             refused()

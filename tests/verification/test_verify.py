@@ -172,7 +172,7 @@ def test_an_unreadable_value_fails_one_check_among_the_others(tmp_path, cli):
     assert outcome.code == 1
     failing = {row["check"]: row["first"] for row in json.loads(outcome.out) if row["failures"]}
     assert failing["classes"] == "013x"
-    assert failing["reading"] == "births: a class of period '5'"
+    assert failing["reading"] == "births: an invalid word in a class of period '5'"
 
 
 def test_a_sample_still_checks_all_counts(filled):

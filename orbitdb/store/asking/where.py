@@ -155,7 +155,7 @@ class _Level:
 
 
 def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
-    """Tell whether a checked expression reads only columns that all words of a class share."""
+    """Tell whether a checked expression reads only columns with the same value for all words of a class."""
     columns, selects = set(), 0
 
     def note(action: int, first: str | None, second: str | None, _base: str | None, _view: str | None) -> int:

@@ -34,9 +34,8 @@ def waiting(ask: Callable[[], object]) -> None:
 class Connection(sqlite3.Connection):
     """A connection that leaves no journal behind when it closes.
 
-    SQLite keeps the journal as long as a query is open, such as one that was interrupted. It also leaves the
-    journal of a file that is no longer in its place, and would take it for the journal of the next file with
-    this name.
+    SQLite keeps the journal while a query is open, such as an interrupted one. It also leaves the journal
+    behind if the file is no longer at its path, and would take it for that of the next file with this name.
     """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -46,7 +45,7 @@ class Connection(sqlite3.Connection):
         self._journal: dict[Path, Place | None] = {}
 
     def remember_place(self, path: Path) -> None:
-        """Note which file is open, and which journal; SQLite keeps that until `close`."""
+        """Remember which file and which journal are open; SQLite keeps them open until `close`."""
         self._file = path, place(path)
         self._journal = {part: place(part) for part in beside(path)}
 

@@ -73,7 +73,7 @@ def check_file(path: Path) -> int | None:
 
 
 def need_newest(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless the file is a catalogue of the latest schema."""
+    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
     version = check_file(path)
     if version is None:
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
@@ -226,7 +226,7 @@ def _connect(uri: str, path: Path, newest: bool) -> Connection:
         if sys.version_info >= (3, 12):
             connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
         refuse_tampered(connection, path, newest)
-        connection.remember_place(path)  # with the journal, which reading makes
+        connection.remember_place(path)  # once more, because reading creates the journal
     except BaseException:
         connection.close()
         raise

@@ -126,7 +126,7 @@ def place(path: Path) -> Place | None:
 
 
 def need_place(path: Path, was: Place | None, told: str) -> None:
-    """Raise `StoreError` if the file that was at a path is no longer there; `told` ends the message."""
+    """Raise `StoreError`, with a message that ends with `told`, if a path no longer has the same file."""
     now = place(path)
     if now != was:
         what = "moved or deleted" if now is None else "replaced by another file"

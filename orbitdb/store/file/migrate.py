@@ -68,7 +68,7 @@ def _check_room(path: Path) -> None:
     if needed > free:
         raise StoreError(
             f"no room to upgrade {path} to schema {SCHEMA_VERSION}: this needs {needed / 1e6:.1f} MB, but "
-            f"{free / 1e6:.1f} MB are free: free some, or copy it to another disk and name it with --db"
+            f"{free / 1e6:.1f} MB are free: free some space, or copy it to another disk and name it with --db"
         )
 
 

@@ -33,10 +33,10 @@ def view(name: str, columns: Iterable[str]) -> sa.TableClause:
 ) = map(metadata.tables.__getitem__, TABLES)  # fmt: skip
 
 classes = view("class", SHARED | OF_CLASS)
-"""The view with one row per class and a."""
+"""The view with one row per class and value of a."""
 
 catalogue = view("catalogue", [each.name for each in IN_CATALOGUE])
-"""The view with one row per word and a."""
+"""The view with one row per word and value of a."""
 
 ENDS = ("born", "dies")
 """The columns with a word's first birth and death.

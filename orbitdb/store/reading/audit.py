@@ -1,4 +1,4 @@
-"""Read a catalogue for verification, class by class, exactly as it is stored."""
+"""Read a catalogue for verification, by class and exactly as it is stored."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from orbitdb.store.reading.soundness import StoredColumns, are_whole, sound_word
 from orbitdb.symbols.words import MAX_KEYED, from_strings
 
 Ids = dict[int, Integers]
-"""Ids of classes in order, by period."""
+"""Ids of classes, in order, for each period."""
 
 _BLOCK = 4096
 
@@ -25,13 +25,13 @@ _BLOCK = 4096
 def sampled_classes(
     connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
 ) -> Ids:
-    """Return the ids of the chosen classes, or of a random sample, by period."""
+    """Return the ids of the chosen classes, or of a random sample of them, by period."""
     ids = question.choose(connection, selection).ids
     return by_period(connection, sampled(np.sort(ids[ids > 0]), sample, rng))
 
 
 def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
-    """Return a random sample of ids in order, or all if there are no more than that."""
+    """Return a random sample of ids, in order, or all ids if there are no more than `sample`."""
     if sample is None or sample >= len(ids):
         return ids
     return np.sort(rng.choice(ids, sample, replace=False))
@@ -44,9 +44,9 @@ def ids_in(connection: sa.Connection, column: sa.Column[int], *where: sa.ColumnE
 
 
 def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle) -> Ids:
-    """Group ids of classes or pruned words by period, read from the key or from the table.
+    """Group the ids of classes or pruned words by period, which follows from the key or is in the table.
 
-    An id that is not a key counts as that of a word too long for one.
+    An id that is not a key is taken for that of a word too long for a key.
     """
     orders = orders_of(ids, sound=False)
     long = ids[no_key := (orders > MAX_KEYED) | (orders == 0)]
@@ -58,17 +58,17 @@ def by_period(connection: sa.Connection, ids: Integers, table: sa.Table = cycle)
 
 
 def load_rows(connection: sa.Connection, table: sa.Table, ids: Integers) -> list[tuple[Any, ...]]:
-    """Return rows of `cycle` or `pruned` by id."""
+    """Return the rows of `cycle` or `pruned` with the given ids."""
     query = sa.select(table).where(table.c.id.in_(listed(ids)))
     return list(connection.execute(query).cursor.fetchall())
 
 
 @dataclass(frozen=True)
 class StoredBlock:
-    """Rows of `orbit` of one period and stadium.
+    """Rows of `orbit` with the same period and stadium, as columns.
 
-    Besides the columns of `orbit` there are `word`, the representative, and `radius`, from the certificate if
-    there is one.
+    Besides the columns of `orbit`, there are `word`, the representative, and `radius`, from the certificate
+    (None if there is no certificate).
     """
 
     columns: StoredColumns
@@ -79,16 +79,16 @@ class StoredBlock:
         return self.columns["word"]
 
     def some(self, name: str, chosen: Iterable[int]) -> list[Any]:
-        """Return one column of some rows."""
+        """Return a column for some of the rows, given by their indices."""
         values = self.columns[name]
         return [values[i] for i in chosen]
 
     def whole(self, p: int) -> Marks:
-        """Tell which rows have the values that their status demands."""
+        """Tell which rows have the values that their statuses require."""
         return are_whole(self.columns, p)
 
     def orbits(self, chosen: Sequence[int]) -> Orbits:
-        """Return some rows as arrays, with NaN for NULL; their words and BLOBs must be sound."""
+        """Return some of the rows as arrays, with NaN for NULL; their words and BLOBs must be sound."""
         words = from_strings(self.some("word", chosen))
         blank = np.full(words.shape[1], np.nan, dtype="<f8").tobytes()
         places = b"".join(blob or blank for blob in self.some("coordinates", chosen))
@@ -102,7 +102,7 @@ class StoredBlock:
 
 
 def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> StoredBlock:
-    """Return the stored orbits of some classes at one stadium."""
+    """Return the stored orbits of the classes with the given ids, at a stadium."""
     proof = (certificate.c.stadium == orbit.c.stadium) & (certificate.c.cycle == orbit.c.cycle)
     query = (
         sa.select(cycle.c.word, certificate.c.radius, orbit)
@@ -117,24 +117,24 @@ def load_orbits(connection: sa.Connection, stadium: int, ids: Integers) -> Store
 
 
 def whole_rows(stored: StoredBlock, p: int, whole: Marks) -> list[int]:
-    """Return the places of the whole rows that have sound words."""
+    """Return the indices of the rows that are whole and have sound words."""
     sound = sound_words(stored.words, p)
     places: list[int] = sound[whole[sound]].tolist()
     return places
 
 
 def stadium_id(connection: sa.Connection, a: float) -> int | None:
-    """Return the id of a stadium, or None."""
+    """Return the id of the stadium with a given a, or None."""
     return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
 
 
 def fill_rows(connection: sa.Connection) -> list[dict[str, Any]]:
-    """Return the rows of `fill`, each with its a."""
+    """Return the rows of `fill`, each with its value of a."""
     query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
     return [dict(row) for row in connection.execute(query).mappings()]
 
 
 def change_rows(connection: sa.Connection, p: int) -> list[sa.Row[Any]]:
-    """Return the births and deaths of a period by class and number, each with its class size and word."""
+    """Return the births and deaths of a period, sorted by class and number, with class sizes and words."""
     query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle).where(cycle.c.p == p)
     return list(connection.execute(query.order_by(change.c.cycle, change.c.number)))

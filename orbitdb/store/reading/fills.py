@@ -1,4 +1,4 @@
-"""Fills and sweeps: their progress, and the counts and sums of finished periods."""
+"""Read fills and sweeps: their progress, and the counts and sums of finished periods."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -26,30 +26,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fill(Record):
-    """Progress of a period at one a, and the counts of the paper's Table 1.
+    """How far a period is filled at one value of a, and the counts of the paper's Table 1.
 
     Attributes
     ----------
     p : int
         Period.
     state : str
-        ``filling`` or ``done``; counts exist once it is done.
+        ``filling`` or ``done``; the counts exist once it is ``done``.
     words : int
-        Words stored so far.
+        Number of words stored so far.
     seconds : float
         Elapsed time.
     enumerating, solving, storing : float
-        Processor time in seconds for words and classes, orbits, and the database.
+        Processor time in seconds for enumerating the classes, solving orbits, and writing to the file.
     primitive : int or None
-        All primitive cyclic words of the period.
+        Number of all primitive cyclic words of the period.
     pruned : tuple of int or None
-        Numbers of them that break rules 1 to 6.
+        Numbers of these words that break each of rules 1 to 6.
     n_t, n_c : int or None
-        Words left after geometric pruning, and orbits.
+        Numbers of words that the geometric rules allow, and of words that are orbits.
     classes : int or None
-        Symmetry classes of the orbits.
+        Number of symmetry classes of the orbits.
     boundary, unresolved : int or None
-        Words with these statuses.
+        Numbers of words with these statuses.
     """
 
     p: int
@@ -69,12 +69,12 @@ class Fill(Record):
 
     @property
     def whole(self) -> bool:
-        """Whether all words of the period are stored; otherwise a fill is running or was stopped."""
+        """Whether all words of the period are stored; if not, a fill is running or was interrupted."""
         return self.state == DONE
 
 
 def fills(connection: sa.Connection, a: float) -> list[Fill]:
-    """Return the fills at one a, by period."""
+    """Return the fills at a given a, in order of period."""
     query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
     return [_as_fill(row) for row in connection.execute(query)]
 
@@ -82,16 +82,16 @@ def fills(connection: sa.Connection, a: float) -> list[Fill]:
 def _as_fill(row: sa.Row[Any]) -> Fill:
     values = row._mapping
     if not 2 <= values["p"] <= MAX_PACKED:
-        raise unsound("a filled period of", values["p"])
+        raise unsound("a fill of period", values["p"])
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
     names = (each.name for each in fields(Fill) if each.name != "pruned")
     return Fill(pruned=pruned, **{name: values[name] for name in names})
 
 
 def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
-    """Count the words of a period in stored classes with representatives up to `last`.
+    """Count the words of a period in the stored classes with representatives up to `last`.
 
-    A class is stored if it has a row at the stadium; without a stadium, if it has births.
+    A class counts as stored if it has an orbit at the stadium or, if that is None, if it has births.
     """
     size = sa.select(sa.func.sum(cycle.c.class_size))
     if stadium is None:
@@ -104,7 +104,7 @@ def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: st
 def status_counts(
     connection: sa.Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
-    """Return the numbers of words and classes at one stadium, by period and status."""
+    """Return the numbers of words and classes at a stadium, by period and status."""
     here = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
     query = (
         sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
@@ -119,7 +119,7 @@ def status_counts(
 
 
 def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[str, int]:
-    """Return the counts of a filled period, from its rows by status and the pruning rules."""
+    """Return the counts of a filled period, given its numbers of words and classes by status."""
     primitive = count_primitive(p)
     n_c, of_orbits = statuses.get(Status.ORBIT, (0, 0))
     return {
@@ -135,7 +135,7 @@ def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[st
 
 @dataclass(frozen=True)
 class Sweep(Record):
-    """Progress and results of the sweep of a period at one a.
+    """Progress and results of the sweep of a period at one value of a.
 
     Attributes
     ----------
@@ -144,17 +144,17 @@ class Sweep(Record):
     state : str
         ``filling`` or ``done``.
     tally : Tally
-        The counts so far. For a subset, `words` counts all words, and `boundary` and `unresolved` ignore
-        ranges, which apply to orbits.
+        The counts so far. In a sweep of a subset, `words` still counts all words, and `boundary` and
+        `unresolved` ignore its ranges, which apply to orbits only.
     blocks : int
-        Blocks done so far.
+        Number of blocks done so far.
     seconds, processor : float
         Elapsed time and processor time.
     sums : PeriodSums or None
-        The sums over all or the chosen orbits; None before it is done.
+        The sums over the orbits; None until the sweep is done.
     moments : mapping of int to TiltMoments
-        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty for a subset, and before it is
-        done.
+        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty for a subset, and until the
+        sweep is done.
     selection : str
         The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
     """
@@ -171,11 +171,11 @@ class Sweep(Record):
 
     @property
     def whole(self) -> bool:
-        """Whether the whole period is swept; otherwise a sweep is running or was stopped."""
+        """Whether the sweep is complete; if not, it is running or was interrupted."""
         return self.state == DONE
 
     def row(self) -> dict[str, Any]:
-        """Return the counts by the names that they have in JSON."""
+        """Return the counts under the names that they have in JSON."""
         counts = self.tally
         return {
             "p": self.p,
@@ -191,13 +191,13 @@ class Sweep(Record):
 
 
 def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
-    """Return the sweeps at one a by period, of all orbits or of a subset given by its canonical text."""
+    """Return the sweeps of all orbits or of a subset, named by its canonical text, in order of period."""
     query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
     return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
 
 
 def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
-    """Return the subsets, other than all orbits, that are swept at one a, whole or in part."""
+    """Return the subsets, other than that of all orbits, for which a sweep at a given a was begun."""
     texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
     found = []
     for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):
@@ -209,7 +209,7 @@ def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
-    """Return the moments of the swept periods above the exact ones, up to the first period without any."""
+    """Return the moments of the swept periods above `EXACT`, up to the first period that has none."""
     from orbitdb.averages.sum_rules import EXACT
 
     known = {each.p: each.moments for each in found}
@@ -227,7 +227,7 @@ def _as_sweep(row: sa.Row[Any]) -> Sweep:
     values = row._mapping
     p, counts = values["p"], [values[name] for name in SWEPT]
     if not 2 <= p <= MAX_PERIOD or min(counts) < 0:
-        raise unsound("a swept period of", p)
+        raise unsound("a sweep of period", p)
     sums, moments = None, {}
     if values["state"] == DONE:
         try:

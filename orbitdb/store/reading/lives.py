@@ -1,7 +1,7 @@
-"""Lives: the ranges of a in which stored classes are orbits, and their statuses at any a.
+"""Lives, the ranges of a in which stored classes are orbits, and the statuses of classes at any a.
 
-If a is within the error bound of a birth or death, the representative is solved there, in ball arithmetic if
-necessary, so that orbits through a joint are recognised as in a fill.
+If a is within the error of a birth or death of a class, its representative is solved at this a, in ball
+arithmetic if necessary, so that orbits through a joint are recognised as they are in a fill.
 """
 
 import sqlite3
@@ -33,25 +33,25 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BirthFill(Record):
-    """Progress of the births and deaths of a period, and their counts.
+    """How far the births and deaths of a period are stored, and their counts.
 
     Attributes
     ----------
     p : int
     state : str
-        ``filling`` or ``done``; counts exist once it is done.
+        ``filling`` or ``done``; the counts exist once it is ``done``.
     words : int
-        Words whose changes are stored.
+        Number of words whose births and deaths are stored.
     seconds : float
         Elapsed time.
     classes : int or None
-        Symmetry classes of the period.
+        Number of symmetry classes of the period.
     births : int or None
-        Births at a above 0.
+        Number of births at a > 0.
     deaths, always : int or None
-        Classes that die at least once, and classes that are orbits from a = 0 on.
+        Numbers of classes that die at least once, and of those that are orbits from a = 0 on.
     least, largest : float or None
-        The least and the largest a of a birth.
+        The smallest and the largest a at which a class is born.
     """
 
     p: int
@@ -67,13 +67,13 @@ class BirthFill(Record):
 
     @property
     def whole(self) -> bool:
-        """Whether the changes of all classes of the period are stored."""
+        """Whether the births and deaths of all classes of the period are stored."""
         return self.state == DONE
 
 
 @dataclass(frozen=True)
 class Life(Record):
-    """One life of a symmetry class.
+    """A life of a symmetry class: a range of a in which it is an orbit.
 
     Attributes
     ----------
@@ -81,11 +81,11 @@ class Life(Record):
         The representative.
     p, class_size : int
     born : float or None
-        The a of its birth; None for an orbit from a = 0 on.
+        The value of a at its birth; None if it is an orbit from a = 0 on.
     born_error : float
-        The bound on its error.
+        Bound on the error of `born`.
     dies, dies_error : float or None
-        The same for its death; None if it does not die.
+        The value of a at its death, and the bound on its error; None if it does not die.
     """
 
     word: str
@@ -98,18 +98,18 @@ class Life(Record):
 
 
 def birth_fills(connection: sa.Connection) -> list[BirthFill]:
-    """Return the progress of births by period."""
+    """Return how far births and deaths are stored, in order of period."""
     names = [each.name for each in fields(BirthFill)]
     query = sa.select(*(birth_fill.c[name] for name in names)).order_by(birth_fill.c.p)
     found = [BirthFill(*row) for row in connection.execute(query)]
     for each in found:
         if not 2 <= each.p <= MAX_KEYED:
-            raise unsound("births of a period of", each.p)
+            raise unsound("births of period", each.p)
     return found
 
 
 def lives(connection: sa.Connection, p: int) -> list[Life]:
-    """Return the lives of all classes of one period, by birth."""
+    """Return the lives of all classes of a period, in order of birth."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))
     query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
@@ -117,9 +117,9 @@ def lives(connection: sa.Connection, p: int) -> list[Life]:
 
 
 class Standing(IntEnum):
-    """Status of a word at one a, as far as births and deaths decide it.
+    """The status of a word at a given a, as far as births and deaths decide it.
 
-    A word that is no longer an orbit can become one again at a larger a.
+    A word that is no longer an orbit can become an orbit again at a larger a.
     """
 
     ORBIT = 0
@@ -132,7 +132,7 @@ class Standing(IntEnum):
 
     @property
     def words(self) -> str:
-        """The standing in words."""
+        """The standing in plain words, such as ``not yet``."""
         return self.name.lower().replace("_", " ")
 
 
@@ -152,16 +152,16 @@ class Standings(ByValue):
     Attributes
     ----------
     cycles : ndarray of int64, shape (C,)
-        Ids of the classes with stored births, rising.
+        Ids of the classes with stored births, in ascending order.
     starts : ndarray of intp, shape (C,)
-        Index of the first change of each class.
+        Index of the first birth or death of each class.
     a, error : ndarray, shape (K,)
-        Births and deaths, by class and rising a, and the bounds on their errors.
+        Values of a at births and deaths, sorted by class and then by a, and the bounds on their errors.
     born : ndarray of bool, shape (K,)
-        Whether it is a birth.
+        Whether each is a birth.
     places : ndarray of intp, shape (N,)
-        The place of each class of the subset among the C; C without stored births, C + 1 for a
-        geometrically pruned word, which is never an orbit.
+        Index in `cycles` of each class of the subset; C if no births of the class are stored, and C + 1 for
+        a geometrically pruned word, which is never an orbit.
     """
 
     cycles: Integers
@@ -177,7 +177,7 @@ class Standings(ByValue):
         return self.places < len(self.cycles)
 
     def at(self, a: float) -> NDArray[np.uint8]:
-        """Return the `Standing` of each class at one a, shape (N,)."""
+        """Return the `Standing` of each class at a given a, shape (N,)."""
         return np.append(self._of_classes(a), [Standing.UNKNOWN, Standing.GEOMETRIC]).astype(np.uint8)[
             self.places
         ]
@@ -201,25 +201,25 @@ class Standings(ByValue):
 
 
 def _solved(words: Sequence[str], a: float) -> list[Status]:
-    """Solve words of one period within the error of their own birth or death."""
+    """Solve words of the same period at an a within the error of a birth or death of each."""
     from orbitdb.orbits.newton import solve  # seldom needed
 
     if wrong := [word for word in words if not is_written(word, len(word))]:
-        raise unsound("a class with births", wrong[0])
+        raise unsound("an invalid word in a class with births:", wrong[0])
     return [Status(status) for status in solve(from_strings(words), Stadium(a)).status.tolist()]
 
 
 def sums(standing: NDArray[np.uint8], counts: NDArray[np.integer]) -> list[int]:
-    """Return the number of words with each `Standing`, from the standings and sizes of classes."""
+    """Return the number of words with each `Standing`, given the standings and sizes of the classes."""
     return np.bincount(standing, counts, len(Standing)).astype(np.int64).tolist()
 
 
 def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnElement[bool]) -> Standings:
-    """Read the births and deaths, if they meet the conditions, of the classes with some ids."""
+    """Read the births and deaths of the classes with the given ids, if they meet the conditions."""
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).where(*where).order_by(change.c.cycle, change.c.number)
     rows = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    found = np.fromiter(rows, _ROW)  # all tuples at once would take four times the memory
+    found = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
     found = found[np.isin(found["cycle"], ids)]
     cycles, starts = np.unique(found["cycle"], return_index=True)
     places = np.searchsorted(cycles, ids)
@@ -231,14 +231,14 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
-    """Count the orbits of a period at one a, from its complete births."""
+    """Count the orbits of a period at a given a; the births of the period must be complete."""
     from orbitdb.orbits.sums import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
     query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)
     rows = connection.execute(query.where(here, change.c.number == 1)).cursor.fetchall()
     if not all(is_written(word, p) for _, _, word in rows):
-        raise unsound("a class of period", p)
+        raise unsound("an invalid word in a class of period", p)
     ids, sizes = np.array([row[:2] for row in rows], np.int64).reshape(-1, 2).T
     standing = load_standings(connection, ids, here).at(a)
     classes, words = int((standing == Standing.ORBIT).sum()), sums(standing, sizes)

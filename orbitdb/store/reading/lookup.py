@@ -1,6 +1,6 @@
-"""Look up one word in a catalogue, and the default a.
+"""Look up single words in a catalogue, and find its default a.
 
-These few rows are read directly from SQLite, because importing SQLAlchemy would take longer than the rest.
+These few rows are read without SQLAlchemy, because importing it would take longer than everything else.
 """
 
 import sqlite3
@@ -41,7 +41,7 @@ ORDER BY own.a, cycle.word"""
 
 
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
-    """Return the stored orbit of a primitive word at one a, in the given rotation (`Catalogue.find`)."""
+    """Return the stored orbit of a primitive word at a given a, in the given rotation, or None."""
     if (pruned := pruned_word(word, a)) is not None:
         stored = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
         known = connection.execute(stored, (pruned.p, pruned.representative)).fetchone()
@@ -53,7 +53,7 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
         return None
     row = dict(zip(_KNOWN, found, strict=True))
     if not is_whole(row, len(word)):
-        raise unsound("a row without what its status demands, of", family.representative)
+        raise unsound("values that do not fit the status of the word", family.representative)
     coordinates = None
     if row["coordinates"] is not None:
         places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
@@ -76,14 +76,14 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
 
 
 def _ids_of(representative: str) -> tuple[int, int, int, str]:
-    """Return the least and greatest possible id of a class, its period, and the representative."""
+    """Return parameters of `_FIND`: the least and greatest id that a class can have, its period and word."""
     p = len(representative)
     ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
     return *ids, p, representative
 
 
 def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:
-    """Return the ranges of a in which a class is an orbit; None without stored births."""
+    """Return the ranges of a in which a class is an orbit, or None if no births of it are stored."""
     if len(representative) > MAX_KEYED:
         return None
     query = "SELECT coalesce(born, 0.0), dies FROM life WHERE cycle = ? ORDER BY born"
@@ -91,16 +91,16 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
 
 
 def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
-    """Return the radius and the bits of the certificate of a class, or None."""
+    """Return the radius and the number of bits of a class's certificate, or None if it has none."""
     query = _FIND.format(columns="found.radius, found.bits", table="certificate")
     found: tuple[float, int] | None = connection.execute(query, (*_ids_of(representative), a)).fetchone()
     return found
 
 
 def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
-    """Return the births of a class, each with the representatives of the classes born on the same path.
+    """Return each birth of a class, with the representatives of the other classes born on the same path.
 
-    Partners of another period, as when a word goes twice round a shorter one, are left out.
+    Classes with another period are left out, such as a shorter word that the word goes round twice.
     """
     values = (key(representative), *keys_of_period(len(representative)))
     found: dict[float, list[str]] = {}
@@ -116,7 +116,7 @@ def a_meant(path: Path) -> float:
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
-    """Return a primitive word from the catalogue, or solve it if it is not stored there."""
+    """Return the orbit of a primitive word from the catalogue, or solve the word if it is not stored."""
     stored = None
     if path is not None:
         with asking(path) as connection:
@@ -129,9 +129,9 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 
 
 def with_existence(orbit: Orbit) -> Orbit:
-    """Return a word with the ranges of a in which it is an orbit, found now if necessary.
+    """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
 
-    They stay unknown for words longer than `orbitdb.orbits.single_word.LONGEST`.
+    The ranges stay unknown for words longer than `orbitdb.orbits.single_word.LONGEST`.
     """
     if orbit.exists is not None:
         return orbit
@@ -141,7 +141,7 @@ def with_existence(orbit: Orbit) -> Orbit:
 
 
 def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
-    """Return the stored births of a word, each with the representatives born on the same path."""
+    """Return each stored birth of an orbit, with the representatives of the classes born on the same path."""
     if path is None or orbit.p > MAX_KEYED or not orbit.exists:
         return []
     with asking(path) as connection:
@@ -151,7 +151,7 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
 def a_stored(
     connection: sqlite3.Connection, tables: Sequence[str] = ("fill", "sweep", "orbit")
 ) -> list[float]:
-    """Return the values of a with rows in some tables; by default with orbits or sums over them."""
+    """Return the values of a with rows in the given tables; by default, those with orbits or sweeps."""
     known = " OR ".join(
         f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
     )
@@ -159,9 +159,9 @@ def a_stored(
 
 
 def meant(values: Sequence[float]) -> float:
-    """Return the default a: the only one stored, else 1.6.
+    """Return the default a: the only stored value if there is just one, otherwise 1.6.
 
-    Raises `InputError` if there are several, but not 1.6.
+    Raises `InputError` if there are several values but 1.6 is not one of them.
     """
     if len(values) == 1:
         return values[0]

@@ -1,6 +1,6 @@
-"""Find words in classes and among the rows of a subset: by pattern, code, period or first symbols.
+"""Find words in classes and among the rows of a subset, by pattern, code, period or first symbols.
 
-Words are compared in packed form, which the ids of the classes hold.
+Words are compared in packed form, which follows from the ids of the classes without reading the file.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 BATCH = 1 << 14
-"""Classes at a time; they fit into the processor's cache."""
+"""Number of classes handled at a time; they fit into the processor's cache."""
 
 
 def fitting(
@@ -35,10 +35,10 @@ def fitting(
     patterns: Sequence[Pattern],
     cancelled: Callable[[], bool] = never,
 ) -> Masks:
-    """Tell which words of classes fit all patterns: bit g is set if the image under element g does.
+    """Return a mask per class, in which bit g is set if the image under element g matches all patterns.
 
-    The ids, shape (C,), are those of classes, or of pruned words, which use bit 0. Only words too long for a
-    key are read from the connection.
+    The ids, shape (C,), are those of classes or of pruned words, for which only bit 0 matters. Only words too
+    long for a key are read from the file.
     """
     found = np.zeros(len(ids), dtype=np.uint8)
     orders = orders_of(ids)
@@ -76,7 +76,7 @@ def _of_long(connection: sa.Connection, ids: Integers, patterns: Sequence[Patter
 
 
 def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
-    """Return the words and the stabiliser of a class, or of a pruned word, whose id is not a key."""
+    """Return the words and the stabiliser of a class (or pruned word) whose id is not a key."""
     if number < 0:
         query = sa.select(pruned.c.p, pruned.c.word, sa.literal("1")).where(pruned.c.id == number)
     else:
@@ -88,7 +88,7 @@ def long_words(connection: sa.Connection, number: int) -> tuple[list[str], int]:
 
 
 def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: Marks) -> Masks:
-    """Return the stabilisers of classes; those marked `full` have eight words and the trivial one."""
+    """Return the stabilisers of classes; classes marked `full` have eight words, and so the trivial group."""
     found = np.ones(len(ids), dtype=np.uint8)
     small = np.flatnonzero(~full & (ids > 0))
     orders = orders_of(ids[small])
@@ -104,7 +104,7 @@ def stabilisers_of_classes(connection: sa.Connection, ids: Integers, full: Marks
 
 
 def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
-    """Return the row of a code, or None."""
+    """Return the row number of a code in the subset, or None if it is not there."""
     if len(word) > MAX_KEYED:
         return _position_of_long(connection, chosen, word) if (np.abs(chosen.ids) >= LONG).any() else None
     if rules_of(word):
@@ -143,12 +143,12 @@ def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
 
 
 def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
-    """Return the periods of classes without stored births."""
+    """Return the distinct periods of the classes for which no births are stored."""
     return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
 
 
 def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
-    """Return the first row of a period, or None."""
+    """Return the number of the first row with a given period, or None."""
     here = periods_of(connection, chosen.ids) == p
     return chosen.first(np.where(here, 0xFF, 0).astype(np.uint8))
 
@@ -156,7 +156,7 @@ def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | 
 def first_beginning(
     connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
-    """Return the first row whose code begins with some symbols, or None."""
+    """Return the number of the first row whose code begins with the given symbols, or None."""
     elements = fitting(connection, chosen.ids, (Like(f"{code}%", True),), cancelled)
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     return chosen.first(places_of_elements(elements, stabilisers))

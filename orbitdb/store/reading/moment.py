@@ -1,4 +1,4 @@
-"""A catalogue open for reading, and `Moment`, one read transaction, which answers all questions."""
+"""`Reader`, a catalogue open for reading, and `Moment`, a read transaction, which answers all questions."""
 
 import weakref
 from collections.abc import Callable, Iterator, Sequence
@@ -30,23 +30,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moment:
-    """A read transaction on one catalogue, so that all answers are consistent.
+    """A read transaction on a catalogue; all its answers are consistent with one another.
 
-    `orbitdb.Catalogue` has methods of the same names.
+    `orbitdb.Catalogue` has methods with the same names.
 
     Attributes
     ----------
     connection : sqlalchemy.Connection
-        Sees the file as it was when the transaction began.
+        A connection that sees the file as it was when the transaction began.
     path : Path
-        The file.
+        The path of the file.
     """
 
     connection: sa.Connection
     path: Path
 
     def a_values(self, orbits: bool = False) -> list[float]:
-        """Return the values of a in order, all or only those with orbits or sums over them."""
+        """Return the stored values of a in order; with `orbits`, only those with orbits or sweeps."""
         if orbits:
             return lookup.a_stored(driver(self.connection))
         return list(self.connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
@@ -56,40 +56,40 @@ class Moment:
         return lookup.meant(self.a_values(orbits=True))
 
     def fills(self, a: float) -> list[Fill]:
-        """Return the fills at one a, by period."""
+        """Return the fills at a given a, in order of period."""
         return fills.fills(self.connection, a)
 
     def birth_fills(self) -> list[BirthFill]:
-        """Return the progress of births and deaths by period."""
+        """Return how far births and deaths are stored, in order of period."""
         return lives.birth_fills(self.connection)
 
     def births(self, p: int) -> list[Life]:
-        """Return the lives of the classes of one period, by birth."""
+        """Return the lives of the classes of a period, in order of birth."""
         return lives.lives(self.connection, p)
 
     def entropy_bounds(self, a: float, proof: str | None = None) -> EntropyBounds | None:
-        """Return the closest stored bounds on the topological entropy at one a."""
+        """Return the tightest stored bounds on the topological entropy at a given a, or None."""
         found = records.closest(self.connection, proof, Stadium(a).a)
         return found[0] if found else None
 
     def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
-        """Return the closest stored bounds on the topological entropy at every a, in order."""
+        """Return the tightest stored bounds on the topological entropy at every a that has any, in order."""
         return records.closest(self.connection, proof)
 
     def reference(self, a: float) -> "Reference | None":
-        """Return the stored averages over trajectories at one a that have the smallest error."""
+        """Return the stored averages over trajectories with the smallest error at a given a, or None."""
         return records.best_reference(self.connection, a)
 
     def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
-        """Return the counts and sums of sweeps at one a, of all orbits or of a subset, by period."""
+        """Return the sweeps of all orbits or of a subset at a given a, in order of period."""
         return fills.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
 
     def swept_subsets(self, a: float) -> list[Selection]:
-        """Return the subsets, other than all orbits, that are swept at one a."""
+        """Return the subsets, other than that of all orbits, that have been swept at a given a."""
         return fills.swept_subsets(self.connection, a)
 
     def find(self, word: str, a: float) -> Orbit | None:
-        """Return the stored orbit of a primitive word, in the rotation given, or None."""
+        """Return the stored orbit of a primitive word, in the given rotation, or None."""
         return lookup.find_word(driver(self.connection), word, a)
 
     def choose(
@@ -101,13 +101,13 @@ class Moment:
         counted: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Chosen:
-        """Return a chosen subset as classes and their words (`orbitdb.store.reading.question.choose`)."""
+        """Find a chosen subset, as classes and their words (`orbitdb.store.reading.question.choose`)."""
         return question.choose(self.connection, selection, order, columns, most, counted, cancelled)
 
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
     ) -> Iterator[list[Values]]:
-        """Yield columns of a subset, in blocks of rows (`orbitdb.store.reading.rows.blocks_of`)."""
+        """Yield the named columns of a subset in blocks of rows (`orbitdb.store.reading.rows.blocks_of`)."""
         return rows.blocks_of(self.connection, chosen, names, first, last)
 
     def rows(
@@ -118,7 +118,7 @@ class Moment:
         last: int | None = None,
         cancelled: Callable[[], bool] = never,
     ) -> Iterator[tuple[Any, ...]]:
-        """Yield rows first .. last - 1 of a subset as plain values, with None for missing ones."""
+        """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
         for columns in self.blocks(chosen, names, first, last):
             if cancelled():
                 raise CancelledError
@@ -130,17 +130,17 @@ class Moment:
 
 
 class Reader:
-    """A catalogue file open for reading, one moment after another.
+    """A catalogue file open for reading, which gives one `Moment` after another.
 
     Parameters
     ----------
     path : path-like, optional
-        The file; by default that of ``ORBITDB_DB``, or one in your data folder.
+        The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
 
     Raises
     ------
     StoreError
-        If there is no catalogue there, or it cannot be read by this version.
+        If there is no catalogue at the path, or this version cannot read it.
     """
 
     def __init__(self, path: Path | str | None = None) -> None:
@@ -148,24 +148,24 @@ class Reader:
         need_newest(self.path)
         self._engine = reading_engine(self.path)
         with plain_errors(self.path), self._engine.connect():
-            pass  # refuse a damaged or altered file now, not in the middle of a question
+            pass  # refuse a damaged or altered file now, not in the middle of a query
         self.close()
         weakref.finalize(self, self._engine.dispose)  # if nobody calls `close`
 
     def close(self) -> None:
-        """Close the file. The next question opens it again."""
+        """Close the file; the next moment opens it again."""
         self._engine.dispose()
 
     @contextmanager
     def moment(self) -> Iterator[Moment]:
-        """Open a read transaction; later changes appear in the next one."""
+        """Yield a read transaction; changes made meanwhile appear in the next one."""
         with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
             yield Moment(connection, self.path)
 
 
 @contextmanager
 def reading(path: Path | str | None = None) -> Iterator[Moment]:
-    """Open a catalogue for one moment, and close it."""
+    """Open a catalogue for a single moment, and close it afterwards."""
     source = Reader(path)
     try:
         with source.moment() as moment:

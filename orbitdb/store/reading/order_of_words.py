@@ -1,4 +1,4 @@
-"""Sort single words by text, symmetry element, or columns of their classes."""
+"""Sort single words by their text, their symmetry element, or columns of their classes."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -18,16 +18,17 @@ from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 _TEXTS = ("code", "word")
 
 STEP = 1 << 17
-"""Classes or rows at a time."""
+"""Number of classes or rows handled at a time."""
 
 
 def in_order_of_words(
     connection: sa.Connection, chosen: Chosen, keys: Mapping[str, bool]
 ) -> NDArray[np.uint32]:
-    """Return the order of the words of a subset by columns, each with whether it falls; shape (N,).
+    """Return the indices that sort the words of a subset by columns, shape (N,).
 
-    The subset is in the natural order, and has the values of those columns that belong to classes. Only words
-    too long for a key are read from the connection.
+    The keys map each column to whether its order is descending. The subset must be in its natural order, and
+    have the values of those columns that belong to classes. Only words too long for a key are read from the
+    file.
     """
     arrays: list[NDArray[Any]] = []
     for name, falls in keys.items():
@@ -43,7 +44,7 @@ def in_order_of_words(
 
 
 def _ranks(values: NDArray[np.generic], falling: bool) -> Integers:
-    """Return the ranks of values among the distinct ones; missing values come last."""
+    """Return the rank of each value among the distinct values; missing values come last."""
     missing = np.array([value is None or value != value for value in values.tolist()], dtype=np.bool_)
     ranks = np.full(len(values), len(values), dtype=np.int64)
     _, found = np.unique(values[~missing], return_inverse=True)
@@ -52,9 +53,10 @@ def _ranks(values: NDArray[np.generic], falling: bool) -> Integers:
 
 
 def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
-    """Return numbers that sort like the texts of words; with long words, also ranks for equal numbers.
+    """Return numbers that sort like the texts of words and, if there are long words, ranks to break ties.
 
-    A number holds the first `MAX_KEYED` symbols, each raised by one, so that a word precedes its extensions.
+    A number contains the first `MAX_KEYED` symbols, each increased by 1, so that a word precedes words that
+    begin with it.
     """
     texts, done = np.zeros(len(chosen), dtype=np.int64), 0
     short = len(chosen.ids) - int((np.abs(chosen.ids) >= LONG).sum())  # long words come last
@@ -62,7 +64,7 @@ def _texts(connection: sa.Connection, chosen: Chosen) -> list[Integers]:
         step = slice(start, min(start + STEP, short))
         ids, masks, orders = chosen.ids[step], chosen.masks[step], orders_of(chosen.ids[step])
         stabilisers = stabilisers_of_classes(connection, ids, masks == ALL)
-        for p in np.unique(orders).tolist():  # in the natural order, words of one period are adjacent
+        for p in np.unique(orders).tolist():  # in the natural order, words of the same period are adjacent
             here = orders == p
             for codes in packed_members(packed(np.abs(ids[here]), p), p, masks[here], stabilisers[here]):
                 texts[done : done + len(codes)] = _raised(codes, p)
@@ -93,7 +95,7 @@ def _long_words(connection: sa.Connection, ids: Integers, masks: NDArray[np.uint
 
 
 def _elements(connection: sa.Connection, chosen: Chosen, falling: bool) -> NDArray[np.int8]:
-    """Return a sort key for words by symmetry element; pruned words come last."""
+    """Return keys that sort words by symmetry element; pruned words come last."""
     stabilisers = stabilisers_of_classes(connection, chosen.ids, chosen.masks == ALL)
     elements = ELEMENT_OF.astype(np.int8)[stabilisers] * (-1 if falling else 1)
     elements[chosen.ids < 0] = len(ELEMENTS)

@@ -1,8 +1,8 @@
-"""Find a chosen subset: the only way from a selection to classes and their words.
+"""Find the classes and words of a chosen subset; every query for a selection comes through here.
 
-* Conditions that all words of a class share are put to the view `class`, and choose all its words.
-* Patterns in the text of words are tried on the packed words, which the ids of the classes hold.
-* Other conditions on single words are put to the view `catalogue`, grouped by class.
+* Conditions with the same value for all words of a class become a query of the view `class`.
+* Patterns in the text of words are matched against the packed words, which the ids of the classes contain.
+* Other conditions on single words become a query of the view `catalogue`, grouped by class.
 
 Geometrically pruned words have no class; they are found only if the selection names their status.
 """
@@ -31,14 +31,14 @@ from orbitdb.symbols.members import places_of_elements
 from orbitdb.symbols.symmetry import ELEMENTS
 
 _OF_WORDS = ("code", "word", "element")
-"""Columns in which the words of a class differ."""
+"""Columns whose values differ between the words of a class."""
 
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
-"""Id and size of a class in one integer, because a second column takes half as long again.
+"""Id and size of a class in a single integer, because a second column would take half as long again.
 
-A shift of an altered, very large id is still an integer; a product would not be."""
+The id is shifted, because a product with a very large id, in an altered file, would not be an integer."""
 
 BLOCK = 1 << 14
 
@@ -64,16 +64,16 @@ def choose(
     ----------
     connection, selection
     order : str, optional
-        Columns separated by commas; ``desc`` after a name or ``-`` before it makes it fall. Among equal
-        rows, the lower period, representative and element come first.
+        Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
+        order. Ties are broken by period, representative and element, in ascending order.
     columns : sequence of str, optional
         Further columns of the view ``class`` to read.
     most : int, optional
-        Only this many first rows are needed; later ones may come in any order.
+        Number of rows that are needed, from the first on; later rows may be in any order, or missing.
     counted : bool, optional
-        Whether the number of all rows is needed, too.
+        Whether the total number of rows is needed even so.
     cancelled : callable, optional
-        Called now and then; True raises `CancelledError`.
+        Called now and then; if it returns True, `CancelledError` is raised.
     """
     keys, divided = parse_order(order), divide(selection)
     by_class = dict(takewhile(lambda key: key[0] not in _OF_WORDS, keys.items()))
@@ -102,14 +102,14 @@ def choose(
 
 
 def _places(connection: sa.Connection, ids: Integers, sizes: NDArray[np.uint8], elements: Masks) -> Masks:
-    """Turn masks by symmetry element into masks by place in the class."""
+    """Turn masks of symmetry elements into masks of positions in the class."""
     return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
 
 
 def _query(
     connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
 ) -> sa.Select[Any]:
-    """Return the query for classes in order: coded id, mask by elements if needed, and columns."""
+    """Return the query for the classes in order: coded ids, masks of elements if needed, and columns."""
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     sources = list(_sources(divided, named))
     rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
@@ -121,11 +121,11 @@ def _query(
 def _order_of_classes(
     rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
 ) -> list[sa.ColumnElement[Any]]:
-    """Return the SQL order of classes; empty for the natural order, which the views already have.
+    """Return the sort keys of classes in SQL; there are none for the natural order, which the views have.
 
-    The rows have the keys, ``p``, ``least`` (the representative) and ``coded`` (`_CODED`). Each key maps to
-    whether it falls. `mixed` says that there may be words, pruned or too long for a key, whose ids do not
-    rise with the period.
+    The rows have ``p``, ``least`` (the representative), ``coded`` (`_CODED`) and the columns in `keys`, each
+    with whether its order is descending. `mixed` tells whether there may be words, pruned or too long for a
+    key, whose ids do not increase with the period.
     """
     natural: list[sa.ColumnElement[Any]] = [rows.coded]
     if mixed:
@@ -133,14 +133,14 @@ def _order_of_classes(
         natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
         keys = keys or {"p": False}
     elif [*keys.items()][-1:] == [("p", False)]:
-        keys = dict([*keys.items()][:-1])  # because ids rise with the period
-    # NULL is SQLite's least value, so it comes last in falling orders anyway
+        keys = dict([*keys.items()][:-1])  # because ids increase with the period
+    # NULL is SQLite's least value, so it comes last in descending orders anyway
     sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
     return [*sorting, *natural] if keys else []
 
 
 def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the query for classes, and one for pruned words if the selection names their status."""
+    """Yield the query for classes and, if the selection names their status, the query for pruned words."""
     chosen = divided.conditions
     if chosen.statuses != (Status.GEOMETRIC,):
         known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c
@@ -160,7 +160,7 @@ def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any
 
 
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
-    """Return a column of a view, or NULL if only pruned words have it."""
+    """Return a column of a view, or NULL if the view does not have it."""
     return known[name] if name in known else sa.null()
 
 
@@ -172,7 +172,7 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    while rows_of_block := cursor.fetchmany(BLOCK):  # keeps few objects in memory
+    while rows_of_block := cursor.fetchmany(BLOCK):  # so that few objects are in memory at a time
         each = zip(*rows_of_block, strict=True)
         numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
         parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])

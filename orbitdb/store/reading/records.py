@@ -1,4 +1,4 @@
-"""Read what is stored besides orbits: entropy bounds and references; the size of rows."""
+"""Read entropy bounds and averages over random trajectories, and measure the size of rows."""
 
 from dataclasses import fields
 from itertools import groupby
@@ -16,13 +16,16 @@ if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
 _HIGHEST = 1.22
-"""Above every bound: the entropy of the geometric rules is 1.218756."""
+"""Larger than every bound, because the entropy of the geometric rules alone is 1.218756."""
 
 
 def bounds_stored(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return stored bounds unchecked, by a and length of windows; all, or those of one proof or one a."""
+    """Return the stored bounds, unchecked, in order of a and of window length.
+
+    With `proof` or `a`, only the bounds with this proof or at this a are returned.
+    """
     table = entropy_bound.c
     names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
     query = sa.select(*names).order_by(table.a, table.edges, table.proof)
@@ -36,7 +39,7 @@ def bounds_stored(
 def closest(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return the closest bounds at each a; of equally close ones, those proved in balls."""
+    """Return the tightest bounds at each a; if two are equally tight, the one proved in ball arithmetic."""
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
     found = bounds_stored(connection, proof, a)
@@ -48,7 +51,7 @@ def closest(
 
 
 def is_sound(found: EntropyBounds) -> bool:
-    """Tell whether a search could have found such bounds."""
+    """Tell whether a search could have found these bounds."""
     return (
         MIN_A <= found.a <= MAX_A
         and 0 <= found.lower <= found.upper <= _HIGHEST
@@ -59,7 +62,7 @@ def is_sound(found: EntropyBounds) -> bool:
 
 
 def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
-    """Return the stored reference at one a with the smallest error, or None."""
+    """Return the averages over trajectories with the smallest error at a given a, or None."""
     from orbitdb.trajectories.ensemble import Reference
 
     names = [field.name for field in fields(Reference)]
@@ -79,9 +82,9 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
 
 
 def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
-    """Return the numbers of classes, orbits and pruned words, with the bytes per row.
+    """Return the numbers of classes, orbits and pruned words, each with the bytes per row.
 
-    The bytes are None without rows, or if SQLite was built without `dbstat`.
+    The bytes are None if there are no rows, or if SQLite was built without `dbstat`.
     """
     tables = {"classes": cycle, "orbits": orbit, "pruned words": pruned}
     counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in tables.values()]

@@ -1,8 +1,8 @@
 """The rows of a chosen subset, and how they are read.
 
-A subset is two arrays: its symmetry classes in the wanted order, and a bit mask of the chosen words of each.
-Its size is the number of bits, and a page is a slice of their cumulative count. Averages weight a class by
-its bits. Only an order of single words needs a third array.
+A subset consists of two arrays: its symmetry classes in the wanted order, and for each class a bit mask of
+its chosen words. The number of set bits is the size of the subset, and a page is a slice of their cumulative
+count. Averages weight a class by its number of bits. A third array is needed only to sort single words.
 """
 
 import json
@@ -28,22 +28,22 @@ from orbitdb.symbols.symmetry import image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
-"""Number of set bits in each byte."""
+"""Number of set bits for each value of a byte."""
 
 _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
-"""Positions of the set bits in each byte, from the lowest."""
+"""Positions of the set bits for each value of a byte, beginning with the lowest."""
 
 ALL = 0xFF
-"""The mask of a class with all eight words chosen."""
+"""The mask of a class of which all eight words are chosen."""
 
 _LEAST = 1 << 2 * BITS
-"""The key of 00, the least of all keys."""
+"""The key of the word 00, which is the least of all keys."""
 
 
 class ChosenWords(NamedTuple):
-    """Words, each by the id of its class and its place in the class.
+    """Words, each given by the id of its class and its position in the class, from 0.
 
-    Geometrically pruned words have negative ids and place 0.
+    Geometrically pruned words have negative ids and position 0.
     """
 
     ids: Integers
@@ -52,20 +52,20 @@ class ChosenWords(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chosen(ByValue):
-    """A chosen subset of the words stored at one a.
+    """A chosen subset of the words stored at one value of a.
 
     Attributes
     ----------
     selection : Selection
         What was chosen.
     ids : ndarray of int64, shape (C,)
-        Ids of the classes with chosen words, in the order of the rows; minus the key for a pruned word.
+        Ids of the classes with chosen words, in the order of the rows; a pruned word has a negative id.
     masks : ndarray of uint8, shape (C,)
-        Bit n is set if word n of the class is chosen.
+        Masks of the chosen words: bit n is set if word n of the class is chosen.
     rows : ndarray of uint32, shape (N,), or None
-        The words in order, by number, unless they follow the order of the classes.
+        The numbers of the words in the order of the rows; None if they follow the order of the classes.
     values : mapping of str to ndarray, shape (C,)
-        Requested columns of the classes.
+        The columns of the classes that were asked for.
     """
 
     selection: Selection
@@ -84,11 +84,11 @@ class Chosen(ByValue):
 
     @cached_property
     def ends(self) -> Integers:
-        """Number of words up to and including each class, shape (C,)."""
+        """Number of chosen words up to and including each class, shape (C,)."""
         return np.cumsum(self.counts, dtype=np.int64)
 
     def words(self, first: int = 0, last: int | None = None) -> ChosenWords:
-        """Return the words of rows first .. last - 1."""
+        """Return the words in rows first .. last - 1."""
         numbers = self._numbers(first, last)
         classes = np.searchsorted(self.ends, numbers, side="right")
         masks = self.masks[classes]
@@ -96,7 +96,7 @@ class Chosen(ByValue):
         return ChosenWords(self.ids[classes], _NTH[masks, before])
 
     def classes(self, first: int = 0, last: int | None = None) -> Places:
-        """Return the place of the class of rows first .. last - 1, among all classes."""
+        """Return the index in `ids` of the class of each of the rows first .. last - 1."""
         return np.searchsorted(self.ends, self._numbers(first, last), side="right")
 
     def _numbers(self, first: int, last: int | None) -> Integers:
@@ -106,7 +106,7 @@ class Chosen(ByValue):
         return self.rows[first:last].astype(np.int64)
 
     def position(self, number: int, place: int) -> int | None:
-        """Return the row of a word, given by class id and place in the class, or None."""
+        """Return the row number of a word, given by class id and position in the class, or None."""
         for found in np.flatnonzero(self.ids == number).tolist():
             mask = int(self.masks[found])
             if mask >> place & 1:
@@ -115,7 +115,7 @@ class Chosen(ByValue):
         return None
 
     def first(self, masks: Masks) -> int | None:
-        """Return the first row of the words in some masks, shape (C,), or None."""
+        """Return the number of the first row whose word is in the given masks, shape (C,), or None."""
         wanted = self.masks & masks
         if not wanted.any():
             return None
@@ -127,24 +127,25 @@ class Chosen(ByValue):
 
 
 def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return the values of a column: numbers with NaN for NULL, anything else as objects."""
+    """Return the values of a column as an array: of numbers, with NaN for NULL, or of objects."""
     return np.array(values, np.float64 if kind_of(name) == "number" else object)
 
 
 def listed(ids: Integers) -> sa.Select[tuple[int]]:
-    """Return ids as a subquery with a single parameter."""
+    """Return a subquery for ids that has only one parameter."""
     return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
 def orders_of(ids: Integers, sound: bool = True) -> Integers:
-    """Return the periods of classes and pruned words by id; `MAX_KEYED` + 1 for words too long for a key.
+    """Return the periods of classes and pruned words, given their ids.
 
-    Raises `StoreError` for an id below every key; if ids need not be sound, its period is 0.
+    The period is `MAX_KEYED` + 1 for all words too long for a key. An id below every key raises `StoreError`
+    or, if the ids need not be `sound`, has period 0.
     """
     keys = np.abs(ids)
     low = keys < _LEAST
     if sound and low.any():
-        raise unsound("a class with the number", ids[low][0])
+        raise unsound("a class with the id", ids[low][0])
     ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
     found = np.searchsorted(ends, keys, side="right")
     found[keys >= LONG] = MAX_KEYED + 1
@@ -157,13 +158,13 @@ COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
 """The columns that can be read: those of the view ``catalogue``, and the coordinates."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
-"""Rows of a block; fewer if there are words too long for a key, of up to a million symbols."""
+"""Numbers of rows per block; the second is for words too long for a key, of up to a million symbols."""
 
 
 def blocks_of(
     connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
 ) -> Iterator[list[Values]]:
-    """Yield some columns of rows first .. last - 1 of a subset, in blocks of rows.
+    """Yield the named columns for rows first .. last - 1 of a subset, in blocks of rows.
 
     Raises
     ------
@@ -185,14 +186,14 @@ def blocks_of(
 
 
 def plain(column: Values) -> Sequence[Any]:
-    """Return a column as plain values, with None for missing ones."""
+    """Return a column as plain values; missing values are None."""
     if isinstance(column, np.ndarray):
         return [None if value != value else value for value in column.tolist()]
     return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
 def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
-    """Return the columns of classes or pruned words that the wanted columns need, in the order of ids."""
+    """Return the name and the values of each column that is needed, with classes in the order of ids."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     rows: list[tuple[Any, ...]] = []
@@ -208,12 +209,12 @@ def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequenc
         rows += sorted(connection.execute(query).cursor.fetchall(), key=lambda row: row[0])
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
-        raise unsound("classes without a row among", f"{ids[0]} to {ids[-1]}")
+        raise unsound("missing rows of classes with ids from", f"{ids[0]} to {ids[-1]}")
     return list(zip(names, columns, strict=True))
 
 
 class _Block:
-    """Words of one block, and the columns of their classes."""
+    """The words of one block, and the columns of their classes."""
 
     def __init__(self, shared: list[Any], inverse: Places, places: NDArray[np.uint8]) -> None:
         self.shared = dict(shared)
@@ -232,7 +233,7 @@ class _Block:
             raise unsound("a class without some of its words:", self.shared["representative"][0])
 
     def columns(self, names: Sequence[str]) -> list[Values]:
-        """Return some columns."""
+        """Return the named columns."""
         made: dict[str, Callable[[], Values]] = {
             "code": lambda: self.words,
             "word": lambda: self.words,
@@ -251,7 +252,7 @@ class _Block:
         try:
             return as_array(name, values)[self.inverse]
         except (TypeError, ValueError) as error:
-            raise unsound("a value of a class in the column", name) from error
+            raise unsound("a value that is not a number in the column", name) from error
 
     def _rules(self) -> list[list[int]]:
         known = [read_rules(text) for text in self.shared["rules"]]
@@ -266,7 +267,7 @@ class _Block:
         return [None if (own := known[row]) is None else own[place] for row, place in pairs]
 
     def _coordinates(self) -> list[Floats | None]:
-        """Return those of the representative, mirrored, reversed and rotated."""
+        """Return the coordinates of the words, from those of the representatives and the symmetries."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
         found: list[Floats | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}

@@ -1,4 +1,4 @@
-"""Check rows when they are read, because somebody may have altered the file by hand."""
+"""Check rows as they are read, because somebody may have altered the file with another program."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,7 +23,7 @@ _SOLVERS = {"newton", "relaxation"}
 _WORD = re.compile("[0-5]+")
 _RULES = {str(rule.number) for rule in RULES}
 _FAR = 1e7
-"""Larger than every coordinate in any stadium."""
+"""Larger than all coordinates in all stadiums."""
 
 
 def unsound(what: str, value: object) -> AlteredError:
@@ -33,12 +33,15 @@ def unsound(what: str, value: object) -> AlteredError:
 
 
 def is_whole(row: StoredRow, p: int) -> bool:
-    """Tell whether a row of `orbit` has the values that its status demands."""
+    """Tell whether a row of `orbit` has the values that its status requires."""
     return bool(are_whole({name: [value] for name, value in row.items()}, p)[0])
 
 
 def are_whole(columns: StoredColumns, p: int) -> Marks:
-    """Do the same for rows of one period, given as columns."""
+    """Tell which rows of `orbit`, given as columns, have the values that their statuses require.
+
+    The rows must have the same period p.
+    """
     solvers, statuses, blobs = (columns[name] for name in ("solver", "status", "coordinates"))
     numbers = {name: _numbers(columns[name]) for name in NUMBERS}
     without = [np.isnan(numbers[name]) for name in NUMBERS if name != "margin"]
@@ -57,14 +60,14 @@ def _marks(answers: Iterable[bool]) -> Marks:
 
 
 def _numbers(values: Sequence[Any]) -> Floats:
-    """Return numbers, with NaN for None and infinity for what is not a number."""
+    """Return an array of numbers, with NaN for None and infinity for values that are not numbers."""
     if not set(map(type, values)) <= {float, int, type(None)}:
         values = [value if isinstance(value, float | int | None) else np.inf for value in values]
     return np.array(values, dtype=np.float64)
 
 
 def _have_numbers(numbers: Mapping[str, Floats], relaxed: Marks) -> Marks:
-    """Tell which rows of orbits have all numbers, and possible ones; the relaxation has no error bounds."""
+    """Tell which rows of orbits have all numbers, with possible values; relaxation gives no error bounds."""
     bare = relaxed & np.all([np.isnan(numbers[name]) for name in _BOUNDS], axis=0)
     bounded = np.all([np.isfinite(numbers[name]) & (numbers[name] >= 0) for name in _BOUNDS], axis=0)
     sound = [np.isfinite(values) for name, values in numbers.items() if name not in _BOUNDS]
@@ -73,7 +76,7 @@ def _have_numbers(numbers: Mapping[str, Floats], relaxed: Marks) -> Marks:
 
 
 def _have_places(blobs: Sequence[Any], p: int) -> Marks:
-    """Tell which BLOBs hold p possible coordinates."""
+    """Tell which BLOBs contain p possible coordinates."""
     found = _marks(isinstance(blob, bytes) and len(blob) == 8 * p for blob in blobs)
     kept = b"".join(blobs[i] for i in np.flatnonzero(found).tolist())
     places = np.frombuffer(kept, dtype="<f8").reshape(-1, p)
@@ -87,7 +90,7 @@ def is_written(word: str, p: int) -> bool:
 
 
 def sound_words(words: Sequence[str], p: int) -> Places:
-    """Return the places of the words that are admissible, primitive, and of period p."""
+    """Return the indices of the words that are admissible, primitive, and of period p."""
     all_written = set(map(len, words)) == {p} and _WORD.fullmatch("".join(words))
     written = [i for i, word in enumerate(words) if all_written or is_written(word, p)]
     if not written:
@@ -97,7 +100,7 @@ def sound_words(words: Sequence[str], p: int) -> Places:
 
 
 def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
-    """Raise `StoreError` with the first text that is not a word of its period."""
+    """Raise `StoreError`, with the first invalid text, unless every text is a word of its period."""
     if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
         return
     wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
@@ -105,18 +108,21 @@ def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
 
 
 def coordinates_of(blobs: Sequence[bytes], p: int) -> Floats:
-    """Return the coordinates in BLOBs, shape (N, p); raise `StoreError` unless each holds p possible ones."""
+    """Return the coordinates in BLOBs, shape (N, p).
+
+    Raises `StoreError` unless each BLOB contains p possible coordinates.
+    """
     for blob in blobs:
         if len(blob) != 8 * p:
-            raise unsound(f"coordinates of {p} bounces in bytes:", len(blob))
+            raise unsound(f"coordinates of {p} bounces with a wrong size in bytes:", len(blob))
     places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
     if not (np.abs(places) < _FAR).all():
-        raise unsound("coordinates that no stadium has, of orbits of period", p)
+        raise unsound("impossible coordinates of an orbit of period", p)
     return places
 
 
 def read_rules(text: str | None) -> list[int]:
-    """Return the broken rules from the column ``rules``; raise `StoreError` if it holds anything else."""
+    """Return the rules listed in the column ``rules``; raise `StoreError` if it contains anything else."""
     parts = text.split(",") if text else []
     if not all(part in _RULES for part in parts):
         raise unsound("rules", text)
@@ -124,7 +130,7 @@ def read_rules(text: str | None) -> list[int]:
 
 
 def stabiliser_of(symmetry: str) -> int:
-    """Return the stabiliser for a symmetry label."""
+    """Return the stabiliser with a given symmetry label; raise `StoreError` if there is none."""
     if symmetry not in STABILISER_OF:
         raise unsound("not a symmetry:", symmetry)
     return STABILISER_OF[symmetry]

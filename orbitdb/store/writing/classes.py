@@ -1,6 +1,6 @@
 """Store symmetry classes with all their words, orbits, births and deaths, many rows at a time.
 
-Their ids are those of `orbitdb.store.file.ids`.
+`orbitdb.store.file.ids` explains the ids of classes.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,8 +25,8 @@ from orbitdb.symbols.members import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
 
 NULL = float("nan")
-"""SQLite stores it as NULL. For each None and bytes (not bytearray), Python's driver looks for an adapter,
-which takes longer than everything else."""
+"""SQLite stores NaN as NULL. It replaces None, because Python's driver looks for an adapter for each None and
+each bytes (not bytearray), which takes longer than everything else."""
 
 
 def add_classes(
@@ -36,9 +36,9 @@ def add_classes(
     stabilisers: NDArray[np.uint8],
     words: Sequence[str],
 ) -> None:
-    """Store N classes by ids, representatives, shape (N, p), stabilisers and all their words.
+    """Store N classes, given their ids, representatives, shape (N, p), stabilisers and words.
 
-    The words of each are joined as by `orbitdb.symbols.members.joined_words`.
+    The words of each class are joined to one text, as by `orbitdb.symbols.members.joined_words`.
     """
     p, masks = least.shape[1], stabilisers.tolist()
     sizes, reversals, labels = (
@@ -54,7 +54,7 @@ def add_classes(
 
 
 def add_class(connection: sa.Connection, family: symmetry.SymmetryClass) -> int:
-    """Store one class of any period unless it is stored; return its id."""
+    """Store a class of any period, unless it is stored already; return its id."""
     word = family.representative
     number = id_of_class(driver(connection), word)
     stabilisers = np.array([family.stabiliser], dtype=np.uint8)
@@ -71,7 +71,7 @@ def classes_stored(connection: sa.Connection, p: int) -> bool:
 
 
 def add_pruned(connection: sa.Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
-    """Store geometrically pruned words of period p, given as least rotations, with the rules they break."""
+    """Store geometrically pruned words of period p, as least rotations, with the rules that they break."""
     numbers = ids_of_pruned(driver(connection), p, words)
     insert(connection, pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
 
@@ -85,9 +85,9 @@ def add_orbits(
     solver: str,
     computed: str | None = None,
 ) -> None:
-    """Store the orbits of the representatives of some classes.
+    """Store the orbits of representatives; `cycles` are the ids of their classes.
 
-    `computed` is the arithmetic that computed them, by default this machine's.
+    `computed` names the arithmetic that computed them, by default that of this machine.
     """
     count = len(orbits)
     kept = np.logical_or.reduce(
@@ -108,9 +108,9 @@ def add_changes(
     changes: Changes,
     computed: str | None = None,
 ) -> None:
-    """Store the births and deaths of classes by ids, with the arithmetic that computed them.
+    """Store the births and deaths of the classes with the given ids, and the arithmetic that computed them.
 
-    Orbits from a = 0 on are born at 0.
+    A class that is an orbit from a = 0 on is stored with a birth at 0.
     """
     always = np.flatnonzero(changes.always)
     run = writer.run_id(connection, computed)
@@ -130,7 +130,7 @@ def add_changes(
 
 
 def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
-    """Number the events of a period whose births and deaths are complete; return these."""
+    """Number the events of a period whose births and deaths are complete; return the births and deaths."""
     here = change.c.cycle.between(*keys_of_period(p))
     found = connection.execute(
         sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
@@ -158,7 +158,7 @@ def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
 
 
 def insert(connection: sa.Connection, table: sa.Table, columns: Mapping[str, Iterable[Any]]) -> None:
-    """Insert rows, given as columns, directly through the driver, unless their keys are stored.
+    """Insert rows, given as columns, directly through the driver; skip rows whose keys are already stored.
 
     Raises `sqlite3.IntegrityError` if a row breaks any other constraint.
     """

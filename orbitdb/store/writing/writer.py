@@ -1,4 +1,4 @@
-"""`Writer`: a catalogue open for writing; it stores proofs, entropy bounds, references and levels."""
+"""`Writer`, a catalogue open for writing; functions that store certificates, bounds, averages and levels."""
 
 import json
 import sqlite3
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 class Writer:
-    """A catalogue of the newest schema, open for writing by one run of the program.
+    """A catalogue with the latest schema, open for writing by one run of the program.
 
-    The parameters of the run and its `arithmetic` are stored as provenance. For `references` see
-    `writing_engine`.
+    The parameters of the run and its `arithmetic` are stored as provenance. `writing_engine` explains
+    `references`.
     """
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
@@ -41,12 +41,12 @@ class Writer:
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """Give a connection with the write lock, in one transaction.
+        """Yield a connection that has the write lock, in a single transaction.
 
         Raises
         ------
         StoreError
-            If the file cannot be written, or is no longer in its place.
+            If the file cannot be written, or is no longer at its path.
         """
         noted = dict(self._run_ids)
         try:
@@ -59,13 +59,13 @@ class Writer:
                     connection.exec_driver_sql(COUNT_COMMIT, (next(iter(self._run_ids.values())),))
                 self._need_place()
         except BaseException:
-            self._run_ids = noted  # runs recorded since were rolled back
+            self._run_ids = noted  # the runs recorded since then were rolled back
             raise
         self._written = True
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
-        """Give a connection that sees one moment while others may write."""
+        """Yield a connection that sees the file as it is now, even while others write."""
         self._need_place()
         with plain_errors(self.path), self._reading.begin() as connection:
             yield connection
@@ -81,7 +81,7 @@ class Writer:
         Raises
         ------
         StoreError
-            If the file is no longer in its place.
+            If the file is no longer at its path.
         """
         if self._written:
             with (
@@ -95,13 +95,13 @@ class Writer:
 
     def _need_place(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
-        told = "wrote to it: what it had stored is in the old file; give the same command again to write to"
-        need_place(self.path, self._place, f"{told} the file you mean")
+        told = "was writing to it: what it stored is in the old file; run the same command again to write to"
+        need_place(self.path, self._place, f"{told} the file that you mean")
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
-        """Return the id of this run; its first use stores the run.
+        """Return the id of this run; the first call stores the run.
 
-        A run has one id per `arithmetic` of its workers, by default that of this machine.
+        A run has a separate id for each arithmetic that its workers use, by default that of this machine.
         """
         computed = computed or arithmetic()
         if computed not in self._run_ids:
@@ -113,7 +113,7 @@ class Writer:
         return self._run_ids[computed]
 
     def stadium_id(self, connection: sa.Connection, a: float) -> int:
-        """Return the id of a stadium, which is stored if new."""
+        """Return the id of the stadium with a given a, after storing it if it is new."""
         connection.execute(insert(stadium).values(a=a).on_conflict_do_nothing())
         return int(connection.execute(sa.select(stadium.c.id).where(stadium.c.a == a)).scalar_one())
 
@@ -126,9 +126,9 @@ def replace_certificates(
     proved: Sequence[tuple[int, float, int]],
     version: str,
 ) -> None:
-    """Store the certificates of the proved classes; first delete those of all that were tried.
+    """Delete the certificates of all classes that were tried, and store those of the proved classes.
 
-    A proof is the id of a class, the radius, and the bits of the arithmetic.
+    A proof consists of the id of a class, the radius, and the number of bits of the arithmetic.
     """
     keys = [(stadium_id, cycle) for cycle in tried]
     connection.exec_driver_sql("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
@@ -147,7 +147,7 @@ def add_reference(writer: Writer, a: float, found: "Reference") -> None:
 
 
 def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
-    """Store the bounds from windows of one length; return whether they were new.
+    """Store the bounds from windows of a given length; return whether they were new.
 
     `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
@@ -169,7 +169,7 @@ def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: st
 
 
 def keep_levels(writer: Writer, found: "LevelWindow") -> bool:
-    """Store the levels of a window unless part of it is stored; return whether it was new."""
+    """Store the levels of a window, unless it overlaps a stored one; return whether they were stored."""
     of, own = level_fill.c, {"a": found.a, "parity": str(found.parity)}
     stored = (of.a == found.a) & (of.parity == own["parity"]) & (of.low < found.high) & (of.high > found.low)
     with writer.writing() as connection:
