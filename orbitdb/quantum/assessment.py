@@ -149,13 +149,13 @@ class Assessment(ByValue, Drawn):
 
     def verdict(self) -> str:
         """Return a sentence that says how many levels are missing and how many are spurious."""
-        of = f" out of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
+        of = f" of {int(self.number.max(initial=0))} levels with k from 0 to {self.k[-1]:.4g}"
         none = self.spurious
         extra = f"; {none} {'is' if none == 1 else 'are'} spurious or duplicate" if none else ""
         if not self.missing:
-            return f"no level is missing{of}{extra}"
-        are = "level is" if self.missing == 1 else "levels are"
-        return f"{self.missing} {are} missing{of}{extra}"
+            return f"none{of} is missing{extra}"
+        are = "is missing" if self.missing == 1 else "are missing"
+        return f"{self.missing}{of} {are}{extra}"
 
 
 def assess(

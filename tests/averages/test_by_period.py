@@ -160,7 +160,7 @@ def test_without_orbits_every_average_is_nan(weight):
 
 
 def test_repetitions_are_weighted_by_their_own_matrices():
-    """Up to six repetitions are tried, with eigenvalues e^lambda and -e^lambda, whose odd powers are negative."""
+    """Up to six repetitions are tried, with eigenvalues e^lambda and -e^lambda (odd powers are negative)."""
     lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
     rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
     sums = PeriodSums.of(rows, 3).sums
