@@ -133,9 +133,11 @@ def standing(
 
 
 def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
-    """Return a line that says at which orders and why the zeta function has no usable zero; empty if none.
+    """Return a line that says at which orders, and why, the zeta function has no usable zero.
 
-    It names only orders p for which all periods up to p are filled.
+    The line is empty if the zeta function has a usable zero at each order.
+
+    Orders p are only named if all periods up to p are filled.
     """
     have = set(filled)
     periods: dict[str, list[int]] = {}

@@ -44,7 +44,7 @@ class ClassRows(Batch):
     size: Integers  # number of different cyclic words in the class, shape (N,)
     length: Floats  # length of one traversal, in units of the radius, shape (N,)
     lyapunov: Floats  # lambda of one traversal, shape (N,)
-    # whether the eigenvalues of M are negative, as for an odd number of straight bounces, shape (N,)
+    # whether the eigenvalues of M are negative, because the number of straight bounces is odd, shape (N,)
     inverse: Marks
 
     def __post_init__(self) -> None:
@@ -152,7 +152,7 @@ class PeriodSums(ByValue):
 
     @classmethod
     def from_numbers(cls, p: int, numbers: bytes) -> "PeriodSums":
-        """Return the sums of which `numbers` returned the bytes.
+        """Reconstruct the sums from the bytes that `numbers` returned.
 
         Raises
         ------

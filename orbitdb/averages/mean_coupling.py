@@ -30,8 +30,8 @@ _LONGEST = 60
 """Number of bounces beyond which a run has no panels of its own."""
 
 _COPIES = 60
-"""Number of copies of the other circle, apart from a, beyond which jumps are ignored: D is so long there that
-they hardly matter."""
+"""Jumps at copies of the other circle farther away than about this number plus a are ignored: D is so long
+there that they hardly matter."""
 
 _ROUNDS = 16
 """Number of parts into which the tolerance is divided. Each round of halving leaves the panels with the

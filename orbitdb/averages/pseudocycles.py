@@ -143,7 +143,7 @@ class _Terms(Batch):
         return terms._times(factors, terms.last, terms.times + 1, more)
 
     def room(self, factors: Factors, cut: float) -> Integers:
-        """Return how many costlier factors could each be added twice to a term without exceeding the cut."""
+        """Return for each term the number of costlier factors that fit into the remaining cost twice."""
         end = np.searchsorted(factors.cost, (cut - self.cost) / 2, side="right")
         return np.maximum(end - self.last - 1, 0)
 
@@ -177,7 +177,7 @@ class _Ladder:
     sums: Floats
 
     def products(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
-        """Return the orders and totals of each term times the costlier factors of this period that fit."""
+        """Return the orders and the total products of each term with all costlier factors that fit."""
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)

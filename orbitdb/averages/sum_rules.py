@@ -51,10 +51,10 @@ _SMALL = 1e-20
 _LOOK_BACK = 4
 _CHANGES = np.array([3.0, 3.0, 3.0, 0.0])
 _RANGES = np.array([3.0, 3.0, 3.0, 2.0])
-"""For each level, the factors of two parts of the error estimate: the change due to the last exact mean, and
-the range of the recent averages. They were found by trial; bench_sum_rules.py counts how often the estimates
-hold. Below the highest level, the averages drift slowly. At the highest level, the change describes the level
-below rather than the error: at a = 0.1, it is thirty times too large."""
+"""For each level, the factors of two parts of the error estimate: the change due to the last mean made exact,
+and the range of the recent averages. They were found by trial; bench_sum_rules.py counts how often the
+estimates hold. Below the highest level, the averages drift slowly. At the highest level, the change describes
+the level below rather than the error: at a = 0.1, it is thirty times too large."""
 
 _OF_THE_REST = 0.03
 
@@ -179,7 +179,7 @@ def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
 def _highest_two(
     log_weights: Floats, held: Floats, before: Mapping[int, tuple[Floats, Floats]]
 ) -> dict[int, tuple[Floats, Floats]]:
-    """Return the tilts of the two highest levels that have one, in ascending order of level.
+    """Return the tilts of the two highest levels at which a tilt exists, in ascending order of level.
 
     The convex hull grows with the number of orbits, so a tilt that existed at shorter periods still exists.
     Only rounding can lose it, if the terms hardly scatter (at very large a).

@@ -45,7 +45,7 @@ class TiltedOrbits(Batch):
     """The weights and other quantities of N individual orbits."""
 
     log_weights: Floats  # ln w, shape (N,)
-    x: Floats  # the quantities whose means become 0 by the tilt, shape (k, N)
+    x: Floats  # the quantities whose means the tilt reduces to 0, shape (k, N)
     rest: Floats  # the remainder of lambda, which is averaged over orbits, shape (N,)
     legs: Floats  # number of legs, shape (N,)
 
@@ -122,7 +122,7 @@ class TiltMoments(ByValue):
 
 
 class _Powers(NamedTuple):
-    """The monomials in k variables up to `DEGREE`; each but the first is a lower one times a variable."""
+    """The monomials in k variables up to `DEGREE`; each but the constant is a lower one times a variable."""
 
     exponents: Integers
     factorials: Floats
@@ -152,7 +152,7 @@ def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
 
 
 def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
-    """Return the moments of which `to_bytes` returned the bytes.
+    """Reconstruct the moments of each level from the bytes that `to_bytes` returned.
 
     Raises
     ------

@@ -25,7 +25,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Expansion(ByValue):
-    """The power series of 1/zeta in z, truncated."""
+    """The truncated power series of 1/zeta in z."""
 
     coefficients: Floats  # coefficients of z^0 .. z^n at beta = 0, the first of which is 1, shape (n + 1,)
     slopes: Floats  # their derivatives with respect to the beta of each of k observables, shape (k, n + 1)
@@ -49,8 +49,9 @@ def expand(traces: Floats, slopes: Floats) -> Expansion:
 
     Notes
     -----
-    The coefficients follow from Newton's identities, j c_j = -sum_i T_i c_(j-i), so no products of cycles are
-    formed. If T_j is the trace of the j-th power of an operator, the result is its Fredholm determinant.
+    The coefficients follow from Newton's identities, j c_j = -sum_i T_i c_(j-i), and their slopes from the
+    derivatives of these, so no products of cycles are formed. If T_j is the trace of the j-th power of an
+    operator, the result is its Fredholm determinant.
     """
     order = len(traces)
     c = np.zeros(order + 1)
@@ -119,7 +120,7 @@ class ZetaAverages:
 
     @classmethod
     def none(cls, fault: str = "") -> "ZetaAverages":
-        """Return averages that are all NaN, for the given reason."""
+        """Return averages that are all NaN, with the reason given in `fault`."""
         return cls(math.nan, math.nan, math.nan, math.nan, fault)
 
     @classmethod

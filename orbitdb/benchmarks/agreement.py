@@ -21,7 +21,7 @@ from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 
 MAX_STEPS = 20_000_000
-"""Number of steps after which the relaxation gives up. It needs 3 million at a = 10, and more like a^3."""
+"""Steps after which the relaxation gives up. The number needed grows like a^3; it is 3 million at a = 10."""
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,8 @@ class Agreement:
     relaxation: int  # classes for which the relaxation gives the proved status
     # classes for which one of these two methods gives a wrong status
     disagreements: int
-    # disagreements that neither a joint on the orbit nor the error of the relaxation (its final force divided
-    # by its slowest rate, compared with the margin) explains
+    # disagreements that are explained neither by a joint on the orbit nor by the error of the relaxation
+    # (the final force divided by the slowest rate, compared with the margin)
     unexplained: int
     unresolved: int  # classes that the relaxation did not bring to rest
     steps: int  # largest number of Runge-Kutta steps for a class
@@ -97,7 +97,7 @@ def compare(relaxed: Orbits, stadium: Stadium, epsilon: float = EPSILON) -> tupl
 
 
 def _errors(relaxed: Orbits, stadium: Stadium, epsilon: float) -> Floats:
-    """Return how far from rest each word can be, given the final force, shape (N,)."""
+    """Return how far from rest the final force allows each word to be, shape (N,)."""
     errors = np.full(len(relaxed), np.inf)
     still = np.isfinite(relaxed.coordinates).all(axis=1)
     if still.any():

@@ -83,7 +83,7 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
 
 
 def _spread(n: int, count: int) -> Places:
-    """Return about `count` of the indices 0 .. n - 1, evenly spread."""
+    """Return about `count` evenly spread indices from 0 to n - 1."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 
 

@@ -87,7 +87,7 @@ def _over_periods(ax: Axes, label: str) -> None:
 
 
 def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
-    """Draw the length spectrum: from the orbits downwards, and from the levels, if there are any, upwards."""
+    """Draw the length spectrum of the orbits downwards, and that of the levels, if there are any, upwards."""
     side = -1 if found.quantum is None else 1
     if found.quantum is not None:
         ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
@@ -118,7 +118,7 @@ def short(code: str) -> str:
 
 
 def draw_levels(ax: Axes, levels: "Levels") -> None:
-    """Draw the number of levels between the lower end of their range and k, and Weyl's law."""
+    """Draw the number of levels from the lower end of their range up to k, and Weyl's law."""
     smooth = sum((weyl(Stadium(levels.a), parity) for parity in levels.parities), Polynomial([0.0]))
     k = np.linspace(levels.low, levels.high, 400)
     below = smooth(levels.low) if levels.low else 0.0

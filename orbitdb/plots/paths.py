@@ -98,7 +98,7 @@ def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
 
 
 def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
-    """Return how much `_BESIDE` inches are across and up, in units of the radius (room for the numbers)."""
+    """Return the room beside and above the stadium for numbers, `_BESIDE` inches, in units of the radius."""
     box, dpi = ax.get_window_extent(), ax.figure.dpi
     sizes = np.array([box.width, box.height]) / dpi
     unit = np.array([2 * (a + 1), 2]) / np.maximum(sizes - 2 * _BESIDE, sizes / 2)
@@ -190,7 +190,7 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
 
 
 def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax: Axes | None) -> Axes:
-    """Draw with a title, in our style, on the given axes or on those of a new figure; return the axes."""
+    """Draw with a title and in our style on the given axes, or on those of a new figure; return the axes."""
     from matplotlib import pyplot  # imported late because it looks for a display
 
     # The figure is made before `look` is entered. Making it loads the backend, which in a notebook changes a

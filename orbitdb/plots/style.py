@@ -1,4 +1,4 @@
-"""Style and output of figures: colours that the colour-blind can distinguish, sizes for print, no display."""
+"""Style and output of figures: colours for the colour-blind, sizes for print, and no need for a display."""
 
 import textwrap
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours of Okabe and Ito. Curves that differ in colour also differ in shape or line style."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
-"""The colour of each ink, by the name that averages have for it on the screen and in figures."""
+"""The colour of each ink; the screen uses the same names of inks."""
 
 _LINE, _BESIDE = 0.17, 0.2
 """Height of a line of the title, and the sum of the margins on its left and right, in inches."""
@@ -48,7 +48,7 @@ def look() -> Iterator[None]:
 
 @contextmanager
 def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
-    """Create a figure of the given size in inches, to be drawn on in our style within the context.
+    """Create a figure of the given size in inches; whatever is drawn within the context has our style.
 
     The title also becomes the figure's label; each line after the first adds to the height. Axes without a
     legend of their own share a legend below them, where it covers no points.

@@ -45,7 +45,7 @@ class Parity(StrEnum):
 
     @property
     def signs(self) -> tuple[int, int]:
-        """Factors that the wave takes on under x -> -x and y -> -y: +1 if it is even, -1 if it is odd."""
+        """Signs by which x -> -x and y -> -y multiply the wave: +1 if it is even, -1 if it is odd."""
         return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
 
 
@@ -116,7 +116,7 @@ class Classes(NamedTuple):
     Attributes
     ----------
     maslov, walls, words : ndarray of int64, shape (N,)
-        Maslov index and number of straight bounces of one traversal, and number of cyclic words to count.
+        Maslov index and number of straight bounces of one traversal, and number of cyclic words included.
     length, lyapunov : ndarray, shape (N,)
         Length (in units of the radius) and lambda of one traversal.
     symmetry : ndarray of str or object, shape (N,)

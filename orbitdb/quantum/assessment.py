@@ -149,13 +149,13 @@ class Assessment(ByValue, Drawn):
 
     def verdict(self) -> str:
         """Return a sentence that says how many levels are missing and how many are spurious."""
-        of = f" out of {int(self.number.max(initial=0))}, k from 0 to {self.k[-1]:.4g}"
+        of = f" of {int(self.number.max(initial=0))} levels with k from 0 to {self.k[-1]:.4g}"
         none = self.spurious
         extra = f"; {none} {'is' if none == 1 else 'are'} spurious or duplicate" if none else ""
         if not self.missing:
-            return f"no level is missing{of}{extra}"
-        are = "level is" if self.missing == 1 else "levels are"
-        return f"{self.missing} {are} missing{of}{extra}"
+            return f"none{of} is missing{extra}"
+        are = "is missing" if self.missing == 1 else "are missing"
+        return f"{self.missing}{of} {are}{extra}"
 
 
 def assess(
@@ -196,7 +196,7 @@ def assess(
 
 
 def misfit(k: Floats, orbits: Staircase) -> float:
-    """Return the lowest cost of numbering the levels, for the uncertainty that an exact list has."""
+    """Return the lowest cost of numbering the levels, assuming the uncertainty of an exact list."""
     return float(_costs(k, orbits, _smoothed(k, orbits), _SIGMA, np.ones(1))[0])
 
 
@@ -220,7 +220,7 @@ def _smoothed(k: Floats, orbits: Staircase) -> Floats:
 
 
 def _fitted(k: Floats, orbits: Staircase, own: Floats, sigma: float, scale: float, wide: float) -> float:
-    """Return the scale of k that has the lowest cost near a first guess, by search on ever finer grids."""
+    """Return the scale of k with the lowest cost near a first guess, searching on finer and finer grids."""
     count = _SCALES if wide == _WIDEST else _FINER
     for _ in range(_REFINED):
         scales = scale + wide * np.linspace(-1, 1, count)

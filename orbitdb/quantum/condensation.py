@@ -50,7 +50,7 @@ class Interiors:
     ----------
     grid : Grid
     rim : ndarray of bool, shape (n n,)
-        Whether each node of a cell is on its rim, as r of them are.
+        Whether each node of a cell is on the rim of the cell; r nodes are.
     scale : ndarray, shape (E, n n)
         Inverse square root of the mass of each node.
     levels : ndarray, shape (E, m)
@@ -60,7 +60,7 @@ class Interiors:
     coupling : ndarray, shape (E, r, m)
         Stiffness between the nodes of the rim and the modes.
     stiffness : ndarray, shape (E, r, r)
-        Stiffness between the nodes of the rim of one cell; cells that share a node add theirs up.
+        Stiffness between the nodes of the rim, for each cell alone; the cells at a common node add up.
     """
 
     def __init__(self, grid: Grid) -> None:

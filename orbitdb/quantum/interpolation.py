@@ -1,4 +1,4 @@
-"""Interpolation of functions that are given at the nodes of cells, with the polynomial of each cell."""
+"""Interpolation of functions that are given at the nodes of cells, by a polynomial in each cell."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from orbitdb.arrays import Floats
 from orbitdb.quantum.elements import nodes
 
 _NEAREST = 12
-"""Number of nodes close to a point whose cells are tried when the cell of the point is searched."""
+"""Number of nearest nodes whose cells are tried in the search for the cell that contains a point."""
 _NEWTON, _SETTLED = 20, 1e-12
 INSIDE = 1e-7
 """Maximum distance outside a cell, in the coordinates of the cell, at which a point counts as inside."""
@@ -29,7 +29,7 @@ class Cells:
         return cKDTree(self.points.reshape(-1, 2))
 
     def at(self, points: Floats) -> "Places":
-        """Find the cell of each point, shape (N, 2), and by Newton's method its coordinates in that cell."""
+        """Find the cell that contains each point, shape (N, 2), and the point's coordinates in the cell."""
         n = self.points.shape[1]
         x, _, slope = nodes(n - 1)
         _, near = self._tree.query(points, k=_NEAREST)
@@ -64,7 +64,7 @@ class Cells:
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """N points, each given by its cell and by its coordinates in that cell, which are from -1 to 1."""
+    """N points, each given by its cell and by its coordinates in that cell, which run from -1 to 1."""
 
     cell: NDArray[np.intp]
     inside: Floats
@@ -81,7 +81,7 @@ class Places:
         return _contracted(one, other, nodal)
 
     def jacobian(self) -> Floats:
-        """Return the derivatives of x and y (rows) with respect to the coordinates in the cell, (N, 2, 2)."""
+        """Return the Jacobian of x and y with respect to the coordinates in the cell, shape (N, 2, 2)."""
         return np.stack(self._derivatives(self.points[self.cell]), axis=-1)
 
     def _derivatives(self, nodal: Floats) -> tuple[Floats, Floats]:

@@ -26,7 +26,7 @@ depend on k."""
 
 
 def reach(k_max: float) -> float:
-    """Return the distance from the centre of a peak beyond which it is below 1e-5, in units of the radius."""
+    """Return the distance from its centre, in units of the radius, beyond which a peak is below 1e-5."""
     return 30 * math.pi / k_max
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 LEAST_A, LARGEST_A = 0.05, 20.0
-"""Half lengths between which the error estimates have been tested."""
+"""Smallest and largest half length for which the error estimates have been tested."""
 MOST_LEVELS = 20_000
 """Maximum number of levels, of all parities, below the end of a range. The memory for a window grows in
 proportion to this number, to 3 or 4 GB at the limit, and all windows together take hours."""
@@ -70,7 +70,7 @@ class LevelWindow(ByValue):
     k, error : ndarray, shape (N,)
         The levels in ascending order, and estimates of their errors.
     seconds : float
-        Processor time it took to find the levels.
+        Processor time for finding the levels.
     arithmetic : str
         The software that computed the levels (`orbitdb.arithmetic.arithmetic`).
     """
@@ -143,7 +143,7 @@ class LevelTask:
 
 @lru_cache(maxsize=1)
 def _elements(a: float, size: float, order: int, layers: int) -> Interiors:
-    """Return the elements, which are the same for all parities and often for consecutive windows."""
+    """Return the elements, which all parities and often consecutive windows share."""
     return Interiors(grid(quarter_stadium(a, size, layers), order))
 
 
@@ -216,7 +216,7 @@ class Levels(ByValue, Drawn):
     def joined(
         cls, a: float, low: float, high: float, parts: Mapping[Parity, Iterable[LevelWindow]]
     ) -> "Levels":
-        """Join the windows of each parity, which must cover the range, into the levels of the range."""
+        """Return the levels in a range, given for each parity the windows that cover the range."""
         rows = sorted(
             (k, error, str(parity))
             for parity, found in parts.items()

@@ -28,12 +28,12 @@ BEYOND = 2.5
 """Maximum length of a term, in units of X; longer terms have weights below 0.05."""
 
 _BIN = 0.02
-"""Width of the bins of length into which terms are collected, in units of the radius."""
+"""Width of the bins in which terms of similar length are collected, in units of the radius."""
 _ORDERS = 10
 """Number of powers of k (l - centre of the bin) that are kept. At k = 100, this changes a term by less than
 1e-8 of its size."""
 _MORE = 3
-"""Number of levels to look for in excess of Weyl's law."""
+"""Number of levels to look for beyond the number that Weyl's law predicts."""
 _NEIGHBOURS = 9
 _AT_LEAST = 0.05
 """Minimum error of a level, in mean spacings."""
@@ -163,8 +163,8 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
     """Return the levels below `k_max` from orbits, shape (N,), and their errors, shape (N,).
 
     The error combines the spread of a level over the cutoffs with the mean spread of neighbouring levels. In
-    tests at half lengths from 0.5 to 3, 98 % of the true errors up to `reliable_end` were below the stated
-    errors, and 90 % far above that end.
+    tests at half lengths from 0.5 to 3, the true error was below the stated error for 98 % of the levels up
+    to `reliable_end`, and for 90 % of the levels far above it.
     """
     most = math.floor(float(orbits.smooth[-1])) + _MORE
     found = orbits.reached(np.arange(0.5, most))
@@ -182,8 +182,8 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
 def reliable_end(stadium: Stadium, parity: Parity) -> float:
     """Return the k up to which the rms error of levels from orbits is below 0.2 mean spacings.
 
-    With all orbits of periods up to 12, the rms error near k was found to be about `_RMS` times the mean
-    density of levels of the parity, in units of the mean spacing and in every stadium that was tried.
+    In tests with all orbits of periods up to 12, the rms error near k, in units of the mean spacing, was
+    about `_RMS` times the mean density of levels of the parity, at every half length.
     """
     smooth = weyl(stadium, parity)
     slope, curve = smooth.coef[1], 2 * smooth.coef[2]

@@ -109,7 +109,7 @@ def _divided(patch: Patch, along: Floats, across: Floats) -> Iterator[Cell]:
 
 
 def _towards(joint: Floats, cell: Cell, layers: int) -> Iterator[Cell]:
-    """Divide a cell into parts that shrink towards the joint; yield other cells unchanged."""
+    """Yield the parts of a cell, which shrink towards the joint if the joint is one of its corners."""
     corners = cell.corners
     places = cell.patch(corners[:, 0], corners[:, 1])
     here = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)

@@ -42,7 +42,7 @@ class Peak(NamedTuple):
     code : str
         Representative of the symmetry class of the orbit; ``02`` is the bouncing-ball family.
     repetitions : float
-        Number of traversals. For one parity, half orbits contribute, and it can be a half-integer.
+        Number of traversals; a half-integer is possible for one parity, because half orbits contribute.
     total : float
         Length of the repeated orbit, in units of the radius.
     strength : float
@@ -138,7 +138,7 @@ class Spectrum(ByValue, Drawn):
         return "curves.draw_spectrum", (self,), repr(self).strip("<>")
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
-        """Yield up to `most` of the strongest orbits of each peak, with the peaks in ascending order."""
+        """Yield up to `most` of the strongest orbits of each peak, in ascending order of the peak length."""
         height = np.abs(self.orbits if self.quantum is None else self.quantum)
         inner = height[1:-1]
         tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
@@ -158,7 +158,7 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
 
 
 def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -> Floats:
-    """Sort levels, after a check that they can be all levels of a stadium of radius 1 up to the highest.
+    """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
 
     Raises
     ------

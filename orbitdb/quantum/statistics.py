@@ -62,7 +62,7 @@ class Statistics(NamedTuple):
 
 
 def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
-    """Unfold levels to a mean spacing of 1 with Weyl's law, to which `balls` adds the bouncing balls."""
+    """Unfold levels to a mean spacing of 1 with Weyl's law, plus the bouncing balls if `balls` is true."""
     smooth: Floats = weyl(stadium, parity)(k)
     return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
 
@@ -104,7 +104,7 @@ def _windows(x: Floats, length: float) -> Floats:
 
 
 def number_variance(x: Floats, length: float) -> float | None:
-    """Return the mean of (n - L)^2, where n levels are in a stretch of length L; None for too few levels."""
+    """Return the mean of (n - L)^2 over stretches of length L with n levels; None for too few levels."""
     starts = _windows(x, length)
     if not len(starts):
         return None

@@ -170,9 +170,10 @@ def simulate(
 def references(
     stadium: Stadium, bounces: int, seed: int = 0, trajectories: int | None = None
 ) -> Iterator[tuple[float, Reference]]:
-    """Simulate as `simulate` does; every few hundred steps, yield the fraction done and the averages so far.
+    """Run a simulation; every few hundred steps, yield the fraction done and the averages so far.
 
-    Every yielded result is valid by itself, from fewer bounces, so the caller may stop at any time.
+    The parameters are those of `simulate`. Each result is complete, but from fewer bounces than the next, so
+    the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     if bounces < 1 or (trajectories is not None and trajectories < 2):

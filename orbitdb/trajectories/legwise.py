@@ -53,7 +53,7 @@ class Leg(NamedTuple):
     walls: Floats  # number of straight bounces of the leg
     kick: Floats  # K = 2 k / sin(t) of the run
     drift: Floats  # D of the leg
-    # path length from the point of the incoming line closest to the centre to the same point for the next run
+    # path length between the points at which the incoming lines of the run and the next one pass the centres
     path: Floats
 
 
@@ -93,8 +93,8 @@ class Beams(NamedTuple):
     """The beams of N trajectories as they arrive at a run; all arrays have shape (N,)."""
 
     drift: Floats  # D of the leg before the run
-    low: Floats  # convergence b of the beam at the end of that leg, if it was the least possible at the start
-    high: Floats  # convergence b if it was the largest possible; equal to `low` once the start is forgotten
+    low: Floats  # lower bound on the convergence b of the beam at the end of that leg
+    high: Floats  # upper bound on b; equal to `low` once the initial value is forgotten
 
 
 def simulate_legs(
@@ -121,7 +121,7 @@ def simulate_legs(
     -------
     Reference
         The errors combine the spread of the independent starts (`Reference.groups`), the error of the known
-        mean, and what influence of the initial beams is left.
+        mean, and the remaining influence of the initial beams.
 
     Raises
     ------

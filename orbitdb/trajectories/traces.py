@@ -136,9 +136,9 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:
-    """Return how many bounces in one direction are certain, without the last bounce followed.
+    """Return how many bounces in one direction are certain, not counting the last bounce followed.
 
-    `way` is 1 forward and -1 backward. A trajectory through a joint raises `InputError`.
+    The direction `way` is 1 for forward, -1 for backward. A trajectory through a joint raises `InputError`.
     """
     x, y, side, error = rows
     angle = np.arctan2(y, side * x - stadium.a)

@@ -106,7 +106,7 @@ def own_rows(catalogue):
 def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
     whole = assess(exact, orbits, 1.6, Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
-    assert whole.verdict() == f"no level is missing out of {len(exact)}, k from 0 to {exact[-1]:.4g}"
+    assert whole.verdict() == f"none of {len(exact)} levels with k from 0 to {exact[-1]:.4g} is missing"
     assert np.abs(whole.excess).max() < 0.3
     for n in range(len(exact) - 3):  # a missing level is seen if three or more follow it
         found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
@@ -167,7 +167,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     few = np.delete(exact, [7, 21])
     found = catalogue.assess(few[::-1], "oo")
     assert found.missing == 2
-    assert repr(found).startswith("<2 levels are missing out of 40")
+    assert repr(found).startswith("<2 of 40 levels with k from 0 to")
     assert found.to_pandas()["missing"].tolist() == [1, 1]
     refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "too few": exact[:5], "above 0": -exact}
     for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:
