@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
     err: str
 
     def says(self, code: int, *pieces: str) -> bool:
-        """Tell whether the command exited with `code`, without data, and with one line of all pieces."""
+        """Tell whether the command exited with `code`, and with one line that has all pieces, but no data."""
         one = self.err.count("\n") == 1
         return (self.code, self.out, one) == (code, "", True) and all(each in self.err for each in pieces)
 

@@ -106,7 +106,7 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
     if missing and not swept and not any(chosen.includes(fill.p) for fill in moment.fills(chosen.a)):
         return []
     lacking = missing or lacking_births(moment, chosen) or partial_fills(moment, chosen)
-    return [f"no {chosen.describe()}{' in what is stored' if lacking else ''}"]
+    return [f"no {chosen.describe()}{' among the stored words' if lacking else ''}"]
 
 
 def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
@@ -134,8 +134,8 @@ def describe_lacking(periods: Sequence[int]) -> str | None:
     if not periods:
         return None
     return (
-        f"births of {written_periods(periods)} are not stored, so what depends on them is left out or "
-        f"blank: 'orbitdb births --p {max(periods)}' finds them"
+        f"births of {written_periods(periods)} are not stored, so everything that depends on them is left "
+        f"out or blank: 'orbitdb births --p {max(periods)}' finds them"
     )
 
 

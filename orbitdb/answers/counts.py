@@ -35,7 +35,7 @@ Key = tuple[Any, ...]
 
 @dataclass(frozen=True)
 class Counted:
-    """Counts of the words and orbits of complete periods at one a.
+    """Counts of the words and orbits of complete periods at a given a.
 
     Attributes
     ----------

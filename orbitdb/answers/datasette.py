@@ -37,12 +37,12 @@ _OTHERS = {
 _A = "a = CAST(:a AS REAL)"
 _QUERIES = {
     "shortest": (
-        "The hundred shortest orbits at one a",
+        "The hundred shortest orbits at a given a",
         f"SELECT code, p, length, length_error, lambda_d, time_reversal FROM catalogue WHERE {_A}"
         " AND status = 'orbit' ORDER BY length, code LIMIT 100",
     ),
     "least_unstable": (
-        "The hundred orbits with the smallest lambda per bounce at one a, up to period p",
+        "The hundred orbits with the smallest lambda per bounce at a given a, up to period p",
         f"SELECT code, p, lambda_d, length, time_reversal FROM catalogue WHERE {_A}"
         " AND p <= CAST(:p AS INTEGER) AND status = 'orbit' ORDER BY lambda_d, code LIMIT 100",
     ),
@@ -51,7 +51,7 @@ _QUERIES = {
         "SELECT * FROM catalogue WHERE code = :code AND p = length(:code)",
     ),
     "orbits_by_period": (
-        "Orbits and classes by period at one a; N_c is that of the paper's Table 1 where p is filled",
+        "Orbits and classes by period at a given a; N_c is that of the paper's Table 1 where p is filled",
         "SELECT p, sum(class_size) AS N_c, count(*) AS classes, min(length) AS shortest FROM class"
         f" WHERE {_A} AND status = 'orbit' GROUP BY p ORDER BY p",
     ),
@@ -61,7 +61,7 @@ _QUERIES = {
         " BETWEEN CAST(:low AS REAL) AND CAST(:high AS REAL) ORDER BY born, word LIMIT 1000",
     ),
     "levels": (
-        "The stored levels of the quantum stadium at one a",
+        "The stored levels of the quantum stadium at a given a",
         f"SELECT k, error, parity, number FROM level WHERE {_A} ORDER BY k",
     ),
 }

@@ -32,7 +32,7 @@ _SECONDS_A_WINDOW = 0.6
 _USUAL_WINDOW = 14
 """Default number of edges of the longest windows for entropy bounds."""
 _SECONDS_OF_BOUNDS = 0.4
-"""Approximate time to find entropy bounds at one a with the default windows."""
+"""Approximate time to find entropy bounds at a single a with the default windows."""
 
 Limits = tuple[int | None, float, float]
 """Limits that end a search for bounds: edges of the longest windows, width of the bounds, time in seconds."""

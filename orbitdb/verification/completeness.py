@@ -83,7 +83,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
         named = {row["p"] for row in here if row["a"] == a}
         others = [p for p in solved[number] if chosen[a].includes(p) and p not in named]
         for p in _unnamed(connection, number, others):
-            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, without a row in fill")
+            yield Check("fills", 0, 1, first=f"p = {p} at a = {exact(a)}: filled, but without a row in fill")
     wrong: Iterator[str]
     for row in here:
         if row["state"] == DONE:
