@@ -21,7 +21,7 @@ from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
 _MOST_AT_ONCE = 64
-"""Maximum number of threads: more than held-down keys can occupy."""
+"""Maximum number of threads, which is more than held-down keys can occupy."""
 
 _PATIENCE = 1.8
 """Seconds from a signal until the process ends even if the screen has not closed."""

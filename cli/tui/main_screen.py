@@ -182,7 +182,7 @@ class MainScreen(OwnScreen[None]):
         await super().action_to(part, action)
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
-        """Show the panels once there is an orbit, and name it in the title while all its facts are shown."""
+        """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""
         if orbit is not None:
             self.remove_class("-empty")
         if self.whole:
@@ -200,7 +200,7 @@ class MainScreen(OwnScreen[None]):
         self.app.push_screen(FillDialog(path, self.choices.selection, filled))
 
     def go_along(self, a: float) -> None:
-        """Switch to the a that is being filled, if nothing is stored or shown at the current a."""
+        """Switch to the a that is being filled, if the current a has neither filled periods nor rows."""
         if not self._file.periods(self.choices.selection.a) and not len(self.rows.table.source):
             self.choices.selection = replace(self.choices.selection, a=a)
 

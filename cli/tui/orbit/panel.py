@@ -84,7 +84,7 @@ class OrbitPanel(Vertical, Working):
     def _entitle(self, title: str = "") -> None:
         """Set the title of the facts to the word being solved, or to `title`.
 
-        Without either, name the a of the orbit if the rows have another a.
+        Without either, the title gives the a of the orbit if the rows are at another a.
         """
         if self._solving is not None:
             title = f"solving {code_text(self._solving)} …"

@@ -31,8 +31,8 @@ Lives = Sequence[tuple[float, float | None]]
 def next_a(lives: Lives, a: float, up: bool, home: float | None = None) -> float:
     """Return the a that is one step away, or the first stop on the way there.
 
-    There are stops just before and after each birth and death, so that the orbit is seen with its last margin
-    before it disappears, and at `home`.
+    The stops are `home` and the values just below and above each birth and death, where one sees the last
+    margin of an orbit before it disappears.
     """
     way = 1 if up else -1
     new = min(max(a * math.exp(way * STEP), MIN_A), MAX_A)

@@ -38,7 +38,7 @@ class PagedTable(ScrollView, can_focus=True):
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
     class Moved(Message):
-        """Tells that the cursor moved or the rows changed."""
+        """Reports that the cursor moved or the rows changed."""
 
     @dataclass
     class HeadingClicked(Message):

@@ -35,7 +35,7 @@ _SHOWN = 12
 
 
 class RowsPanel(Vertical, Working):
-    """The rows of a subset in some order, which are shown or being read.
+    """The panel that reads and shows the rows of a subset in some order.
 
     `total` is the number of rows without a filter; it is None until they are counted. When new rows arrive,
     the cursor goes to the `wanted` word. `left` is the word of the row under the cursor while another word is
@@ -51,7 +51,7 @@ class RowsPanel(Vertical, Working):
     report: reactive[str] = reactive("", repaint=False)
 
     class Moved(Message):
-        """Tells that the cursor moved or the rows changed."""
+        """Reports that the cursor moved or the rows changed."""
 
     def __init__(self, file: CatalogueFile, kept: Kept, take: Callable[[Pages], object]) -> None:
         super().__init__(id="rows")
