@@ -1,4 +1,4 @@
-"""Commands suggested in messages, completed with the given catalogue and half length."""
+"""Completes the commands that messages suggest with the --db and --a that the user gave."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ _given: dict[str, str] = {}
 
 
 def remember(arguments: Sequence[str]) -> None:
-    """Remember --db and --a of a command line; a grid or several values are not repeated."""
+    """Remember --db and --a from a command line, except if repeated, a grid, or in need of quotes."""
     _given.clear()
     for option in ("--db", "--a"):
         found = [after for name, after in pairwise(arguments) if name == option]
@@ -20,7 +20,7 @@ def remember(arguments: Sequence[str]) -> None:
 
 
 def completed(message: str) -> str:
-    """Add the options of this command to the commands suggested in a message."""
+    """Add the remembered options to the commands that a message suggests."""
 
     def with_given(found: re.Match[str]) -> str:
         command, rest = found[1], found[2] or ""

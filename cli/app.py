@@ -1,4 +1,4 @@
-"""All commands of ``orbitdb``, imported on use, and their help in panels."""
+"""The commands of ``orbitdb``, each imported when it is used, and their help, grouped into panels."""
 
 import logging
 from collections import Counter
@@ -17,9 +17,9 @@ ParsingError = typer.TyperException
 
 PANELS = {
     "Make data": {
-        "fill": "Fill periods: every word, its status and its orbit",
-        "births": "Find the values of a at which each word is an orbit",
-        "sweep": "Count and average further periods without storing rows",
+        "fill": "Fill periods: find every word, its status and its orbit",
+        "births": "Find the ranges of a in which each word is an orbit",
+        "sweep": "Count and average over further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",
         "bounds": "Prove bounds on the topological entropy",
         "levels": "Find the levels of the quantum stadium",
@@ -27,30 +27,30 @@ PANELS = {
     "Ask": {
         "query": "Show one orbit by its code, or rows of the catalogue",
         "browse": "Browse the catalogue in the terminal",
-        "identify": "Find orbits by a starting point, by bounces or by length",
-        "sql": "Run one SELECT over the catalogue",
-        "columns": "Explain the columns: unit, error bound, meaning",
+        "identify": "Find orbits by starting point, by bounces or by length",
+        "sql": "Run a SELECT statement on the catalogue",
+        "columns": "Explain the columns: their units, error bounds and meanings",
     },
     "Average": {
-        "table": "Show the paper's Table 1, for any a",
-        "entropy": "Compute the topological entropy, by period",
-        "lyapunov": "Compute average Lyapunov exponents, by period",
+        "table": "Show the paper's Table 1 for any a",
+        "entropy": "Compute the topological entropy by period",
+        "lyapunov": "Compute average Lyapunov exponents by period",
         "spectrum": "Compare the length spectra of quantum levels and orbits",
-        "assess": "Find the levels missing from a list, and their statistics",
+        "assess": "Find levels missing from a list, or show level statistics",
         "scars": "Measure how strongly orbits scar quantum levels",
     },
     "Files and figures": {
-        "export": "Write rows to csv, jsonl, parquet or npz",
+        "export": "Write rows to a csv, jsonl, parquet or npz file",
         "plot": "Draw an orbit, or a figure of a chosen subset",
     },
     "Maintenance": {
-        "info": "Show where the catalogue is and what it holds",
-        "verify": "Recompute the catalogue and compare",
-        "migrate": "Bring an older catalogue to the newest schema",
-        "bench": "Measure run time against error, and hard cases",
+        "info": "Show where the catalogue is and what it contains",
+        "verify": "Recompute the catalogue and compare the results",
+        "migrate": "Update an older catalogue to the latest schema",
+        "bench": "Measure run time against error, or solve hard cases",
     },
 }
-"""The commands by panel in order, each with one line; other commands work, but are not listed."""
+"""The commands in each panel of the help, with one-line summaries; `_UNLISTED` commands work, too."""
 
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
@@ -58,8 +58,8 @@ _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
 _MODULES |= {"info": "maintenance.file", "migrate": "maintenance.file", "sweep": "make.fill"}
 _UNLISTED = {"tui": "ask.browse"}
 _MODULES |= _UNLISTED
-"""The module of each command in `orbitdb.cli.commands`. It has the function, `EXAMPLES` (by name if it has
-several commands), and optionally an `AFTERWORD`."""
+"""The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`
+(a dict if the module has several commands) and optionally an `AFTERWORD`."""
 
 _OPTIONS = {
     "Catalogue": ("a", "db"),
@@ -73,17 +73,17 @@ _OPTIONS = {
     ),
     "Other": ("help",),
 }  # fmt: skip
-"""Panels of the options that commands share; options of a single command come first."""
+"""Panels of the options that commands share; the help lists the other options of a command first."""
 
 
 class Command(TyperCommand):
-    """A command with its options in panels.
+    """A command whose help groups its options into panels.
 
-    It refuses an option given twice if only the last value would count.
+    An option given twice is refused if only its last value would count.
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments of the command."""
+        """Parse the arguments; refuse an option that is given more often than it can be."""
         if not ctx.resilient_parsing:
             *_, order = self.make_parser(ctx).parse_args(args=list(args))
             for each, times in Counter(order).items():
@@ -92,11 +92,11 @@ class Command(TyperCommand):
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write arguments, then options by panel."""
+        """Write the arguments, then the options panel by panel."""
         panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
         panels: dict[str, list[Any]] = {panel: [] for panel in ("Arguments", "Options", *_OPTIONS)}
         for each in self.get_params(ctx):
-            if getattr(each.type, "name", "") == "str":  # which explains nothing
+            if getattr(each.type, "name", "") == "str":  # as a placeholder, it explains nothing
                 each.metavar = each.metavar or each.opts[-1].strip("-").upper()
             if (record := each.get_help_record(ctx)) is not None:
                 option = each.param_type_name == "option"
@@ -106,10 +106,10 @@ class Command(TyperCommand):
 
 
 class Group(TyperGroup):
-    """The program with its commands in panels."""
+    """The program, whose help groups the commands into panels."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands by panel, each in one line."""
+        """Write the commands panel by panel, one per line."""
         for panel, commands in PANELS.items():
             _write(formatter, panel, commands.items())
 
@@ -139,7 +139,7 @@ logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # it would repo
 
 
 def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
-    """Return the program with some commands, by default all."""
+    """Return the program with the given commands, by default all of them."""
     app = typer.Typer(
         cls=Group,
         help="A certified catalogue of the unstable periodic orbits of the stadium billiard.",
@@ -163,20 +163,20 @@ def _epilog(module: Any, name: str) -> str:
 
 @cache
 def _command(names: tuple[str, ...]) -> Any:
-    """Return the program, built once for all command lines of a process."""
+    """Return the program with the given commands; each process builds it only once."""
     return typer.main.get_command(program(names))
 
 
 def call(arguments: Sequence[str]) -> Any:
-    """Run a command; return its exit code, if it has one.
+    """Run a command; return its exit code, if it sets one.
 
     Raises `ParsingError` for bad arguments, KeyboardInterrupt after Ctrl-C or if the input ends early, and
-    BrokenPipeError if nobody reads the output.
+    BrokenPipeError if the output is no longer read.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
-    except SystemExit as end:  # how Typer ends if nobody reads the output
+    except SystemExit as end:  # Typer ends in this way if the output is no longer read
         raise end.__context__ or end from None

@@ -1,4 +1,4 @@
-"""Read arguments given as text: codes, values of a, the points of a trajectory."""
+"""Read arguments given as text: codes, values of a, and the points of a trajectory."""
 
 import json
 import re
@@ -22,7 +22,7 @@ _AROUND = " \t\r\n\ufeff"
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Yield words from arguments and ``--code``, unchecked; ``-`` stands for the lines of stdin."""
+    """Yield the words given as arguments or with ``--code``, unchecked; ``-`` reads one per line of stdin."""
     try:
         for code in chain.from_iterable(codes or () for codes in given):
             if code == "-":
@@ -30,11 +30,11 @@ def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
             else:
                 yield code
     except UnicodeDecodeError:
-        raise InputError("stdin is not text: write one code a line") from None
+        raise InputError("stdin is not text: write one code per line") from None
 
 
 def primitive(code: str) -> str:
-    """Read a code; if it repeats a shorter word, write a note and return that word."""
+    """Parse a code; if it repeats a shorter word, write a note and return the shorter word."""
     from orbitdb.symbols.words import parse, primitive_root
 
     word = parse(code)
@@ -45,18 +45,18 @@ def primitive(code: str) -> str:
 
 
 ALL = "all"
-"""The value of --a for every stored a."""
+"""The value of --a that stands for every stored a."""
 
 
 def many_a(asked: Sequence[str] | None) -> bool:
-    """Tell whether there may be several values of a, so that each row must give its own."""
+    """Tell whether --a may stand for several values, so that each row must show its a."""
     return asked is not None and (len(asked) > 1 or asked[0] == ALL or ":" in asked[0])
 
 
 def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
-    """Return the named values of a, each once; None for all stored ones, or if none is named.
+    """Return the values given with --a, without duplicates; None for ``all``, or if --a is not given.
 
-    Refuses invalid values, and values beside ``all``.
+    Raises `InputError` for an invalid value, and for ``all`` together with other values.
     """
     if isinstance(asked, float):
         from orbitdb.billiard.stadium import Stadium
@@ -66,13 +66,13 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
         return None
     if ALL in asked:
         if len(asked) > 1:
-            raise InputError(f"--a {ALL} already means every stored a: leave out the others, or name each")
+            raise InputError(f"--a {ALL} already means every stored a: leave out the others, or list each a")
         return None
     return tuple(dict.fromkeys(a for text in asked for a in lengths(text)))
 
 
 def stored(moment: "Moment") -> tuple[float, ...]:
-    """Return every a for which a catalogue has orbits or sums over them, or else the default."""
+    """Return every a for which a catalogue has orbits or sums over orbits; the default a if there is none."""
     return tuple(moment.a_values(orbits=True)) or (USUAL_A,)
 
 
@@ -81,16 +81,16 @@ _DIGITS = 6
 
 
 def lengths(text: str) -> tuple[float, ...]:
-    """Return the half lengths of a text such as ``1.6`` or ``0.3:10:40``.
+    """Parse half lengths from a text such as ``1.6`` or ``0.3:10:40``.
 
-    A grid is logarithmic. Its ends are exact, and the values between are rounded to 6 digits, so that every a
-    can be typed again.
+    A grid is logarithmic. Its ends are exact; the values in between are rounded to 6 digits, so that the user
+    can type each of them.
     """
     from orbitdb.billiard.stadium import Stadium
 
     parts = text.split(":")
     if len(parts) not in (1, 3):
-        raise InputError(f"--a {text!r:.40}: give one a, or a grid FROM:TO:COUNT such as 0.3:10:40")
+        raise InputError(f"--a {text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0.3:10:40")
     try:
         ends = [Stadium(real(part)).a for part in parts[:2]]
         count = whole(parts[2]) if parts[2:] else 1
@@ -106,18 +106,18 @@ def lengths(text: str) -> tuple[float, ...]:
     inner = (low * (high / low) ** (i / (count - 1)) for i in range(1, count - 1))
     found = (low, *(float(f"{a:.{_DIGITS}g}") for a in inner), high)
     if list(found) != sorted(set(found)):
-        raise InputError(f"--a {text:.40}: too close for {count} values with {_DIGITS} digits")
+        raise InputError(f"--a {text:.40}: the ends are too close for {count} values with {_DIGITS} digits")
     return found
 
 
 _MOST_CHARACTERS = 1_000_000
-"""Most characters to read; no trajectory needs as many."""
+"""Maximum number of characters to read; no trajectory needs that many."""
 
 _BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
 
 def parse_start(text: str) -> list[float]:
-    """Read a start such as ``0,0.5,1.2``."""
+    """Parse a starting point and direction such as ``0,0.5,1.2``."""
     try:
         return [real(part) for part in text.split(",")]
     except ValueError as error:
@@ -125,9 +125,10 @@ def parse_start(text: str) -> list[float]:
 
 
 def read_points(name: str) -> Any:
-    """Return the points in a file, or stdin for ``-``: csv with or without names, json or json lines.
+    """Read points from a file, or from stdin for ``-``, as csv with or without a header, json or json lines.
 
-    Refuses unreadable files, and lines without two numbers. Does not check that they are bounces.
+    Raises `InputError` if the file cannot be read or a line does not have two numbers. Whether the points are
+    bounces is not checked.
     """
     text = _text(name).strip()
     shown = "stdin" if name == "-" else printable(name)
@@ -135,7 +136,7 @@ def read_points(name: str) -> Any:
         return _from_json(text) if text[:1] in ("[", "{") else _from_lines(text)
     except (ValueError, RecursionError) as error:
         why = "" if isinstance(error, RecursionError) else f"{error}: "
-        raise InputError(f"{shown}: {why}write x,y of one bounce a line, or a json array of pairs") from None
+        raise InputError(f"{shown}: {why}write one bounce x,y per line, or a json array of pairs") from None
 
 
 def _text(name: str) -> str:
@@ -143,16 +144,16 @@ def _text(name: str) -> str:
         with nullcontext(sys.stdin) if name == "-" else open(name, encoding="utf-8-sig") as file:
             text = file.read(_MOST_CHARACTERS + 1)
     except UnicodeDecodeError:
-        raise InputError(f"{printable(name)} is not text: write x,y of one bounce a line") from None
+        raise InputError(f"{printable(name)} is not text: write one bounce x,y per line") from None
     except OSError as error:
         raise InputError(f"{printable(name)} cannot be read ({error.strerror})") from None
     if len(text) > _MOST_CHARACTERS:
-        raise InputError(f"more than {_MOST_CHARACTERS} characters of points: give those of one trajectory")
+        raise InputError(f"more than {_MOST_CHARACTERS} characters of points: give only one trajectory")
     return text
 
 
 def _from_json(text: str) -> Any:
-    """Return the pairs of an array, or x and y of objects in an array or on lines."""
+    """Return the pairs in an array, or x and y of each object in an array or on a line of its own."""
     decoder, place, rows = json.JSONDecoder(), 0, []
     try:
         while start := _INK.search(text, place):
@@ -166,7 +167,7 @@ def _from_json(text: str) -> Any:
 
 
 def _from_lines(text: str) -> list[list[float]]:
-    """Return two numbers per line, or the columns x and y if the first line names them."""
+    """Return the two numbers on each line, or the columns x and y if the first line names columns."""
     lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
     named = bool(rows) and {"x", "y"} <= set(rows[0][1])

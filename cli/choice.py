@@ -1,4 +1,4 @@
-"""The options that choose a subset of the catalogue, shared by all commands."""
+"""The options that choose a subset of the catalogue, shared by several commands."""
 
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,28 +13,30 @@ if TYPE_CHECKING:
 Reversal = Annotated[
     str | None,
     typer.Option(
-        "--reversal", metavar="self|pair", help="Orbits that retrace their path, or those that do not."
+        "--reversal", metavar="self|pair", help="Orbits that retrace their path (self) or do not (pair)."
     ),
 ]
 Symmetry = Annotated[
     str | None,
-    typer.Option("--symmetry", metavar="LABEL", help="Exact symmetry, such as x,T,xT; 1 for none."),
+    typer.Option(
+        "--symmetry", metavar="LABEL", help="Orbits with exactly this symmetry, such as x,T,xT; 1 for none."
+    ),
 ]
 Contains = Annotated[
     str | None,
     typer.Option(
-        "--contains", metavar="SYMBOLS", help="Words that contain these symbols in a row, in any rotation."
+        "--contains", metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."
     ),
 ]
 
 
 def _range_option(names: str) -> Any:
-    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Bounds on {names}; repeatable.")
+    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Range of {names}; repeatable.")
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The options that choose a subset of the catalogue, as typed; see their help.
+    """The options that choose a subset of the catalogue, as the user typed them.
 
     A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
     """
@@ -43,7 +45,7 @@ class Choice:
     status: Annotated[
         str | None,
         typer.Option(
-            help="orbit, geometric, dynamical, boundary or unresolved; several separated by commas, or all.",
+            help="orbit, geometric, dynamical, boundary or unresolved, several separated by commas, or all.",
             autocompletion=options.offered_statuses,
         ),
     ] = None
@@ -52,12 +54,14 @@ class Choice:
     contains: Contains = None
     exists: Annotated[
         list[float] | None,
-        options.number_option(help="Words that are orbits at this a, according to their births; repeatable."),
+        options.number_option(
+            help="Words that are orbits at this a, according to the stored births; repeatable."
+        ),
     ] = None
     not_at: Annotated[
         list[float] | None,
         options.number_option(
-            help="Words that are not orbits at this a, according to their births; repeatable."
+            help="Words that are not orbits at this a, according to the stored births; repeatable."
         ),
     ] = None
     bounds: Annotated[
@@ -67,19 +71,19 @@ class Choice:
         str | None,
         typer.Option(
             metavar="SQL",
-            help="An SQL expression over the columns; code('310') finds a word in any rotation.",
+            help="Rows for which this SQL expression holds; code('310') matches a word in any rotation.",
         ),
     ] = None
     parameters: options.Parameters = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a; raise for an unreadable option."""
+        """Return the subset at a given a; raise if an option cannot be parsed."""
         from orbitdb.store.asking.criteria import chosen_by, parse_bounds, parse_parameter
         from orbitdb.store.asking.selection import SelectionError
 
         parameters = dict(map(parse_parameter, self.parameters or ()))
         if parameters and self.where is None:
-            raise SelectionError("-P says what a name in --where stands for: give --where, or leave out -P")
+            raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
         names = ("p", "status", "symmetry", "contains", "where")
         chosen = chosen_by(
             a,
@@ -98,7 +102,7 @@ def _hidden(*flags: str) -> Any:
 
 @dataclass(frozen=True)
 class SweptChoice:
-    """The options of `Choice` for sweeps; the hidden ones are refused with a reason."""
+    """The options of `Choice` as a sweep takes them; the hidden ones are refused with a reason."""
 
     reversal: Reversal = None
     symmetry: Symmetry = None
@@ -112,7 +116,7 @@ class SweptChoice:
     where: Annotated[str | None, _hidden("--where")] = None
 
     def at(self, a: float) -> "Selection":
-        """Return the subset at one a; raise for an unreadable option, or one that sweeps do not support."""
+        """Return the subset at a given a; raise if an option cannot be parsed or is not for sweeps."""
         from orbitdb.store.asking.sweepable import swept_text
 
         chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)

@@ -1,4 +1,4 @@
-"""Options about quantum levels, shared by commands: ranges of k, parities, and levels in a file."""
+"""Options for quantum levels, shared by several commands: ranges of k, parities, and files of levels."""
 
 import csv
 import math
@@ -19,58 +19,58 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
 Table = list[tuple[str | None, float]]
-"""Parity, if it has one, and number of each level in a file."""
+"""For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""
 
 _LIGHT = 299_792_458.0
 """Speed of light in metres per second."""
 _UNITS = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
 
-_RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers, in units of 1/radius.")
+_RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers k, in units of 1/radius.")
 Range = Annotated[str, _RANGE]
 SomeRange = Annotated[str | None, _RANGE]
 Parities = Annotated[
-    str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas [default: all four].")
+    str | None, typer.Option(help="ee, eo, oe or oo; separate several by commas [default: all four].")
 ]
 
 
-_HELP = "Levels k, one per line, or a table with a column k [default: those of the catalogue]."
+_HELP = "File with one level k per line, or a table with a column k [default: levels in the catalogue]."
 OF_FILE = ("energies", "frequency", "radius")
-"""Options that say what a file of levels holds."""
+"""Options that say what a file of levels contains."""
 
 
 @dataclass(frozen=True)
 class GivenLevels:
-    """The options for levels in a file, and for the parity of levels."""
+    """The options for a file of levels, and for the parity of its levels."""
 
     levels: Annotated[Path | None, typer.Option(metavar="FILE", help=_HELP)] = None
     parity: Annotated[
-        str | None, typer.Option(help="ee, eo, oe or oo, if the levels are of one [default: all].")
+        str | None, typer.Option(help="ee, eo, oe or oo, if the levels have one parity [default: all].")
     ] = None
     energies: Annotated[
-        bool, typer.Option("--energies", help="The file holds energies k^2 (in a table, a column energy).")
+        bool, typer.Option("--energies", help="The file has energies k^2 (in a table, the column energy).")
     ] = False
     frequency: Annotated[
         Literal["Hz", "kHz", "MHz", "GHz"] | None,
-        typer.Option(help="The file holds frequencies in this unit (in a table, a column frequency)."),
+        typer.Option(help="The file has frequencies in this unit (in a table, the column frequency)."),
     ] = None
     radius: Annotated[
-        float | None, number_option(help="Radius of the semicircles in metres, with --frequency.")
+        float | None, number_option(help="Radius of the semicircles in metres; goes with --frequency.")
     ] = None
 
     def __post_init__(self) -> None:
         if (self.frequency is None) != (self.radius is None):
             raise InputError("frequencies need --frequency with their unit and --radius in metres")
         if self.frequency is not None and self.energies:
-            raise InputError("--energies and --frequency: the file holds one or the other")
+            raise InputError("--energies and --frequency: the file can contain only one of them")
         if self.radius is not None and not 0 < self.radius < math.inf:
-            raise InputError(f"--radius {self.radius:g}: give metres, such as 0.2")
+            raise InputError(f"--radius {self.radius:g}: give the radius in metres, such as 0.2")
 
     def of_one(self) -> "Parity | None":
-        """Return the parity, or None if none is named; raise for several."""
+        """Return the parity given with --parity, or None if there is none; raise if there are several."""
         return None if self.parity is None else one_parity(self.parity)
 
     def read(self, parity: "Parity | None") -> "Floats | None":
-        """Return the levels k of one parity or of all, in rising order, or None if no file is named."""
+        """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
         return None if self.levels is None else self._of(self._table(self.levels), parity)
 
     def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
@@ -95,12 +95,12 @@ class GivenLevels:
         return read_file(path, "energy" if self.energies else "k" if self.frequency is None else "frequency")
 
     def _of(self, table: "Table", parity: "Parity | None") -> "Floats":
-        """Return the levels k of one parity or of all, in rising order, with a note if they were not."""
+        """Return the levels k of one parity or of all, in ascending order; note if they had to be sorted."""
         import numpy as np
 
         values = np.array([value for of, value in table if parity is None or of in (None, parity)], float)
         if (np.diff(values) < 0).any():
-            note(f"the levels in {self.levels} were not in order: sorted")
+            note(f"the levels in {self.levels} were not in order and have been sorted")
         values = np.sort(values)
         if self.frequency is not None and self.radius is not None:
             values *= 2 * math.pi * _UNITS[self.frequency] * self.radius / _LIGHT
@@ -109,25 +109,25 @@ class GivenLevels:
 
 @dataclass(frozen=True)
 class MeasuredLevels(GivenLevels):
-    """The same, with the file as an argument."""
+    """The options of `GivenLevels`, with the file as an argument."""
 
     levels: Annotated[Path | None, typer.Argument(metavar="FILE", help=_HELP)] = None
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
-    """Return the ends of a range such as 0:30, or raise."""
+    """Parse a range such as 0:30 and return its ends, or raise."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first), real(last)
     except ValueError:
         low, high = 0.0, -1.0
     if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give a range from 0 up, such as 0:30")
+        raise InputError(f"{name} {text!r:.40}: give a range of numbers that are not negative, such as 0:30")
     return low, high
 
 
 def read_parities(text: str | None) -> "list[Parity]":
-    """Return the named parities, by default all four, or raise."""
+    """Parse the parities in a text, by default all four, or raise."""
     from orbitdb.quantum.amplitudes import Parity
 
     if text is None:
@@ -139,35 +139,36 @@ def read_parities(text: str | None) -> "list[Parity]":
 
 
 def one_parity(text: str) -> "Parity":
-    """Return the named parity; raise if there are several."""
+    """Parse a single parity; raise if there are several."""
     first, *others = read_parities(text)
     if others:
-        raise InputError(f"--parity {text}: give one, or leave it out for all")
+        raise InputError(f"--parity {text}: give one parity, or leave out --parity for all")
     return first
 
 
 def read_file(path: Path, name: str) -> "Table":
-    """Return the parity, if there is one, and the number in a column, of each row of a file.
+    """Read a file; return the parity, if given, and the value in the named column for each row.
 
-    The file is csv, a table with tabs, semicolons or spaces, or one number per line. Comments begin with #.
+    The file is a table separated by commas, tabs, semicolons or spaces, or a list with one number per line.
+    Lines that begin with # are comments.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        why = error.strerror if isinstance(error, OSError) else "no text"
+        why = error.strerror if isinstance(error, OSError) else "not text"
         raise InputError(f"{path}: {why}; give a file with one level per line") from None
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
     if name not in (table.fieldnames or ()):
-        raise InputError(f"{path}: its heading has no column {name}: rename one, or leave out the heading")
+        raise InputError(f"{path}: its header has no column {name}: rename a column, or leave out the header")
     found = []
     for number, row in enumerate(table, 1):
         if None in row:
             raise InputError(
-                f"{path}: row {number} has too many columns: name all in a heading, or give one number per "
-                "line, with a decimal point"
+                f"{path}: row {number} has too many columns: name them all in a header, or give one number "
+                "per line, with a decimal point"
             )
         level = _number(row[name] or "")
         if level is None:

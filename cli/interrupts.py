@@ -1,7 +1,7 @@
-"""End a command early: Ctrl-C, or a signal to terminate.
+"""End a command early, after Ctrl-C or a signal to terminate.
 
-For every command, both become exceptions at the current place, so that processes and files are cleaned up as
-after any other failure. `last_words` is the message.
+Both raise an exception wherever the command is, so that processes and files are cleaned up as after any other
+failure. `last_words` gives the message for the user.
 """
 
 import os
@@ -14,28 +14,28 @@ from types import FrameType
 from typing import NoReturn
 
 _PATIENCE = 1.0
-"""Seconds during which a second Ctrl-C does not disturb the work started by the first."""
+"""Seconds during which a second Ctrl-C is ignored, so that it does not disturb the cleaning up."""
 
 TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that ask a process to end."""
 
 INTERRUPTED, SIGNALLED = 130, 128
-"""The exit codes after Ctrl-C, and after a signal, less the number of the signal."""
+"""The exit code after Ctrl-C, and the number to which that of a signal is added for its exit code."""
 
 _KEPT = "nothing that was stored is lost"
 
 
 class Terminated(BaseException):
-    """A signal with this number asked the process to end; everything is closed on the way."""
+    """Raised when a signal asks the process to end, so that everything is closed first."""
 
     def __init__(self, number: int) -> None:
         self.number = number
 
 
 def leave(code: int) -> NoReturn:
-    """Flush all output and end the process, whatever other threads still do.
+    """End the process, even if other threads are still running.
 
-    Python would wait for them, or shut down under them, which their libraries may not survive.
+    Python would wait for these threads, or shut down while they run, which can crash their libraries.
     """
     if threading.active_count() > 1:
         sys.stderr.flush()
@@ -44,19 +44,19 @@ def leave(code: int) -> NoReturn:
 
 
 _pressed: list[float] = []
-"""Time of the last handled Ctrl-C, in seconds."""
+"""Times at which Ctrl-C was handled, in seconds."""
 
 _told: list[int] = []
-"""The signal that asked the process to end."""
+"""The number of the signal that asked the process to end, once there is one."""
 
 _heeded: list[int] = []
-"""The signals that can ask it to end."""
+"""The signals to terminate that this process does not ignore."""
 
 
 def end_as_users_expect() -> None:
-    """Handle repeated Ctrl-C once, and SIGTERM.
+    """Let Ctrl-C and the signals to terminate raise exceptions; repeated Ctrl-C counts once.
 
-    Signals ignored from the start of the process, as with ``nohup``, stay ignored.
+    Signals that the process was started to ignore, as with ``nohup``, stay ignored.
     """
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
@@ -66,10 +66,10 @@ def end_as_users_expect() -> None:
 
 
 def end_undisturbed() -> None:
-    """Raise nothing from here on, because only the interpreter is left to close.
+    """Raise no exception from here on, because only the interpreter remains to be shut down.
 
-    Ctrl-C is ignored. A signal ends the process at once, even while it waits for a reader of its
-    output.
+    Ctrl-C is ignored. A signal to terminate ends the process at once, even while it waits for its output to
+    be read.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _act_on_terminating(signal.SIG_DFL)
@@ -94,9 +94,9 @@ def _act_on_terminating(action: Callable[[int, FrameType | None], None] | signal
 
 
 def _unraisable(told: "sys.UnraisableHookArgs") -> None:
-    """Keep quiet about an end where nothing can be raised, as during garbage collection.
+    """Do not report an interruption that cannot be raised, as during garbage collection.
 
-    `ending` remembers it.
+    `ending` returns it later.
     """
     if not issubclass(told.exc_type, KeyboardInterrupt | Terminated):
         sys.__unraisablehook__(told)
@@ -120,21 +120,21 @@ def go_on() -> None:
 
 
 def last_words(end: KeyboardInterrupt | Terminated, arguments: Sequence[str]) -> tuple[str, int]:
-    """Return the message that the command was ended from outside, and its exit code."""
+    """Return the message and the exit code of a command that was ended early."""
     if isinstance(end, Terminated):
         return f"terminated{_consolation(arguments)}", SIGNALLED + end.number
     return f"interrupted{_consolation(arguments)}", INTERRUPTED
 
 
 def _consolation(arguments: Sequence[str]) -> str:
-    """Say what an early end means for stored data, if the command stores any."""
+    """Return what an early end means for stored data; empty if the command stores nothing."""
     match arguments[0]:
         case "births" if not any(argument.startswith("--p") for argument in arguments):
             return ""
         case "verify" if "--rigorous" not in arguments:
             return ""
         case "fill" | "sweep" | "births" | "verify" if "--again" not in arguments:
-            return f"; {_KEPT}, and the same command goes on from there"
+            return f"; {_KEPT}, and the same command continues from there"
         case "fill" | "verify" | "simulate" | "bounds" | "browse" | "tui":
             return f"; {_KEPT}"
     return ""

@@ -1,6 +1,7 @@
-"""The command ``orbitdb``, and its failures.
+"""The program ``orbitdb``, and how it reports failures.
 
-The commands are imported after the handlers for Ctrl-C are set, which takes some tenths of a second.
+The commands are imported after the handlers for Ctrl-C are set, because importing them takes a few tenths of
+a second.
 """
 
 import errno
@@ -30,14 +31,14 @@ if TYPE_CHECKING:
 DONE, FAILED, USAGE, NO_DATABASE, UNREAD = 0, 1, 2, 3, 141
 _STREAMS = 3
 _LOADED = 100_000
-"""More objects than any command loads."""
+"""Objects that may be created before garbage is collected: more than any command needs to start."""
 
 
 def run() -> None:
-    """Run the command line; every failure becomes one line on stderr and an exit code.
+    """Run the command line; report a failure as one line on stderr and an exit code.
 
-    Parallel work runs in processes. Threads of NumPy's linear algebra would cost a tenth of a second of
-    processor time at each start, and there are no products of large matrices.
+    NumPy's linear algebra gets a single thread. More would cost a tenth of a second of processor time at each
+    start without being of use: parallel work runs in processes, and no large matrices are multiplied.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_LOADED)  # garbage collection takes a tenth of the time of a short command
@@ -47,7 +48,7 @@ def run() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters outside its encoding, as on stderr
     code = execute(sys.argv[1:] or ["--help"])
     end_undisturbed()
-    gc.freeze()  # the end of the process frees everything
+    gc.freeze()  # ending the process frees everything
     try:
         sys.stdout.flush()
     except OSError as error:
@@ -59,7 +60,7 @@ def run() -> None:
 
 
 def execute(arguments: list[str]) -> int:
-    """Run one command in this process; return its exit code, whatever happens."""
+    """Run one command in this process; return its exit code. Only bugs in the program raise."""
     if any("\0" in argument for argument in arguments):
         return _say("an argument contains a NUL character", USAGE)
     if arguments[0] == "help":
@@ -74,7 +75,7 @@ def execute(arguments: list[str]) -> int:
     except KeyboardInterrupt:
         result = INTERRUPTED
     except Exception as error:
-        lost = ending()  # a library may have replaced it
+        lost = ending()  # a library may have replaced that exception by another
         return _failed(error) if lost is None else _say(*last_words(lost, arguments))
     if result == INTERRUPTED:  # SQLite, for example, does not say what interrupted it
         return _say(*last_words(ending() or KeyboardInterrupt(), arguments))
@@ -82,7 +83,7 @@ def execute(arguments: list[str]) -> int:
 
 
 def _failed(error: Exception) -> int:
-    """Say what was wrong; raise a fault of the program again."""
+    """Report a failure and return its exit code; raise the error again if it is a bug in the program."""
     from orbitdb.cli.app import ParsingError
 
     match error:
@@ -102,7 +103,7 @@ def _failed(error: Exception) -> int:
 
 
 def _advice(error: "ParsingError") -> str:
-    """Return advice on unreadable arguments."""
+    """Return advice on arguments that cannot be parsed."""
     context = getattr(error, "ctx", None)
     if context is not None and context.parent is None and hasattr(error, "option_name"):
         return "options go after the command, as in 'orbitdb table --db PATH'"
@@ -115,7 +116,7 @@ def _advice(error: "ParsingError") -> str:
 
 
 def _unwritten(error: OSError) -> int:
-    """Say what could not be written; nothing if nobody reads any more, as with ``| head``."""
+    """Report what could not be written, unless the output is no longer read, as with ``| head``."""
     if isinstance(error, BrokenPipeError):
         return UNREAD
     if error.filename is None and error.errno == errno.ENOENT:
@@ -134,10 +135,10 @@ def _say(message: str, code: int) -> int:
 
 
 def stand_in_for_closed() -> None:
-    """Give the process its three standard streams; Python sets closed ones to None.
+    """Replace those of the three standard streams that are closed, which Python sets to None.
 
-    Their file numbers are also taken, so that no other file gets one and is written to by mistake. A closed
-    stdout refuses data; a command that writes none does not notice.
+    Their file descriptors are taken, so that no other file gets one of them and is written to by mistake. The
+    replacement for stdout cannot be written to, which matters only to a command that has data.
     """
     while (number := os.open(os.devnull, os.O_RDWR)) < _STREAMS:
         pass

@@ -1,4 +1,4 @@
-"""Options shared by several commands, alone or in groups, and their completion in the shell."""
+"""Options shared by several commands, singly or in groups, and their completion in the shell."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator
@@ -40,22 +40,22 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer columns of the catalogue after those already typed."""
+    """Offer the columns of the catalogue that are not typed yet."""
     from orbitdb.columns import IN_CATALOGUE
 
     return _in_list(incomplete, ((each.name, each.brief) for each in IN_CATALOGUE))
 
 
 def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer the statuses of rows."""
+    """Offer the statuses that rows can have."""
     from orbitdb.orbits.status import STORED
 
     rows = ((status.value, status.sentence) for status in STORED)
-    return _in_list(incomplete, [*rows, ("all", "every one")])
+    return _in_list(incomplete, [*rows, ("all", "every status")])
 
 
 def offered_half_lengths(context: typer.Context) -> list[str]:
-    """Offer the values of a in the named or default catalogue; none if it cannot be read."""
+    """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
     from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
     from orbitdb.store.reading.moment import reading
@@ -68,12 +68,12 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
 
 
 def offered_several_half_lengths(context: typer.Context) -> list[str]:
-    """Offer the values of a, and the name for all of them."""
+    """Offer the values of a in the catalogue, and ``all``."""
     return [*offered_half_lengths(context), "all"]
 
 
 def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Offer names with their meanings for a list separated by commas."""
+    """Yield the names that can continue a list separated by commas, with their meanings."""
     before, comma, _ = incomplete.rpartition(",")
     for name, meaning in known:
         if name not in before.split(","):
@@ -81,12 +81,12 @@ def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tupl
 
 
 def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
-    """Return an option with a number, and optional completion."""
+    """Return an option that takes a number, with optional completion."""
     return typer.Option(*flags, metavar="NUMBER", parser=_reader(real), help=help, autocompletion=offers)
 
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
-    """Return an option with a whole number within bounds, also written as 1e6."""
+    """Return an option that takes a whole number within bounds; it may be written as 1e6."""
     return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
 
 
@@ -118,12 +118,12 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-HalfLength = Annotated[float, number_option("--a", help="Half length of a straight wall.")]
+HalfLength = Annotated[float, number_option("--a", help="Half length of the straight walls.")]
 StoredHalfLength = Annotated[
     float | None,
     number_option(
         "--a",
-        help="Half length of a straight wall [default: the only one stored, else 1.6].",
+        help="Half length of the straight walls [default: the only one stored, else 1.6].",
         offers=offered_half_lengths,
     ),
 ]
@@ -132,8 +132,8 @@ StoredHalfLengths = Annotated[
     typer.Option(
         "--a",
         metavar="NUMBER|all",
-        help="Half length of a straight wall [default: the only one stored, else 1.6]; "
-        "repeatable, a grid FROM:TO:COUNT, or all that are stored.",
+        help="Half length of the straight walls [default: the only one stored, else 1.6]; "
+        "repeatable; also a grid FROM:TO:COUNT, or all for every stored value.",
         autocompletion=offered_several_half_lengths,
     ),
 ]
@@ -145,13 +145,15 @@ Order = Annotated[
     str,
     typer.Option(
         "--order",
-        help="Columns to sort by; desc after one reverses it.",
+        help="Columns to sort by; desc after a column reverses its order.",
         autocompletion=offered_columns,
     ),
 ]
 Columns = Annotated[
     str | None,
-    typer.Option("-c", "--columns", help="Columns, separated by commas.", autocompletion=offered_columns),
+    typer.Option(
+        "-c", "--columns", help="Columns to include, separated by commas.", autocompletion=offered_columns
+    ),
 ]
 Words = Annotated[
     list[str] | None,
@@ -159,24 +161,26 @@ Words = Annotated[
         metavar="[WORD]...", help="Words in any rotation, stored or not; - reads them from stdin."
     ),
 ]
-Codes = Annotated[list[str] | None, typer.Option("--code", help="The same as WORD; repeatable.")]
-"""Read together with `Words` by `orbitdb.cli.arguments.given_codes`."""
+Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
+"""`orbitdb.cli.arguments.given_codes` reads these together with `Words`."""
 
-Periods = Annotated[str | None, typer.Option("--p", metavar="PERIODS", help="Periods: 11, 2-8 or 2,3,5-7.")]
+Periods = Annotated[
+    str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     """Refuse every given option that has no effect in a case such as ``with --code``.
 
-    The names are the parameters that have one; the catalogue and the output options always do.
+    `names` are the parameters that do have an effect there; the catalogue and the output options always do.
     """
     useful = {*names, "format_", "form", "force", "json", "db"}
     refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
 
 
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
-    """Refuse the named options if they are given where they have no effect (`takes_only`)."""
+    """Refuse those of the named options that the user gave, as they have no effect here (`takes_only`)."""
     given = [
         parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.metavar).strip("[].")
         for parameter in context.command.params

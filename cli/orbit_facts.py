@@ -1,4 +1,4 @@
-"""Describe one word and its bounces for people."""
+"""Describe a word and its bounces as text for people."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -19,7 +19,7 @@ _NUMBERS = tuple(dict.fromkeys(("length", "lyapunov", *_COMPUTED, "margin", "res
 def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
-    """Return facts about a word, and the words born with it, as names and texts."""
+    """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
     from orbitdb.numerals import closed_form, exact
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
@@ -51,10 +51,10 @@ def facts(
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Say at which a a word is an orbit."""
+    """Return a text that says at which a a word is an orbit, given its lives (birth, death or None)."""
     return ", and ".join(
-        ("for every a" if not low else f"from a = {low:.12g} on") if high is None else
-        (f"to a = {high:.12g}" if not low else f"from a = {low:.12g} to {high:.12g}")
+        ("for every a" if not low else f"for a > {low:.12g}") if high is None else
+        (f"for a < {high:.12g}" if not low else f"for {low:.12g} < a < {high:.12g}")
         for low, high in lives
     )  # fmt: skip
 
@@ -66,9 +66,9 @@ BounceRow = tuple[int, int, float, float, float, float, float]
 
 
 def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> list[list[BounceRow]]:
-    """Return the bounces of some orbits, for each a list of rows with the columns `BOUNCE_COLUMNS`.
+    """Return the bounces of each word as a list of rows with the columns `BOUNCE_COLUMNS`.
 
-    A word without coordinates has no rows.
+    The list of a word whose coordinates are None is empty.
     """
     import numpy as np
 
@@ -94,7 +94,7 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
 
 
 def write_bounces(orbit: Orbit) -> None:
-    """Write the bounces, if they fit a screen."""
+    """Write the bounces of an orbit, unless there are too many for a screen."""
     if orbit.coordinates is None or orbit.p > LONG_CODE:
         return
     (bounces,) = bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])
@@ -106,7 +106,7 @@ def write_bounces(orbit: Orbit) -> None:
 
 
 def _wall(code: str, n: int) -> str:
-    """Name the wall of a bounce; a single bounce on a semicircle has no sense of rotation."""
+    """Return the wall of a bounce; only runs of several bounces on a semicircle go up or down."""
     name = _WALLS[int(code[n])]
     alone = code[n - 1] != code[n] and code[(n + 1) % len(code)] != code[n]
     return name.partition(",")[0] if alone else name

@@ -1,4 +1,4 @@
-"""The options for output on stdout, and writing it."""
+"""The options for output on stdout, and the functions that write it."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -19,18 +19,18 @@ MarkWords = Annotated[
 
 @dataclass(frozen=True)
 class Output:
-    """The options for the format of data; refused if they contradict one another."""
+    """The options for the format of data; contradictory ones are refused."""
 
     format_: Annotated[
         Format,
         typer.Option("--format", metavar="FORMAT", help="table, csv, tsv, json, jsonl, markdown or latex."),
     ] = Format.TABLE
-    json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False
+    json: Annotated[bool, typer.Option("--json", help="Same as --format json.")] = False
 
     def __post_init__(self) -> None:
         if self.json and self.format_ not in (Format.TABLE, Format.JSON):
             raise InputError(
-                f"--json and --format {self.format_} contradict one another: leave one of them out"
+                f"--json and --format {self.format_} contradict each other: leave one of them out"
             )
 
     @property
@@ -55,7 +55,7 @@ class Output:
 
 @dataclass(frozen=True)
 class MarkedOutput(Output):
-    """The same with the option to mark words."""
+    """The options of `Output`, and the option to mark words."""
 
     mark_words: MarkWords = False
 
@@ -64,21 +64,21 @@ class MarkedOutput(Output):
         check_marks(self.mark_words, self.form)
 
     def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
-        """Write rows to stdout, with marks if requested, and return their number."""
+        """Write rows to stdout, with their words marked if requested, and return their number."""
         return super().write(columns, with_marks(columns, rows) if self.mark_words else rows)
 
 
 def check_marks(mark_words: bool, form: str) -> None:
-    """Refuse marks in a format that keeps texts unchanged."""
+    """Refuse --mark-words for a format that needs no marks."""
     if mark_words and form not in (Format.CSV, Format.TSV):
-        raise InputError(f"--mark-words is for csv and tsv: {form} keeps words as they are, leave it out")
+        raise InputError(f"--mark-words is for csv and tsv; {form} keeps words as they are: leave it out")
 
 
 _WORDS = ("code", "word", "representative", "sequence")
 
 
 def with_marks(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[tuple[Any, ...]]:
-    """Write words in a form that no program reads as numbers: w01023."""
+    """Yield the rows with a mark before each word, as in w01023, so that no program reads it as a number."""
     from orbitdb.symbols.words import MARK
 
     words = [name in _WORDS for name in names]

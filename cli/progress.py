@@ -1,8 +1,9 @@
-"""The progress line on stderr, for a terminal.
+"""The progress line on stderr, shown only on a terminal.
 
-Rich measures the rate and draws the bar. A thread of its own writes the line, so it stays alive during long
-steps. The cursor stays visible at the beginning of the line: however a command ends or is killed, the
-terminal needs no restoring, and echoed keys or folded lines are erased with the line.
+Rich measures the rate and draws the bar. A separate thread writes the line, so that it stays alive during
+long steps. The cursor stays visible at the beginning of the line. Therefore the terminal needs no restoring,
+however a command ends, and keys echoed by the terminal are erased together with the line, even if it was
+wrapped.
 """
 
 import os
@@ -24,29 +25,29 @@ if TYPE_CHECKING:
     from rich.progress import Progress, Task
 
 PATIENCE = 0.5
-"""Seconds until the line appears; shorter work needs none, and does not import Rich."""
+"""Seconds until the line appears; shorter work shows none and does not import Rich."""
 
 BETWEEN_FRAMES = 0.2
 _ERASE = "\r\x1b[J"
 _MEMORY = 300.0
-"""Seconds over which the rate is measured; a single step can take minutes."""
+"""Seconds over which the rate is measured, because a single step can take minutes."""
 _TELLING, _EXPECTED = 0.01, 0.1
-"""Fraction of the work after which its rate gives the remaining time, without and with an earlier estimate: a
-fill begins with small periods, whose rate would suggest hours."""
+"""Fraction of the work after which the remaining time follows from the rate, without and with an earlier
+estimate. A fill begins with short periods, whose rate would suggest hours."""
 _BAR = 8
-"""Columns of the bar below which facts are left out."""
+"""Minimum width of the bar in columns; facts are left out to make room for it."""
 
 
 @contextmanager
 def progress(text: str, to_stdout: bool = False, expected: float | None = None) -> Iterator[Tell]:
-    """Show the progress of long work on a terminal while the context lasts; yield what takes reports.
+    """Show the progress of long work on a terminal while the context lasts; yield a function that reports it.
 
-    A report raises if the work is to end (`go_on`). The text is shown until the first one. The remaining time
-    follows the expected seconds until enough work is done to measure its rate. There is no line if rows go to
-    stdout meanwhile and are visible, or go to a pager.
+    A call of this function raises if the work is to end (`go_on`). `text` is shown until the first call, and
+    `expected`, the total time in seconds, gives the remaining time until enough work is done to measure its
+    rate. No line is shown while rows go to stdout (`to_stdout`), if stdout is a terminal or a pipe.
     """
     global _on_screen
-    watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # by what can erase a line
+    watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # it must erase lines
     if not watched or (to_stdout and _seen(sys.stdout)):
         yield lambda done, total, text: go_on()
         return
@@ -64,12 +65,12 @@ def progress(text: str, to_stdout: bool = False, expected: float | None = None) 
 
 
 def aside() -> AbstractContextManager[None]:
-    """Hide the line while something else is written."""
+    """Hide the progress line while something else is written."""
     return nullcontext() if _on_screen is None else _on_screen.away()
 
 
 class _Line:
-    """The line, on a terminal."""
+    """The progress line of a terminal, and the report that it shows."""
 
     def __init__(self, terminal: TextIO, text: str, expected: float | None) -> None:
         self._terminal, self._expected = terminal, expected
@@ -80,7 +81,7 @@ class _Line:
         self.over = threading.Event()
 
     def tell(self, done: float, total: float, text: str) -> None:
-        """Take a report; the next frame shows it."""
+        """Accept a report, which the next frame shows; raise if the work is to end."""
         go_on()
         self._told = done, total, text
 
@@ -118,7 +119,7 @@ _on_screen: _Line | None = None
 
 
 def bars_on(terminal: TextIO) -> "Progress":
-    """Return Rich's progress bars, for `frame` to draw."""
+    """Return the progress bars of Rich that `frame` draws."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress
 
@@ -130,13 +131,13 @@ def bars_on(terminal: TextIO) -> "Progress":
 def frame(
     bars: "Progress", done: float, total: float, text: str, elapsed: float, expected: float | None = None
 ) -> str:
-    """Return the line after a report, for the width of the terminal.
+    """Return the line that shows a report, fitted to the width of the terminal.
 
-    ``elapsed`` is the time since the start of the work, ``expected`` that of all of it, in seconds. If the
-    line is too long, the least important facts are left out.
+    ``elapsed`` is the time since the work began, and ``expected`` the estimated total time, both in seconds.
+    If the line is too long, the least important facts are left out.
     """
     if not bars.tasks or done < bars.tasks[0].completed or total != (bars.tasks[0].total or 0):
-        for known in bars.task_ids:  # the work and its rate are new
+        for known in bars.task_ids:  # another stage of the work, with another rate
             bars.remove_task(known)
         bars.add_task("", total=total or None)
     (task,) = bars.tasks
@@ -172,7 +173,7 @@ def _clock(seconds: float) -> str:
 
 
 def _seen(stream: TextIO) -> bool:
-    """Tell whether output to a stream may be visible at once: on a terminal, or through a pipe."""
+    """Tell whether output to a stream may be visible at once, because it is a terminal or a pipe."""
     if stream.isatty():
         return True
     try:
@@ -182,7 +183,7 @@ def _seen(stream: TextIO) -> bool:
 
 
 def _in_foreground(terminal: TextIO) -> bool:
-    """Tell whether this process is in the foreground: not with ``&``, or after Ctrl-Z and bg."""
+    """Tell whether this process is in the foreground: not started with ``&`` or resumed with ``bg``."""
     try:
         return os.tcgetpgrp(terminal.fileno()) == os.getpgrp()
     except (AttributeError, OSError):  # Windows, or a terminal without a controlled process

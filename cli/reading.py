@@ -1,4 +1,4 @@
-"""Shared by commands that read a catalogue: the values of a, notes on gaps, and rows in order."""
+"""Helpers for the commands that read a catalogue: the values of a, notes on gaps, and rows in order."""
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.rows import Chosen
 
 _NATURAL = ("p", "representative", "element")
-"""The last sort keys of rows."""
+"""The columns that decide the order of rows with equal sort keys."""
 
 
 def asked_columns(
     columns: str | None, usual: Sequence[str], a: Sequence[str] | None, known: Sequence[str] | None = None
 ) -> tuple[str, ...]:
-    """Return the requested columns, or the usual ones; `known` are those of the catalogue by default.
+    """Return the requested columns, or the usual ones if `columns` is None.
 
-    With several a, the column a comes first, or second after the word.
+    `known` are the columns that may be requested, by default those of the catalogue. If --a may stand for
+    several values, the column a is added: first, or second if the word comes first.
     """
     from orbitdb.store.asking.selection import parse_names
 
     if known is None:
-        from orbitdb.store.asking.conditions import COLUMNS  # imports SQLAlchemy, which a word does not need
+        from orbitdb.store.asking.conditions import COLUMNS  # SQLAlchemy, not needed to look up a word
 
         known = COLUMNS
     names = tuple(usual if columns is None else parse_names(columns, known))
@@ -66,7 +67,7 @@ def reading(
 
 
 def _note_rotations(chosen: "Selection") -> None:
-    """Write a note if a valid filter compares a code with a rotation that no row has."""
+    """Check the SQL filter; write a note if it compares a code with a rotation that no row contains."""
     if chosen.where is None:
         return
     from orbitdb.store.asking.codes import hint
@@ -78,14 +79,14 @@ def _note_rotations(chosen: "Selection") -> None:
 
 
 def averaged(choice: Choice) -> Choice:
-    """Return the choice; refuse one that includes words without a length, which have no averages."""
+    """Return the choice unchanged; refuse --status all, which includes words without a length."""
     if choice.status is not None and choice.status.strip() == "all":
-        raise InputError("only orbits (and boundary) have averages and lengths: leave out --status all")
+        raise InputError("only orbits (and boundary) have lengths and averages: leave out --status all")
     return choice
 
 
 def known_catalogue(db: Path) -> Path | None:
-    """Return the path of the catalogue, or None if there is none; note that if it was named."""
+    """Return the path of the catalogue; None if it does not exist, with a note unless it is the default."""
     if check_file(db) is not None:
         return db
     if db != default_path():
@@ -94,7 +95,7 @@ def known_catalogue(db: Path) -> Path | None:
 
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
-    """Return the values of a for questions about single words, with or without a catalogue."""
+    """Return the values of a at which to look up single words; the catalogue need not exist."""
     from orbitdb.store.reading.lookup import a_meant
 
     values = arguments.named(asked)
@@ -109,14 +110,14 @@ def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
 
 
 def _told(a: float, path: Path) -> float:
-    """Return the default a, with a note if it is not the usual one."""
+    """Return the default a; write a note if it is not the usual one."""
     if a != USUAL_A:
-        note(f"a = {exact(a)}, the only one in {path}")
+        note(f"a = {exact(a)}, the only value in {path}")
     return a
 
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
-    """Write notes on chosen periods that are partly filled, not filled, or lack births that matter."""
+    """Write notes on chosen periods that are partly filled, not filled, or lack births that are needed."""
     from orbitdb.answers.completeness import gaps
 
     for chosen in stadiums:
@@ -125,7 +126,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
-    """Write a note that a subset is empty, if any of its periods is filled."""
+    """Write a note for each empty subset of which at least one period is filled."""
     from orbitdb.answers.completeness import nothing
 
     for chosen in stadiums:
@@ -134,7 +135,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
-    """Write a note for each a with the length up to which a list of orbits is complete."""
+    """Write a note, for each a, on the length up to which a list of orbits is complete."""
     from orbitdb.answers.completeness import complete_length, describe_complete
 
     for chosen in stadiums:
@@ -145,7 +146,7 @@ def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
 _falling: Callable[[Any], Any] = cmp_to_key(
     lambda one, other: 0 if one == other else 1 if one < other else -1
 )
-"""Sort key for falling order."""
+"""Sort key for descending order."""
 
 
 def in_order(
@@ -156,9 +157,9 @@ def in_order(
     limit: int | None,
     offset: int = 0,
 ) -> Iterator[Row]:
-    """Return rows of a subset, or of one at each of several a, in one order; ties go by a.
+    """Return the rows of one subset, or of one subset at each of several a, merged into one order.
 
-    An empty field comes last in either direction.
+    Empty fields come last, whether the order is ascending or descending.
     """
     from orbitdb.store.asking.conditions import parse_order
 
@@ -181,12 +182,12 @@ def in_order(
 
 
 def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
-    """Describe the chosen rows at one or several a, with any number."""
+    """Describe the chosen rows at one or several a, with their number if `total` is given."""
     return stadiums[0].describe([chosen.a for chosen in stadiums], total)
 
 
 def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
-    """Return the provenance of rows; with several a, the partial periods of each."""
+    """Return the provenance of rows; if `many`, its a and partial periods are lists with one item per a."""
     from orbitdb.answers.completeness import partial_fills
 
     values = [chosen.a for chosen in stadiums]

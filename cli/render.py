@@ -29,13 +29,13 @@ class Format(StrEnum):
 
 
 FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
-"""The formats with few columns and rounded numbers."""
+"""The formats that have few columns and rounded numbers."""
 
 _DECIMALS = {
     "turns": 2, "share": 2, "repetitions": 1, **dict.fromkeys(("length", "total", "lyapunov"), 7),
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
 }  # fmt: skip
-"""Digits after the point in tables, 6 for other columns; other formats give all digits."""
+"""Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""
 
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""
@@ -44,7 +44,7 @@ LONG_CODE = 40
 """Longer codes are shown in run notation."""
 
 _TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
-"""Endings of names of numbers whose size alone matters."""
+"""Endings of the names of columns of which only the order of magnitude matters."""
 
 _TIMES = (
     "seconds", "processor_seconds", "enumeration", "enumerating", "classification", "cutting", "newton",
@@ -59,7 +59,7 @@ def note(message: str) -> None:
 
 
 def number(name: str, value: Any) -> str:
-    """Return a value as text for people, the same everywhere."""
+    """Return a value as text for people, rounded as its column requires."""
     if value is None:
         return ""
     if isinstance(value, float):
@@ -72,7 +72,7 @@ def number(name: str, value: Any) -> str:
         if name.endswith(_TINY) or (value and abs(value) < 1e-4):
             return f"{value:z.1e}"
         if name == "K_0":
-            return f"{math.floor(value * 1000) / 1000:.3f}"  # cut, not rounded, as in the paper
+            return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
         return f"{value:g}" if name == "a" else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
@@ -81,7 +81,7 @@ def number(name: str, value: Any) -> str:
 
 
 def code_text(code: str) -> str:
-    """Return a code for people: as it is, or in run notation, cut if it is still long."""
+    """Return a code as text for people; long codes are in run notation, truncated if still long."""
     if len(code) <= LONG_CODE:
         return code
     from orbitdb.symbols.words import run_notation
@@ -91,10 +91,10 @@ def code_text(code: str) -> str:
 
 
 def repeats(word: str, root: str) -> str:
-    """Say that a word repeats a shorter one, which is used in its place."""
+    """Return a message that a word repeats a shorter one, which is used instead."""
     count = len(word) // len(root)
     times = "twice" if count == 2 else f"{count} times"
-    return f"{code_text(word)} repeats {code_text(root)} ({times}): this is {code_text(root)}"
+    return f"{code_text(word)} repeats {code_text(root)} ({times}): using {code_text(root)}"
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
@@ -121,7 +121,7 @@ def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any
 
 
 def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
-    """Return the texts of all cells, and which columns are texts, to be aligned to the left."""
+    """Return the texts of all cells, and for each column whether it is text and thus aligned left."""
     texts, left = [], [False] * len(columns)
     errors = [
         (columns.index(name), columns.index(f"{name}_error"))
@@ -146,18 +146,18 @@ def _is_number(value: Any) -> bool:
 
 _CODES = {"code", "word", "representative"}
 _SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
-"""Averages with an error, shown with all its digits."""
+"""Averages with a statistical error, shown with as many decimals as the error has."""
 
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:
-    """Write aligned names and values."""
+    """Write names and values in two aligned columns."""
     width = max(len(name) for name, _ in facts)
     for name, text in facts:
         sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
 
 
 def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
-    """Yield aligned columns as wide as their content, those marked in `left` to the left."""
+    """Yield lines with columns as wide as their content; those marked in `left` are aligned left."""
     lines = [names, *rows]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for values in lines:
@@ -188,13 +188,13 @@ _MATHEMATICS = {
     "lambda_c": r"\lambda_c", "N": "N", "N_t": "N_t", "N_c": "N_c", "K_0": "K_0", "h_zeta": r"h_\zeta",
     "x": "x", "y": "y", "k": "k",
 }  # fmt: skip
-"""Columns whose headings are formulas in a paper."""
+"""Columns whose headings LaTeX sets as formulas."""
 
 _POWER = re.compile(r"(-?[0-9.]+)e([+-])0*([0-9]+)")
 
 
 def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
-    """Yield the lines of a tabular for LaTeX's package booktabs."""
+    """Yield the lines of a LaTeX tabular that uses the package booktabs."""
     lines = [" & ".join(map(_latex_heading, names)) + r" \\"]
     for row in rows:
         cells = map(_latex_cell, names, row, left)
@@ -212,7 +212,7 @@ def _latex_heading(name: str) -> str:
 
 
 def _latex_cell(name: str, text: str, is_text: bool) -> str:
-    """Return a cell: codes in typewriter, numbers below 0 and powers of ten as mathematics."""
+    """Return a LaTeX cell: codes in typewriter type, negative numbers and powers of ten in math mode."""
     if name in _CODES and text:
         return rf"\texttt{{{text.translate(_IN_LATEX)}}}"
     if not is_text and (power := _POWER.fullmatch(text)):

@@ -1,4 +1,4 @@
-"""Shared by commands that store data: periods, schema, estimates and solvers."""
+"""Helpers for the commands that store data: periods, schema, estimates, and where to solve."""
 
 import logging
 import warnings
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 def bring(path: Path) -> "Migration":
-    """Create a catalogue, or migrate an older one and name its copy."""
+    """Create a catalogue, or migrate an older one and say where the copy of the old file is."""
     from orbitdb.store.file.migrate import migrate
 
-    with progress("bringing the catalogue to the newest schema"):
+    with progress("updating the catalogue to the latest schema"):
         done = migrate(path)
     if done.backup is not None:
         note(f"{path}: schema {done.before} -> {done.after}; a copy of the old file is in {done.backup}")
@@ -34,7 +34,7 @@ def bring(path: Path) -> "Migration":
 
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
-    """Return the periods of --p and --from in rising order; refuse those that cannot be filled."""
+    """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
     from orbitdb.store.asking.criteria import periods_up_to
     from orbitdb.store.asking.selection import fillable
 
@@ -43,41 +43,41 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
     spans = periods_up_to(p, first)
     periods = fillable(spans)
     if not periods:
-        raise InputError(f"periods {first} to {p} run backwards: give --from {p} or less")
+        raise InputError(f"--from {first} is above --p {p}: give --from {p} or less")
     return periods
 
 
 def written(periods: Sequence[int]) -> str:
-    """Write periods in rising order, as a range if there is no gap."""
+    """Format periods given in ascending order, as a range if there is no gap."""
     gapless = len(periods) == periods[-1] - periods[0] + 1
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
-    """Write the estimate of a large fill or sweep, or with --dry-run of any."""
+    """Write a note with the estimate for a large fill or sweep; with --dry-run, for any."""
     from orbitdb.filling.estimate import LARGE, about, gigabytes
 
     if dry_run or coming.words >= LARGE:
         room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
-        note(f"{span}: {several(coming.words, 'word')} to come, {about(coming.seconds)}{room}, in {db}")
+        note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 
 _HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
 Highest = Annotated[str, _HIGHEST]
 SomeHighest = Annotated[str | None, _HIGHEST]
 Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
-"""Read together by `asked_periods`."""
+"""`asked_periods` reads --p and --from together."""
 
 _MOST_JOBS = 1024
 
-_JOBS = "Worker processes [default: all cores if there is enough work]."
+_JOBS = "Number of worker processes [default: one per core if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=_MOST_JOBS, help=_JOBS)]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 
 
 @dataclass(frozen=True)
 class Solvers:
-    """The options for where to solve: in processes here, or on a dask cluster.
+    """The options that say where to solve: in local processes or on a dask cluster.
 
     Contradictory or incomplete options are refused.
     """
@@ -85,11 +85,11 @@ class Solvers:
     jobs: Jobs = None
     executor: Annotated[
         Literal["processes", "dask"] | None,
-        typer.Option(help="Solve in processes here [default], or on a dask cluster."),
+        typer.Option(help="Solve in local processes [default] or on a dask cluster."),
     ] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS|FILE", help="The scheduler of the dask cluster, or its file."),
+        typer.Option(metavar="ADDRESS|FILE", help="Address or scheduler file of the dask cluster."),
     ] = None
 
     def __post_init__(self) -> None:
@@ -97,21 +97,21 @@ class Solvers:
             raise InputError("--scheduler is for --executor dask: leave one of them out")
         if self.scheduler is None and self.executor == "dask":
             raise InputError(
-                "--executor dask: say where its scheduler is, such as --scheduler tcp://host:8786, or "
-                "--scheduler scheduler.json, its file"
+                "--executor dask: give the address of the scheduler, such as --scheduler tcp://host:8786, or "
+                "its file, such as --scheduler scheduler.json"
             )
         if self.scheduler is not None and self.jobs is not None:
-            raise InputError("--jobs counts processes here, and a dask cluster has its own: leave out --jobs")
+            raise InputError("--jobs is for local processes; a dask cluster has its own: leave out --jobs")
 
     def number(self) -> int:
-        """Return the number of processes for a fill; a cluster always has enough."""
+        """Return the number of processes that estimates assume; for a cluster, the maximum."""
         from orbitdb.filling.workers import cores
 
         return _MOST_JOBS if self.scheduler else self.jobs or cores()
 
     @contextmanager
     def cluster(self) -> "Iterator[Workers | None]":
-        """Connect to the dask cluster, if one is named."""
+        """Connect to the dask cluster, if one is given; yield it, or None."""
         if self.scheduler is None:
             yield None
             return
@@ -123,12 +123,12 @@ class Solvers:
 
 
 def _told(workers: int, threads: int) -> str:
-    """Describe the size of a cluster, and threads that it cannot use."""
+    """Describe the size of a cluster; advise if its workers have threads that cannot be used."""
     if not workers:
         return "no workers yet; waiting for the first"
     if threads > workers:
         return (
-            f"{workers} workers with {threads} threads; each solves with one of them: start more "
+            f"{workers} workers with {threads} threads, but each worker uses only one: start more workers "
             "with --nthreads 1"
         )
     return f"{workers} workers"

@@ -1,1 +1,1 @@
-"""The commands, one module each."""
+"""The commands, in one folder for each panel of the help."""

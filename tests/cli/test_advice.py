@@ -63,7 +63,7 @@ def test_the_nearest_length_comes_with_the_tolerance_that_finds_it(cli, filled):
     found = cli("identify", "--length", "11.14", "--db", str(filled))
     assert (found.code, found.out) == (1, "")
     nearest, *_ = found.err.splitlines()
-    assert nearest.startswith("the nearest is 0123 of length 11.1427106: --tolerance ")
+    assert nearest.startswith("the nearest orbit is 0123 of length 11.1427106: --tolerance ")
     tolerance = nearest.split("--tolerance ")[1].split()[0]
     assert cli("identify", "--length", "11.14", "--tolerance", tolerance, "--db", str(filled)).code == 0
 

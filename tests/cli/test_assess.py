@@ -75,8 +75,8 @@ def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_pat
     [
         (("--frequency", "GHz"), "need --frequency with their unit and --radius"),
         (("--radius", "0.2"), "need --frequency with their unit and --radius"),
-        (("--frequency", "GHz", "--radius", "0"), "--radius 0: give metres"),
-        (("--frequency", "GHz", "--radius", "1", "--energies"), "one or the other"),
+        (("--frequency", "GHz", "--radius", "0"), "--radius 0: give the radius in metres"),
+        (("--frequency", "GHz", "--radius", "1", "--energies"), "only one of them"),
         (("--parity", "ee,oo"), "give one"),
         (("--energies",), "Weyl's law expects"),
         (("--statistics",), "name it with --parity"),
@@ -97,7 +97,7 @@ def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
 def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact[::-1].tolist())
     found = cli("assess", path, "--parity", "oo", "--db", own)
-    assert (found.code, "not in order: sorted" in found.err) == (0, True)
+    assert (found.code, "not in order and have been sorted" in found.err) == (0, True)
 
 
 def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, tmp_path):
@@ -223,5 +223,5 @@ def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own,
     ):
         found = cli(*command, *asked)
         assert found.code == 0
-        assert "not in order: sorted" in found.err
+        assert "not in order and have been sorted" in found.err
         assert "1 of 21 levels with k from 0 to 11.91 is missing: 8.127 to 9.109;" in found.err

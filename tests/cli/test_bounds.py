@@ -17,7 +17,7 @@ from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.make.bounds import balls_of
 from orbitdb.errors import InputError
 
-WHY = "the time, the length of windows or the memory was not enough\n"
+WHY = "the time, the window length or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
 
 
@@ -40,9 +40,10 @@ def test_prove_gives_the_same_bounds_and_counts_the_proved_windows(cli, tmp_path
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")
     assert proved.out == plain.out
     assert re.search(
-        r"balls prove (\d+) of \1 windows that doubles decide, 0 left open; \d+\.\d s", proved.err
+        r"ball arithmetic proves (\d+) of \1 windows decided in double precision, 0 left open; \d+\.\d s",
+        proved.err,
     )
-    assert plain.err.startswith("not kept: there is no catalogue at ")
+    assert plain.err.startswith("not saved: there is no catalogue at ")
     cli("migrate")
     alter(tmp_path / "orbits.db", "DROP TABLE change")  # reported before anything is computed
     assert cli("bounds", "--window", "4").says(3, "is not as orbitdb made it (table change)")
@@ -50,7 +51,8 @@ def test_prove_gives_the_same_bounds_and_counts_the_proved_windows(cli, tmp_path
 
 def test_windows_left_open_by_balls_are_added_up_over_a():
     proofs: list[Any] = [SimpleNamespace(proved=n, left_open=m, seconds=0.75) for n, m in ((2, 1), (4, 3))]
-    assert balls_of(proofs) == "balls prove 6 of 10 windows that doubles decide, 4 left open; 1.5 s"
+    said = "ball arithmetic proves 6 of 10 windows decided in double precision, 4 left open; 1.5 s"
+    assert balls_of(proofs) == said
 
 
 def test_a_grid_is_logarithmic_and_its_values_can_be_typed_again():
@@ -78,7 +80,7 @@ def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_
         (row["a"], row["lower"], row["upper"]) for row in rows
     ]
     assert {each.proof for each in curve} == {"balls" if jobs else "doubles"}
-    assert ("balls prove" in found.err) == bool(jobs)
+    assert ("ball arithmetic proves" in found.err) == bool(jobs)
     assert cli(*asked, "--width", str(max(each.upper - each.lower for each in curve))).code == 0
     missed = cli(*asked, "--width", "0.1")
     assert missed.err.endswith("at 2 of 3 a: " + WHY)

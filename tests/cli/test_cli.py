@@ -158,9 +158,9 @@ def test_head_ends_quietly(filled):
         ("verify", ""),
         ("export x.csv", ""),
         ("births", ""),
-        ("births --p 9", "; nothing that was stored is lost, and the same command goes on from there"),
+        ("births --p 9", "; nothing that was stored is lost, and the same command continues from there"),
         ("simulate", "; nothing that was stored is lost"),
-        ("verify --rigorous", "; nothing that was stored is lost, and the same command goes on from there"),
+        ("verify --rigorous", "; nothing that was stored is lost, and the same command continues from there"),
     ],
 )
 def test_ctrl_c_says_what_the_command_keeps(cli, monkeypatch, command, more):

@@ -33,7 +33,7 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
     "fill": {"--a": A, "--method": of(fill_periods, "method")},
     "query": {"--a": f"the only one stored, else {A}", "--order": ORDER},
     "identify": {
-        "--limit": f"{SHOWN}; for a length 40 in a table, else all",
+        "--limit": f"{SHOWN}; with --length, 40 in a table, otherwise all",
         "--bounces": str(BOUNCES),
         "--tolerance": f"{NEAR:g} for bounces, {SAME_LENGTH:g} for a length",
     },

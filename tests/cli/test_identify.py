@@ -61,7 +61,7 @@ def test_identify_reads_the_output_of_query_and_identify(cli, filled, stdin):
         ("x,y\n2.6,0\n-2.6,zero", "line 3: 'zero' is not a number"),
         ("[[2.6, 0], [", "line 1 is not json"),
         ('{"x": 1, "y": 2}\n{"x": 1}', "an object lacks x or y"),
-        ("[" * 100_000, "write x,y of one bounce a line"),
+        ("[" * 100_000, "write one bounce x,y per line"),
         ('[["x", "y"]]', "pairs x,y"),
     ],
 )
@@ -77,6 +77,6 @@ def test_points_and_codes_that_are_not_text_are_refused(cli, filled, tmp_path, m
     points.write_text('{"x": 1, "y": 2}\n{x')
     done = cli("identify", "--points", str(points))
     assert (done.code, done.out) == (2, "")
-    assert done.err.startswith(f"orbitdb: {points}: line 2 is not json: write x,y of one bounce a line")
+    assert done.err.startswith(f"orbitdb: {points}: line 2 is not json: write one bounce x,y per line")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
     assert cli("query", "--code", "-").says(2, "stdin is not text")

@@ -118,7 +118,7 @@ def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, 
     [
         (lambda k: ["-1", *k], "above 0"),
         (lambda k: [str(float(each) ** 2) for each in k], "--energies"),
-        (lambda k: ["level", *k], "heading"),
+        (lambda k: ["level", *k], "header"),
         (lambda k: [*k[:9], "six", *k[9:]], "six"),
         (lambda k: [], "too few"),
     ],

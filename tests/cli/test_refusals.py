@@ -89,7 +89,7 @@ spectrum --levels nowhere | 2 | nowhere: No such file or directory; give a file
 
 plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned
-plot life 0011 -o x.svg | 2 | 0011 has no life
+plot life 0011 -o x.svg | 2 | 0011 is not an orbit at any a
 plot life 13 113 -o x.svg | 2 | name one orbit to draw: plot life
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
@@ -105,7 +105,7 @@ export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
 export - | 2 | name a file
 export z.npz --format csv | 2 | z.npz ends in .npz, but --format says csv: leave one
-export z.parquet --mark-words | 2 | --mark-words is for csv and tsv: parquet keeps words
+export z.parquet --mark-words | 2 | --mark-words is for csv and tsv; parquet keeps words
 export orbits.csv -c colour | 2 | colour
 fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
 fill --p 3 --db orbits.db/new.db | 3 | no folder orbits.db

@@ -80,7 +80,7 @@ def test_query_names_the_words_born_with_a_word(cli, born):
     a, _, words = line.removeprefix("  born at ").partition("with ")
     assert words
     for word in words.split(", "):
-        assert f"from a = {a.strip()[:7]}" in cli("query", "--code", word).out
+        assert f"for a > {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
 def test_every_life_that_ends_is_listed(cli, born):
@@ -104,7 +104,7 @@ KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "proc
 
 def test_other_commands_answer_from_sweeps(cli):
     planned = cli("sweep", "--p", "6", "--dry-run")
-    assert planned.err.startswith("p = 2..6 at a = 1.6: 389 words to come, under a second, in ")
+    assert planned.err.startswith("p = 2..6 at a = 1.6: 389 words to solve, under a second, in ")
     assert planned.out == ""
     swept = cli("sweep", "--p", "6", "--json")
     rows = json.loads(swept.out)
@@ -153,7 +153,7 @@ def test_swept_subsets_are_listed_and_verified(cli, tmp_path, monkeypatch):
     assert told[:2] == [(2, 1, "contains=13"), (3, 4, "contains=13")]
     assert told[-2:] == [(5, 80, None), (5, 20, "contains=13")]
     sound = cli("verify", "--p", "2,3,5", "--a", "1.6", "--json")
-    assert (sound.code, sound.err.split(" all is well")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
+    assert (sound.code, sound.err.split(" no errors in")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
     rows = {row["check"]: row["rows"] for row in json.loads(sound.out)}
     assert (rows["sweeps"], rows["sums"]) == (4, 4)
     cli("fill", "--p", "5-5")
@@ -184,7 +184,7 @@ def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     done = cli("births")
     assert (done.code, done.out) == (1, "")
     partial, nothing = done.err.splitlines()
-    assert partial == "births of period 6 are partial: 'orbitdb births --p 6' completes them"
+    assert partial == "births of period 6 are incomplete: 'orbitdb births --p 6' completes them"
     assert nothing.startswith("no births in ")
     assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
     lacking = cli("entropy", "--a", "1", "--p", "3-4")

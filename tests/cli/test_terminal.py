@@ -14,7 +14,8 @@ from there import there
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 
-INTERRUPTED = "orbitdb: interrupted; nothing that was stored is lost, and the same command goes on from there"
+KEPT = "nothing that was stored is lost, and the same command continues from there"
+INTERRUPTED = f"orbitdb: interrupted; {KEPT}"
 BAR = r"(?:\x1b\[[\d;]*m|[━╸╺]){12,}"
 NEW = ("--db", "{folder}/new.db")
 FILLING = [

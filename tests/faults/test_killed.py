@@ -13,7 +13,7 @@ from quick import fuzz_but
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
-GOES_ON = "nothing that was stored is lost, and the same command goes on from there"
+GOES_ON = "nothing that was stored is lost, and the same command continues from there"
 UNWATCHED = "words to come"
 
 

@@ -180,7 +180,7 @@ def test_a_large_fill_first_states_its_cost(cli):
     for command, needed in (("fill", "15 s and 348 MB"), ("sweep", "7 s")):
         outcome = cli(command, "--p", "15", "--jobs", "1", "--dry-run")
         assert outcome.code == 0
-        assert f"8497721 words to come, about {needed}, in " in outcome.err
+        assert f"8497721 words to solve, about {needed}, in " in outcome.err
 
 
 def test_bytes_per_row_add_up_to_the_file(filled, cli):

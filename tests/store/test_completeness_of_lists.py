@@ -108,7 +108,7 @@ def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
     cli("fill", "--p", "4", "--a", "1")
     done = cli(*command.split())
     assert done.code == 0
-    assert done.err.splitlines()[0] == f"a = 1, the only one in {tmp_path / 'orbits.db'}"
+    assert done.err.splitlines()[0] == f"a = 1, the only value in {tmp_path / 'orbits.db'}"
     assert cli(*command.split(), "--a", "1").err.startswith("a = 1, the only") is False
     cli("fill", "--p", "4", "--a", "2")
     assert cli(*command.split()).says(2, "a = 1, 2", "--a")

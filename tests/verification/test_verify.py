@@ -70,7 +70,7 @@ def test_the_small_catalogue_is_sound_and_says_so(small, cli):
     assert [row["check"] for row in rows] == [name for name in PROMISES if name in {r["check"] for r in rows}]
     assert list(rows[0]) == ["check", "rows", "failures", "worst", "share", "first"]
     assert all(row["failures"] == 0 and row["first"] is None for row in rows)
-    assert re.search(r": all is well with \d+ classes(, [1-9]\d* [a-z ]+)*, [\d.]+ s\n$", outcome.err)
+    assert re.search(r": no errors in \d+ classes(, [1-9]\d* [a-z ]+)*, [\d.]+ s\n$", outcome.err)
     table = cli("verify")
     assert [line.split()[0] for line in table.out.splitlines()[1:]] == [
         row["check"].split()[0] for row in rows

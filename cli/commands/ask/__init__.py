@@ -1,1 +1,1 @@
-"""Commands that ask for single orbits, or rows of the catalogue."""
+"""Commands that ask for single orbits or for rows of the catalogue."""

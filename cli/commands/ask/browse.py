@@ -1,4 +1,4 @@
-"""``orbitdb browse``: the terminal UI, in a terminal or in a browser."""
+"""``orbitdb browse``: the terminal UI, shown in a terminal or in a browser."""
 
 import os
 import sys
@@ -22,18 +22,21 @@ _PORT = 8000
 def browse(
     *,
     context: typer.Context,
-    code: Annotated[str | None, typer.Option(help="Open at this word, in any rotation.")] = None,
+    code: Annotated[str | None, typer.Option(help="Start at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
     choice: Choice,
     web: Annotated[
-        bool, typer.Option("--web", help="Show it in a browser on this machine; the address is printed.")
+        bool, typer.Option("--web", help="Show the screen in a browser on this machine; print its address.")
     ] = False,
     port: Annotated[
-        int, options.count_option(least=0, most=65535, help="Port of that address; 0 for any free one.")
+        int, options.count_option(least=0, most=65535, help="Port for --web; 0 takes any free port.")
     ] = _PORT,
     db: options.Database,
 ) -> None:
-    """Browse the catalogue in the terminal: look at orbits, choose subsets, compute (? shows the keys)."""
+    """Browse the catalogue in the terminal: look at orbits, choose subsets, compute averages.
+
+    Press ? to see the keys.
+    """
     from orbitdb.store.asking.where import check
     from orbitdb.symbols.words import parse
 
@@ -44,9 +47,9 @@ def browse(
         server = load("orbitdb.cli.tui.web", "browse --web", "web")
     else:
         options.refuse_idle(context, "without --web", "port")
-        streams = (sys.stdin, sys.stdout, sys.stderr)  # it draws on stderr, unless a browser shows it
+        streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser
         if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
-            raise InputError("browse needs a terminal: use 'orbitdb query' where there is none")
+            raise InputError("browse needs a terminal: use 'orbitdb query' if there is none")
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.kept import state_path
 
@@ -55,14 +58,14 @@ def browse(
         check(chosen.where, dict(chosen.parameters))
     if web:
         arguments = ["browse", f"--db={db.absolute()}", *_typed_again(context)]
-        server.serve(arguments, port, lambda address: note(f"{address} shows {db}; Ctrl-C ends it"))
+        server.serve(arguments, port, lambda address: note(f"open {address} to browse {db}; Ctrl-C stops it"))
         return
     app.run()
     app.close()
 
 
 def _typed_again(context: typer.Context) -> list[str]:
-    """Return the options of the chosen subset as arguments."""
+    """Return the options of this command as arguments, except --web, --port and --db."""
     typed = []
     for parameter in context.command.params:
         value = context.params.get(parameter.name or "")

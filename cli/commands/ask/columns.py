@@ -17,11 +17,11 @@ _GAP = "  "
 
 
 def columns(*, output: Output) -> None:
-    """Explain the columns: their unit, the bound on their error, their meaning.
+    """Explain the columns: their units, the bounds on their errors, and their meanings.
 
-    -c, --order and --where take the columns of a word and of its orbit, and --bounces writes those of a
-    bounce. query --code gives those of an answer, identify those of a trajectory and of a length. The error
-    of a number is never larger than its bound.
+    -c, --order and --where accept the columns of words and orbits, and --bounces writes the columns of
+    bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
+    length. The error of a number never exceeds its bound.
     """
     if output.table:
         _write_table([each for _, group in GROUPS for each in group])
@@ -35,7 +35,7 @@ def columns(*, output: Output) -> None:
 
 
 def _write_table(shown: Sequence[Column]) -> None:
-    """Write a line per column, wrapping its meaning; columns of the catalogue come first."""
+    """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
     lines = [("column", "unit", "bounded by", "means")]
     lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]

@@ -1,4 +1,4 @@
-"""``orbitdb identify``: find orbits by a trajectory or a length."""
+"""``orbitdb identify``: find orbits by a trajectory or by a length."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ EXAMPLES = (
     "identify --length 21.7 --tolerance 2e-3",
 )
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
-"""Columns of the table, which fit into 80 characters for every orbit."""
+"""Columns of the table; they fit into 80 characters for every orbit."""
 
 LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
@@ -38,36 +38,45 @@ def identify(
     start: Annotated[
         str | None,
         typer.Option(
-            metavar="X,Y,ANGLE", help="A point in the stadium, and the direction of the path in radians."
+            metavar="X,Y,ANGLE", help="Start of a trajectory: a point, and its direction in radians."
         ),
     ] = None,
     points: Annotated[
         str | None,
-        typer.Option(metavar="PATH", help="A file of bounces x,y, one a line, csv or json; - reads stdin."),
+        typer.Option(metavar="PATH", help="File of bounces, csv or json, one x,y per line; - reads stdin."),
     ] = None,
-    length: Annotated[float | None, number_option(help="A length, in units of the radius.")] = None,
+    length: Annotated[float | None, number_option(help="Length of an orbit, in units of the radius.")] = None,
     tolerance: Annotated[
-        float | None, number_option(help="Tolerance [default: 0.01 for bounces, 0.001 for a length].")
+        float | None,
+        number_option(
+            help="Tolerance, in units of the radius [default: 0.01 for bounces, 0.001 for a length]."
+        ),
     ] = None,
     each_way: Annotated[
-        int | None, count_option("--bounces", help="Bounces to follow from --start, each way [default: 60].")
+        int | None,
+        count_option(
+            "--bounces", help="Number of bounces to follow from --start in each direction [default: 60]."
+        ),
     ] = None,
     limit: Annotated[
         int | None,
         count_option(
-            least=0, help=f"Most rows to show [default: 10; for a length {_ON_SCREEN} in a table, else all]."
+            least=0,
+            help="Maximum number of rows to show [default: 10; "
+            f"with --length, {_ON_SCREEN} in a table, otherwise all].",
         ),
     ] = None,
     a: options.StoredHalfLength = None,
     output: MarkedOutput,
     db: options.Database,
 ) -> None:
-    """Find orbits near a starting point, near the bounces of a trajectory, or of a given length.
+    """Find the orbits near a trajectory, or the orbits of a given length.
 
-    A trajectory is written in symbols, followed by the periodic orbits that it shadows, stored or not: from
-    bounce first to bounce last, it stays within the tolerance of the orbit. Orbits that it goes
-    round most often come first. From a starting point it runs ahead (bounce 1, 2, ...) and back (0, -1, ...).
-    A length is compared with stored orbits and their repetitions: total = repetitions x length.
+    The output for a trajectory is its sequence of symbols, then the periodic orbits that it shadows, stored
+    or not: from bounce first to bounce last, the trajectory stays within the tolerance of the orbit. The
+    orbits with the most turns come first. From --start, the trajectory is followed forward (bounces 1, 2,
+    ...) and backward (bounces 0, -1, ...). A length is compared with the stored orbits and their repetitions:
+    total = repetitions x length.
     """
     ways = {"start": start, "points": points, "length": length}
     given = [name for name in ways if ways[name] is not None]
@@ -86,7 +95,7 @@ def identify(
 
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
-    """Write the orbits that a trajectory shadows; return their number."""
+    """Write the orbits that a trajectory shadows; return the number of rows."""
     from orbitdb.answers.identification import SHADOWED, identify_trajectory
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.reading.lookup import find_or_solve
@@ -109,7 +118,7 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: M
 
 
 def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
-    """Write a note if a start could not be followed as far as requested."""
+    """Write a note if the trajectory from --start could not be followed as far as requested."""
     if "start" not in asked:
         return
     from orbitdb.trajectories.traces import BOUNCES
@@ -117,7 +126,7 @@ def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
     last = found.first + len(found.sequence) - 1
     wanted = asked["bounces"] or BOUNCES
     if last < wanted or found.first > 1 - wanted:
-        note(f"followed from bounce {found.first} to {last}: after that, doubles cannot say where it goes")
+        note(f"followed from bounce {found.first} to {last}; double precision does not determine the rest")
 
 
 def _note_count(found: "Trajectory", count: int) -> None:
@@ -127,9 +136,9 @@ def _note_count(found: "Trajectory", count: int) -> None:
         orbits = "orbit is" if found.total == 1 else "orbits are"
         note(f"{found.total} {orbits} shadowed{more}")
     elif found.sequence and set(found.sequence) <= {"0", "2"}:
-        note("no orbit: it bounces between the straight walls, like the bouncing-ball family 02")
+        note("no orbit: the trajectory bounces between the straight walls, like the bouncing-ball family 02")
     else:
-        note("no orbit is shadowed for two bounces; a larger --tolerance finds those farther away")
+        note("no orbit is shadowed for two bounces or more; a larger --tolerance finds orbits farther away")
 
 
 def _show_length(
@@ -140,7 +149,7 @@ def _show_length(
     db: Path,
     output: MarkedOutput,
 ) -> int:
-    """Write the stored orbits of a length; return their number."""
+    """Write the stored orbits of a given length; return the number of rows."""
     from orbitdb.answers.completeness import describe_fills
     from orbitdb.answers.identification import identify_length
     from orbitdb.numerals import exact
@@ -161,8 +170,8 @@ def _show_length(
     for each in nearest:
         times = f"{each.repetitions} x {each.code}" if each.repetitions > 1 else each.code
         enough = float(f"{1.05 * abs(each.difference):.2g}")
-        note(f"the nearest is {times} of length {each.total:.7f}: --tolerance {enough:g} finds it")
+        note(f"the nearest orbit is {times} of length {each.total:.7f}: --tolerance {enough:g} finds it")
     if fills or found:  # otherwise another note says that nothing was searched
         note(f"{candidates} among {among}, one per symmetry class{more}; "
-             "longer periods may have this length, too")  # fmt: skip
+             "orbits of longer periods may have this length, too")  # fmt: skip
     return count

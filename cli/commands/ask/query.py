@@ -1,4 +1,4 @@
-"""``orbitdb query``: one word, or rows of the catalogue."""
+"""``orbitdb query``: show one word, or rows of the catalogue."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -38,13 +38,13 @@ EXAMPLES = (
     "query 1232131 --a all",
     "query --p 11 --status orbit --format csv > orbits.csv",
 )
-AFTERWORD = "The columns: 'orbitdb columns'."
+AFTERWORD = "'orbitdb columns' explains the columns."
 
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
-"""Keys of a word that you ask for by its code."""
+"""Keys shown for a word that is asked for by its code."""
 
 OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
-"""Keys that you may ask for, whether the word is stored or not."""
+"""Columns that -c accepts for a word, stored or not."""
 
 _OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
 
@@ -54,7 +54,7 @@ OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
 OF_LIVES = {"exists", "born", "dies"}
 
 TABLE_COLUMNS = ("code", "p", "status", "length", "lambda_d", "lambda_c", "time_reversal")
-"""They fit into 80 columns up to p = 18."""
+"""Columns of a table; they fit into 80 characters for periods up to 18."""
 
 _ON_SCREEN = 40
 
@@ -70,21 +70,25 @@ def query(
     limit: Annotated[
         int | None,
         options.count_option(
-            least=0, help=f"Most rows to show [default: {_ON_SCREEN} in a table, else all]."
+            least=0, help=f"Maximum number of rows to show [default: {_ON_SCREEN} in a table, otherwise all]."
         ),
     ] = None,
-    offset: Annotated[int, options.count_option(least=0, help="Rows to skip first.")] = 0,
+    offset: Annotated[int, options.count_option(least=0, help="Number of rows to skip.")] = 0,
     columns: options.Columns = None,
     bounces: Annotated[
-        bool, typer.Option("--bounces", help="With --code, show one row per bounce: x, y, arc length, sine.")
+        bool,
+        typer.Option(
+            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine of the angle."
+        ),
     ] = False,
     output: MarkedOutput,
     db: options.Database,
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
-    A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. You
-    see every status but geometric: --status geometric asks for that one, --status orbit for orbits only.
+    A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. By
+    default you see every status except geometric. Use --status to see only orbits, or the geometrically
+    pruned words.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
@@ -92,7 +96,7 @@ def query(
             raise typer.Exit(1)
         return
     if bounces:
-        raise InputError("--bounces goes with --code; 'orbitdb export --bounces' writes those of many orbits")
+        raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (moment, stadiums):
@@ -125,7 +129,7 @@ def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
 def _show_words(
     codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
 ) -> int:
-    """Write what is known about words, or their bounces; return the number of rows or words."""
+    """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
     from orbitdb.store.reading.lookup import born_with
 
@@ -171,19 +175,19 @@ def _find(
     values = meant(db, a)
     known = known_catalogue(db)
     for code in codes:
-        parse(code)  # so that nothing is printed if one is wrong
+        parse(code)  # so that nothing is printed if a code is wrong
     found = [find_or_solve(known, word, at) for word in [primitive(code) for code in codes] for at in values]
     if not found:
         note("no code on stdin")
     if OF_LIVES & set(keys):
-        each = {orbit.code: orbit for orbit in found}  # is followed once, for all a
+        each = {orbit.code: orbit for orbit in found}  # each word is followed in a only once
         lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
         found = [replace(orbit, exists=lives[orbit.code]) for orbit in found]
     return keys, found, known
 
 
 def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:
-    """Refuse columns that only rows have; name the command that shows them."""
+    """Refuse columns that only stored rows have; suggest the command that shows them."""
     from orbitdb.symbols.words import parse, primitive_root
 
     asked = [name for name in names if name in OF_ROWS]
@@ -197,7 +201,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
 
 
 def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
-    """Return one value of a word; the ranges of a in which it exists are text in a cell."""
+    """Return the value of a key for a word; with `output`, in the form that the format needs."""
     match key:
         case "exists" if orbit.exists is not None and output is not None:
             from orbitdb.cli.orbit_facts import lives_text

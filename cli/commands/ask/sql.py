@@ -1,4 +1,4 @@
-"""``orbitdb sql``: questions beyond the options."""
+"""``orbitdb sql``: run a SELECT statement, for questions that no option answers."""
 
 from typing import Annotated
 
@@ -16,16 +16,16 @@ EXAMPLES = (
 
 def sql(
     *,
-    statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT, in quotes.")],
+    statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT statement, in quotes.")],
     parameters: options.Parameters = None,
     output: Output,
     db: options.Database,
 ) -> None:
-    """Run one SELECT statement over the catalogue, at every a.
+    """Run one SELECT statement on the catalogue, with every a.
 
-    It can read the views catalogue (a row per word: see 'orbitdb columns'), class (a row per class) and life
-    (births and deaths). It cannot write, and it may take a minute at most. code('310') finds a word in any
-    rotation.
+    The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
+    class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a
+    word in any rotation.
     """
     from orbitdb.store.asking.codes import hint
     from orbitdb.store.asking.criteria import parse_parameter

@@ -1,1 +1,1 @@
-"""Commands that average over orbits."""
+"""Commands that average over orbits, or compare orbits with quantum levels."""

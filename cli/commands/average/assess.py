@@ -1,4 +1,4 @@
-"""``orbitdb assess``: find missing levels with the orbits, and the statistics of levels."""
+"""``orbitdb assess``: find missing levels by means of the orbits, and show the statistics of levels."""
 
 from pathlib import Path
 from typing import Annotated
@@ -27,10 +27,10 @@ def assess(
     context: typer.Context,
     given: MeasuredLevels,
     fit_radius: Annotated[
-        bool, typer.Option("--fit-radius", help="Fit the radius, which you know to half a per cent.")
+        bool, typer.Option("--fit-radius", help="Fit the radius, which must be known to half a per cent.")
     ] = False,
     statistics: Annotated[
-        bool, typer.Option("--statistics", help="Show the statistics of the levels of each parity instead.")
+        bool, typer.Option("--statistics", help="Instead, show the statistics of the levels of each parity.")
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
@@ -38,11 +38,12 @@ def assess(
 ) -> None:
     """Find the levels that are missing from a list.
 
-    The stored orbits count the levels below each k. Give all levels from the lowest one on, in units of the
-    radius. Each row is a place between two levels; missing says how many levels are missing there, and a
-    negative number how many are spurious or double. The exit code is 1 if there is such a place. --statistics
-    shows gap ratios, the variance of spacings, Delta_3 and the number variance, first of the levels as they
-    are (balls: in), then with the bouncing balls taken out of the staircase.
+    The list is compared with the number of levels below each k, computed from the stored orbits. Give all
+    levels from the lowest upwards, with k in units of 1/radius. Each row is an interval between two levels.
+    missing is the number of levels missing there; a negative number counts spurious or duplicate levels. The
+    exit code is 1 if there is such an interval. --statistics shows gap ratios, the variance of the spacings,
+    Delta_3 and the number variance, first for the levels unfolded with Weyl's law (balls: in), then with the
+    contribution of the bouncing balls removed as well (balls: out).
     """
     if given.levels is None:
         options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius")
@@ -70,7 +71,7 @@ def assess(
 
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
-    """Show the statistics of each parity, of random matrices and of random numbers."""
+    """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
     from orbitdb.answers.judging import told_missing
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.statistics import Statistics, expected, statistics

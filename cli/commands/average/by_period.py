@@ -36,11 +36,12 @@ def table(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show the paper's Table 1 for the filled periods: numbers of words and orbits, and the entropy.
+    """Show the paper's Table 1 for the filled periods: the numbers of words and orbits, and the entropy.
 
-    N_t: words that the geometric rules allow; N_c: orbits; N: points on orbits of period p or a divisor
-    of p; K_0 = ln N / p; classes: orbits up to symmetry; boundary: orbits through a joint, not counted.
-    Periods that are not filled at this a are counted from births, if 'orbitdb births' has found them.
+    N_t is the number of words that the geometric rules allow, N_c the number of orbits, N the number of
+    points on orbits whose period is p or a divisor of p, and K_0 = ln N / p. classes counts the orbits up to
+    symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
+    this a are counted from births, if 'orbitdb births' has found them.
     """
     from orbitdb.answers.entropy import table as counts
 
@@ -58,9 +59,10 @@ def entropy(
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
-    N: points on orbits of period p or a divisor of p; K_0 = ln N / p; h_zeta: from the leading zero of
-    the zeta function truncated at p, which converges much faster, with its change from p - 1, which is no
-    error bound. The proved bounds come from 'orbitdb bounds', or are found on the spot.
+    N is the number of points on orbits whose period is p or a divisor of p, and K_0 = ln N / p. h_zeta comes
+    from the leading zero of the zeta function truncated at p. It converges much faster; its change from p - 1
+    is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
+    the spot.
     """
     from orbitdb.answers.entropy import entropy as of_orbits
     from orbitdb.answers.results import PROVED
@@ -80,19 +82,19 @@ def lyapunov(
     cut: Annotated[
         float | None,
         options.number_option(
-            help="Instead, take one zeta average over all pseudo-cycles with lambda up to this."
+            help="Instead, compute one zeta average over all pseudo-cycles with lambda up to this value."
         ),
     ] = None,
     output: Output,
     db: options.Database,
 ) -> None:
-    """Compute the average Lyapunov exponents over the chosen orbits, by period.
+    """Compute the average Lyapunov exponents of the chosen orbits, by period.
 
-    lambda_d and lambda_c: the paper's eqs. (5) and (6), per bounce and per length. pair: means of
-    neighbouring periods. zeta: from the zeta function truncated at p, with its zero z0 (1 if no orbit is
-    missing). sum_rule: all orbits up to p with weights e^-lambda, constrained by exact means; a table has an
-    estimate of its error in brackets after the last digits. The trajectory values come from
-    'orbitdb simulate'.
+    lambda_d and lambda_c are the averages of the paper's eqs. (5) and (6), per bounce and per unit length.
+    pair is the mean for the periods p - 1 and p. zeta comes from the zeta function truncated at p; z0 is its
+    zero (1 if no orbit is missing). sum_rule averages over all orbits up to p with weights e^-lambda,
+    constrained by exact means. In a table, the estimated error of its last digits follows in brackets. The
+    values for trajectories come from 'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
         from orbitdb.answers.lyapunov import lyapunov as average
@@ -114,7 +116,7 @@ def lyapunov(
 def _block(
     columns: dict[str, list[Any]], exponent: str, further: bool = False
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the averages of one exponent with errors in brackets, and the columns of neither exponent."""
+    """Return the averages of one exponent, errors in brackets; `further` adds columns of neither exponent."""
     from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS
 
     block: dict[str, list[Any]] = {name: columns[name] for name in ("a", "p") if name in columns}
@@ -131,10 +133,10 @@ def _block(
 def _rows_of(
     found: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the columns and rows of results without hidden columns; exit if there are none.
+    """Return the columns of results, except hidden ones, and their rows; exit if there are no rows.
 
-    Notes say what is missing and, for a table, what else is known. With several a, the first column is a,
-    and cells are blank where an a lacks the column.
+    Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
+    cell is empty if the result for its a does not have the column.
     """
     for each in found:
         for text in (*each.notes, *(each.facts if output.table else ())):

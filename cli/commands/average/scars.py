@@ -1,4 +1,4 @@
-"""``orbitdb scars``: how strongly orbits scar levels."""
+"""``orbitdb scars``: measure how strongly orbits scar levels."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,7 +24,7 @@ EXAMPLES = ("scars 13 --k 20:22", "scars --k 20:20.5 --parity ee", "scars 0123 -
 def scars(
     *,
     word: Annotated[
-        str | None, typer.Argument(metavar="WORD", help="An orbit [default: the shortest stored ones].")
+        str | None, typer.Argument(metavar="WORD", help="The orbit [default: the shortest stored orbits].")
     ] = None,
     k: Range,
     parity: Parities = None,
@@ -34,10 +34,10 @@ def scars(
 ) -> None:
     """Measure how strongly orbits scar quantum levels.
 
-    strength: the mean of psi^2 along the orbit, times the area; 1 on average, 2 or 0 for an orbit on an axis.
-    above: how far it is above the mean of the 15 levels of its parity on each side, in standard deviations.
-    With WORD you see all levels, the most scarred first; without, for each level the five strongest of the
-    twenty shortest stored orbits.
+    strength is the mean of psi^2 along the orbit, times the area: 1 on average, but 2 or 0 for an orbit on a
+    symmetry axis. above is the difference from the mean strength of the 15 levels of the same parity on each
+    side, in standard deviations. With WORD, you see all levels, the most scarred first. Without WORD, you see
+    for each level the five of the twenty shortest stored orbits that scar it most.
     """
     from orbitdb.answers.scarring import Scar
 

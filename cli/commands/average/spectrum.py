@@ -1,4 +1,4 @@
-"""``orbitdb spectrum``: the length spectra of orbits and levels."""
+"""``orbitdb spectrum``: compare the length spectra of orbits and levels."""
 
 from typing import Annotated
 
@@ -28,19 +28,20 @@ def spectrum(
     ] = "1:12",
     points: Annotated[int, options.count_option(help="Number of lengths.", least=2)] = 500,
     k_max: Annotated[
-        float | None, options.number_option(help="End of the window [default: where the levels end, or 30].")
+        float | None,
+        options.number_option(help="Upper end of the window in k [default: where the levels end, or 30]."),
     ] = None,
     given: GivenLevels,
     peaks: Annotated[
-        bool, typer.Option("--peaks", help="List the peaks and the orbits behind them.")
+        bool, typer.Option("--peaks", help="List the peaks, and the orbits that cause them.")
     ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' share in it.
+    """Show the length spectrum: the Fourier transform of the density of levels, beside that of the orbits.
 
-    Peaks lie at the lengths of orbits. The window is sin^4(pi k / k_max).
+    Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max).
     """
     from orbitdb.answers.judging import told_missing
     from orbitdb.answers.spectrum import read_spectrum

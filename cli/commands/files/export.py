@@ -41,7 +41,7 @@ EXAMPLES = (
     "export --format jsonl --p 11 --status orbit | jq .length",
     "export stadium-data --dataset --p 2-11",
 )
-AFTERWORD = "The columns: 'orbitdb columns'."
+AFTERWORD = "'orbitdb columns' explains the columns."
 _BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
@@ -55,40 +55,43 @@ def export(
         Path | None,
         typer.Argument(
             metavar="[FILE]",
-            help="A name ending in .csv, .jsonl, .parquet or .npz; none or - writes to stdout.",
+            help="Name ending in .csv, .jsonl, .parquet or .npz; without FILE or with -, write to stdout.",
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="The same as FILE.")
+        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Same as FILE.")
     ] = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
-    limit: Annotated[int | None, options.count_option(least=0, help="Most rows to write.")] = None,
+    limit: Annotated[
+        int | None, options.count_option(least=0, help="Maximum number of rows to write.")
+    ] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
         bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
     ] = False,
     bounces: Annotated[
-        bool, typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine of the angle.")
+        bool,
+        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length and sine of the angle."),
     ] = False,
     form: Annotated[
         str | None,
-        typer.Option("--format", help="csv, jsonl, parquet or npz, if the name does not end in it."),
+        typer.Option("--format", help="csv, jsonl, parquet or npz, if the file name does not say which."),
     ] = None,
     mark_words: MarkWords = False,
     dataset: Annotated[
-        bool, typer.Option("--dataset", help="Write a folder FILE that others can load and cite.")
+        bool, typer.Option("--dataset", help="Write FILE as a folder that others can load and cite.")
     ] = False,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Write words, and everything known about them, to a file with every digit.
+    """Write rows of the catalogue, with all digits, to a csv, jsonl, parquet or npz file.
 
-    The file (parquet, npz), or FILE-metadata.json beside it, says where the rows come from and which of
-    their periods were only partly filled. With --dataset, FILE is a folder, as the Frictionless standard
-    describes it: the chosen words of every whole period with coordinates, then classes, births, counts,
-    averages, bounds and levels, which are of all orbits.
+    The file itself (parquet, npz) or FILE-metadata.json beside it says where the rows come from, and which of
+    their periods were only partly filled. With --dataset, FILE is a folder that follows the Frictionless
+    standard. It contains the chosen words of every completely filled period, with coordinates; its classes,
+    births, counts, averages, bounds and levels are not limited to these words.
     """
     from orbitdb import export as files
 
@@ -135,7 +138,7 @@ def export(
 def _write_dataset(
     folder: Path | None, a: "Sequence[str] | None", choice: Choice, force: bool, db: Path
 ) -> None:
-    """Write a folder with the chosen whole periods at the named values of a, or at every stored one."""
+    """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     from orbitdb.answers.completeness import gaps
     from orbitdb.answers.dataset.writing import write_dataset
 
@@ -166,7 +169,7 @@ def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int,
 
 
 def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
-    """Pass rows on, and show their number."""
+    """Yield the rows, and show their number as progress."""
     for count, row in enumerate(rows):
         if count % _BETWEEN_TELLING == 0:
             shown(0, 0, f"{count:,} rows written")
@@ -174,7 +177,7 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format for stdout; it must be given, and written row by row."""
+    """Return the format for stdout; it must be given, and must be one that is written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:
@@ -186,7 +189,7 @@ def _form_of_stdout(form: str | None) -> str:
 
 
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield one row per bounce, after the columns of its orbit; words without an orbit have none."""
+    """Yield one row per bounce, with the columns of its orbit first; skip words that are not orbits."""
     while block := list(islice(rows, _BLOCK)):
         groups = groupby(block, key=lambda row: row[-3])
         for a, found in groups:

@@ -42,7 +42,7 @@ _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
 
 _OF_ORBITS = ("entropy", "lyapunov", "lengths")
-"""Figures of orbits alone."""
+"""Figures of orbits alone, for which --status all is refused."""
 
 _MOST_K = 200.0
 """Largest k of a wave to draw."""
@@ -53,12 +53,12 @@ _LEAST, _MOST = 1.0, 100.0
 def plot(
     *,
     context: typer.Context,
-    kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of those below.")],
+    kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of the figures listed below.")],
     words: options.Words = None,
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="A name ending in .png, .svg or .pdf; - writes to stdout."
+            "-o", "--output", metavar="FILE", help="Name ending in .png, .svg or .pdf; - writes to stdout."
         ),
     ],
     code: options.Codes = None,
@@ -67,35 +67,38 @@ def plot(
         typer.Option(
             "--a",
             metavar="NUMBER",
-            help="Half length of a straight wall [default: the only one stored, else 1.6]; with --over-a "
-            "a grid FROM:TO:COUNT, too.",
+            help="Half length of the straight walls [default: the only one stored, else 1.6]; with --over-a, "
+            "also a grid FROM:TO:COUNT.",
             autocompletion=options.offered_half_lengths,
         ),
     ] = None,
     choice: Choice,
     order: options.Order = "p",
     over_a: Annotated[
-        bool, typer.Option("--over-a", help="Draw the entropy against a, not against the period.")
+        bool, typer.Option("--over-a", help="Draw the entropy against a instead of the period.")
     ] = False,
-    limit: Annotated[int, options.count_option(least=1, help="Most orbits to draw on a sheet.")] = 120,
+    limit: Annotated[
+        int, options.count_option(least=1, help="Maximum number of orbits to draw on a sheet.")
+    ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
     dpi: Annotated[
-        int, options.count_option("--dpi", least=10, most=2000, help="Dots per inch of a png.")
+        int, options.count_option("--dpi", least=10, most=2000, help="Resolution of a png, in dots per inch.")
     ] = 200,
-    title: Annotated[str | None, typer.Option("--title", help="A title of your own.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title to replace that of the figure.")] = None,
     form: Annotated[
-        str | None, typer.Option("--format", help="png, svg or pdf, if the name does not end in it.")
+        str | None, typer.Option("--format", help="png, svg or pdf, if the file name does not say which.")
     ] = None,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Draw an orbit, or a figure of a chosen subset, to a file.
+    """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
-    orbit, reverse and life draw the orbit of one WORD, a sheet draws several; the others draw a subset.
+    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
+    quantum level. The other figures show a subset of the orbits or levels.
     """
     from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
 
@@ -165,14 +168,14 @@ def _size(text: str | None) -> tuple[float, float] | None:
 
 
 def _draw(figure: str, *what: Any, **further: Any) -> "Figure":
-    """Draw with a function in `orbitdb.cli.figures`, which imports matplotlib."""
+    """Call a drawing function, named as "module.function" in `orbitdb.cli.figures`; it imports matplotlib."""
     module, name = figure.split(".")
     made: Figure = getattr(import_module(f"orbitdb.cli.figures.{module}"), name)(*what, **further)
     return made
 
 
 def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further: Any) -> "Figure":
-    """Draw a figure from the catalogue."""
+    """Draw a figure of a subset of the catalogue."""
     with progress("drawing"), reading(db, a, choice) as (moment, (chosen,)):
         return _draw(figure, moment, chosen, **further)
 
@@ -180,7 +183,7 @@ def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further
 def _of_wave(
     kind: Kind, codes: Sequence[str], k: float | None, given: GivenLevels, a: float | None, db: Path
 ) -> "Figure":
-    """Draw the wave of the level nearest to some k, with any orbit over it."""
+    """Draw the wave of the level nearest to k, with the orbit of a code over it if one is given."""
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:
@@ -193,7 +196,7 @@ def _of_wave(
 
 
 def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure":
-    """Draw the orbits of some words, stored or solved now; write a note for words without one."""
+    """Draw the orbits of the given words, stored or solved now; note which words are not orbits."""
     from orbitdb.store.reading.lookup import find_or_solve
 
     (at,), known = meant(db, a), known_catalogue(db)
@@ -222,12 +225,12 @@ def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Fi
         if found.exists is None:
             raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
         if not found.exists:
-            raise InputError(f"{code_text(found.code)} has no life: {found.status.sentence}")
+            raise InputError(f"{code_text(found.code)} is not an orbit at any a: {found.status.sentence}")
         return _draw(DRAWINGS[kind].draw, found)
 
 
 def _drawable(code: str, a: float, db: Path) -> "Orbit":
-    """Return an orbit with coordinates, stored or solved now, or raise."""
+    """Return the orbit of a code, stored or solved now; raise if it has no coordinates."""
     from orbitdb.store.reading.lookup import find_or_solve
 
     found = find_or_solve(known_catalogue(db), primitive(code), a)

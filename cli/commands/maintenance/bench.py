@@ -1,4 +1,4 @@
-"""``orbitdb bench``: run time against error, run time by stage, and stress."""
+"""``orbitdb bench``: run time against error, run time by stage, and hard cases."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
@@ -52,14 +52,15 @@ def bench(
     ] = None,
     output: Output,
 ) -> None:
-    """Measure run time against error, time the stages of a fill, solve hard cases, or compare methods.
+    """Measure run time against error, time the stages of a fill, solve hard cases, or compare statuses.
 
-    methods: Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
-    classes of one period (default 9), with their true errors. stages: the run time of every step from a
-    period to its orbits (default 2-11). stress: hard cases, the error found, and the time. statuses: the
-    status of every class by Newton's method in doubles and by the relaxation, compared with the one that
-    ball arithmetic proves (default 2-8); stderr names every word that differs, with the reason. The
-    relaxation takes seconds at a = 1.6, and half an hour at a = 10. bench does not use the catalogue.
+    methods runs Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
+    classes of one period (default 9), and shows their true errors. stages shows the run time of every step
+    from a period to its orbits (default 2-11). stress solves hard cases, and shows the errors and times.
+    statuses compares the status of every class, by Newton's method in double precision and by the relaxation,
+    with the status that ball arithmetic proves (default 2-8); stderr names every word that differs, with the
+    reason. The relaxation takes seconds at a = 1.6, and half an hour at a = 10. bench does not use the
+    catalogue.
     """
     from orbitdb.billiard.stadium import Stadium
 
@@ -88,15 +89,15 @@ def bench(
 
 
 def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Path | None) -> None:
-    """Compare the methods on one period; also draw the diagram if requested."""
+    """Compare the methods for one period, and draw the diagram if requested."""
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.export import FIGURES, complete, form_of
 
     if len(periods) > 1:
-        raise InputError(f"periods {periods[0]} to {periods[-1]}: methods are compared on one, such as --p 9")
+        raise InputError(f"periods {periods[0]} to {periods[-1]}: compare methods for one, such as --p 9")
     said = f"p = {periods[0]} at a = {exact(stadium.a)}"
     if picture is None:
-        note(f"{said}: times in seconds, errors of length and lambda relative")
+        note(f"{said}: times are in seconds, errors of length and lambda are relative")
         _write(output, WorkPrecision, _compared(periods[0], stadium))
         return
     ending = form_of(picture, known=FIGURES)
@@ -108,7 +109,7 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
 
 
 def draw_work_precision(rows: "Sequence[WorkPrecision]", said: str) -> "Figure":
-    """Draw the run time per word against the largest error of a coordinate, of all methods of one run."""
+    """Draw, for each method, the run time per word against the largest error of a coordinate."""
     from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
 
     of_methods = {
@@ -141,7 +142,7 @@ def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
 
 
 def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]":
-    """Compare the statuses of three methods by period; name the words that differ."""
+    """Compare the statuses that three methods give, by period; write a note for each word that differs."""
     from orbitdb.benchmarks.agreement import agreement
 
     with progress("the paper's relaxation") as shown:
@@ -162,12 +163,12 @@ def _periods(text: str) -> list[int]:
 
     periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
     if not periods or min(periods) < 2:
-        raise InputError(f"periods {text!r}: measure from 2 to {_MOST}")
+        raise InputError(f"periods {text!r}: give periods from 2 to {_MOST}")
     return periods
 
 
 def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
-    """Write rows as they come, with NaN as empty; return them."""
+    """Write each row as soon as it is there, with NaN as an empty field; return the rows."""
     written = []
 
     def values() -> Iterator[list[Any]]:
@@ -180,7 +181,7 @@ def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
 
 
 def _watched(rows: Iterable[Any]) -> Iterator[Any]:
-    """Pass rows on, and show the last one as progress."""
+    """Yield the rows, and show the latest one as progress."""
     with progress("measuring") as shown:
         for row in rows:
             with aside():

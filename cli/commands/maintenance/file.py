@@ -23,27 +23,27 @@ EXAMPLES = {
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
-"""Number of columns in a table of 80 characters; other formats add processor times."""
+"""Number of columns that fit into a table of 80 characters; other formats add the processor times."""
 _OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
                      "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
 _FEW = 4
-"""Most values of a with a line each for the entropy."""
+"""If the entropy is bounded at more values of a than this, only those with filled periods are listed."""
 
 
 def info(
     *,
     datasette: Annotated[
-        bool, typer.Option("--datasette", help="Instead, write metadata.json for Datasette.")
+        bool, typer.Option("--datasette", help="Instead, write a metadata.json for Datasette to stdout.")
     ] = False,
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show where the catalogue is, what it holds, and the time and disk space that this took.
+    """Show where the catalogue is, what it contains, and the time and disk space that it took.
 
-    stored: words so far; seconds: elapsed time. csv, tsv and json also have enumerating, solving and
-    storing, in seconds of processor time. A swept period stores no rows, and its processor time is all under
-    solving. selection: the subset, where only chosen orbits are swept.
+    stored is the number of words stored so far, and seconds the elapsed time. csv, tsv and json also have the
+    processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
+    its processor time is under solving. selection is the subset that was swept, if it was not all orbits.
     """
     from orbitdb.store.reading.moment import reading
 
@@ -77,19 +77,19 @@ def _write_metadata(db: Path) -> None:
 
 
 def migrate(db: options.Database) -> None:
-    """Bring a catalogue to the newest schema, or make an empty one.
+    """Update a catalogue to the latest schema, or create an empty one.
 
     An older catalogue is copied first; a message says where the copy is.
     """
     before, after, _ = bring(db)
     if before == after:
-        note(f"{db}: schema {after}, the newest; nothing to do")
+        note(f"{db}: schema {after} is the latest; nothing to do")
     elif not before:
         note(f"{db}: created, schema {after}")
 
 
 def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
-    """Return one row per filled or swept period at one a, followed by its subset."""
+    """Return one row per filled or swept period at a given a; its last item is the swept subset or None."""
     fills = moment.fills(a)
     rows = [(a, *_OF_FILL(fill), None) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
@@ -104,7 +104,7 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 
 
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
-    """Return place and size of the catalogue in words."""
+    """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     from orbitdb.filling.estimate import gigabytes
     from orbitdb.store.asking.selection import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
@@ -124,7 +124,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
 
 
 def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
-    """Return the proved bounds on the entropy, one line per a; of many, those with filled periods."""
+    """Return lines with the proved bounds on the entropy at each a, or only at filled a if there are many."""
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
 

@@ -47,10 +47,11 @@ def verify(
     *,
     context: typer.Context,
     folder: Annotated[
-        Path | None, typer.Argument(metavar="FOLDER", help="A dataset [default: the catalogue].")
+        Path | None,
+        typer.Argument(metavar="FOLDER", help="Dataset to check instead of the catalogue."),
     ] = None,
     a: Annotated[
-        float | None, options.number_option(help="Half length of a straight wall [default: all stored].")
+        float | None, options.number_option(help="Half length of the straight walls [default: all stored].")
     ] = None,
     choice: Choice,
     sample: Annotated[
@@ -58,15 +59,17 @@ def verify(
     ] = None,
     restarts: Annotated[
         int,
-        options.count_option(least=0, most=1000, help="Solve every word again from this many random starts."),
+        options.count_option(
+            least=0, most=1000, help="Solve every word again from this many random starting points."
+        ),
     ] = 0,
     seed: Annotated[int, options.count_option(least=0, help="Seed for --sample and --restarts.")] = 0,
     rigorous: Annotated[
         bool,
-        typer.Option("--rigorous", help="Prove every row in ball arithmetic and store the certificate."),
+        typer.Option("--rigorous", help="Prove every row in ball arithmetic and store its certificate."),
     ] = False,
     again: Annotated[
-        bool, typer.Option("--again", help="With --rigorous, prove certified rows again.")
+        bool, typer.Option("--again", help="With --rigorous, also prove rows that are certified already.")
     ] = False,
     births: Annotated[
         bool,
@@ -76,12 +79,12 @@ def verify(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Compute the catalogue again from its words alone and compare.
+    """Recompute the catalogue from its words alone, and compare the results.
 
-    Each line is one check: the rows that it looked at, its failures, the worst deviation, its share of
-    what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
-    fails. The exit code is 1 if a check fails. Counts are checked for whole periods, rows for the chosen
-    ones; in a partly filled period, those that are stored.
+    Each line is one check: the number of rows checked, the number of failures, the worst deviation, its share
+    of what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
+    fails. The exit code is 1 if a check fails. Counts are checked for whole periods. Rows are checked if you
+    choose them, even in a partly filled period.
     """
     from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
@@ -97,7 +100,7 @@ def verify(
         _verify_dataset(folder, output)
         return
     if again and not rigorous:
-        raise InputError("--again proves certified rows again: it goes with --rigorous")
+        raise InputError("--again proves certified rows again: use it with --rigorous")
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
@@ -119,7 +122,7 @@ def verify(
         with suppress(AlteredError):  # one of the checks reports it
             missing.extend(_gaps(moment, chosen, a is not None))
     work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, again, jobs)
-    with progress("the catalogue") as shown, closing(work):  # also ends its processes early
+    with progress("the catalogue") as shown, closing(work):  # closing ends its processes if interrupted
         found = report(told(work, shown))
     for gap in missing:
         note(gap)
@@ -127,16 +130,16 @@ def verify(
 
 
 def _verify_dataset(folder: Path, output: Output) -> None:
-    """Check the sums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
+    """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
     from orbitdb.answers.dataset.checking import wrong_files
 
     found = list(wrong_files(folder))
     wrong = [f"{name} {what}" for name, what in found if what]
     output.write(COLUMNS, [("dataset", len(found), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
-        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} changed since")
+        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} changed since the export")
         raise typer.Exit(1)
-    note(f"{folder}: all is well with {several(len(found), 'file')}")
+    note(f"{folder}: no errors in {several(len(found), 'file')}")
 
 
 def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
@@ -156,24 +159,24 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         note(f"{rows['lives']} of {lives} classes have all births and deaths between a = 0.02 and 1000")
     told = ", ".join(several(rows[name], *what) for name, what in _COUNTED.items() if rows[name])
     if not told:
-        note(f"nothing to check in {path}: the file is sound, but it has none of the classes that you chose")
+        note(f"nothing to check in {path}: the file is sound, but contains none of the classes you chose")
         raise typer.Exit(1)
     if anew := rows["sweeps"] - rows["sums"]:
         from orbitdb.verification.sweeps import SWEPT_ANEW
 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
-        note(f"{what} not computed again: only whole periods up to {SWEPT_ANEW} are")
+        note(f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are")
     if (foreign := rows["statuses"] - rows["bits"]) > 0:
         note(
-            f"{foreign} rows come from another method, version or machine: their last bits were not compared"
+            f"{foreign} rows come from another method, version or machine; their last bits were not compared"
         )
-    note(f"{path}: all is well with {told}, {time.monotonic() - start:.1f} s")
+    note(f"{path}: no errors in {told}, {time.monotonic() - start:.1f} s")
 
 
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
-    """Yield notes on chosen periods that are partly filled, and on named ones that are not stored.
+    """Yield notes on chosen periods that are partly filled, and on requested periods that are not stored.
 
-    Nothing is missing at an a that was not named and has no fills.
+    Nothing is missing at an a without fills, unless `at_one` says that --a was given.
     """
     from orbitdb.answers.completeness import describe_partial, partial_fills, unfilled, without
 

@@ -28,7 +28,7 @@ def births(
     asked: SomeHighest = None,
     first: Lowest = 2,
     deaths: Annotated[
-        bool, typer.Option("--deaths", help="Show the lives that end, one a line, instead of the periods.")
+        bool, typer.Option("--deaths", help="List the lives that end, one per line, instead of the periods.")
     ] = False,
     jobs: Jobs = None,
     output: Output,
@@ -36,10 +36,11 @@ def births(
 ) -> None:
     """Find the values of a at which each word begins or ceases to be an orbit.
 
-    The result is stored and shown, one row per period. classes: symmetry classes; births: how often one
-    begins to be an orbit; deaths: classes that cease to be orbits at least once; always: classes that are
-    orbits from a = 0 on; least, largest: the first and the last birth. An interrupted run goes on where it
-    stopped. Without --p, you see what is stored.
+    The result is stored and shown, one row per period. classes is the number of symmetry classes, births the
+    number of times that one of them begins to be an orbit, and deaths the number of classes that cease to be
+    orbits at least once. always counts the classes that are orbits down to a = 0. least and largest are the
+    smallest and the largest a of a birth. An interrupted run continues where it stopped. Without --p, you see
+    the births that are stored.
     """
     from orbitdb.store.reading.moment import reading
     from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -56,7 +57,7 @@ def births(
         ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
-            note(f"births of period {each.p} are partial: 'orbitdb births --p {each.p}' completes them")
+            note(f"births of period {each.p} are incomplete: 'orbitdb births --p {each.p}' completes them")
     whole = [each for each in found if each.whole]
     if deaths and whole:
         output.write(LIFE_COLUMNS, ended)
@@ -67,7 +68,7 @@ def births(
 
 
 def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
-    """Return the lives that end, by period and word, with the beginning of the next life."""
+    """Return the lives that end, by period and word, each with the beginning of the word's next life."""
     rows: list[tuple[object, ...]] = []
     for p in periods:
         lives = moment.births(p)

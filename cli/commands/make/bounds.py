@@ -29,7 +29,7 @@ EXAMPLES = (
     "bounds --a 0.3:10:40 --window 12",
 )
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
-_WHY = "the time, the length of windows or the memory was not enough"
+_WHY = "the time, the window length or the memory was not enough"
 
 
 def bounds(
@@ -39,38 +39,43 @@ def bounds(
         str,
         typer.Option(
             metavar="NUMBER|FROM:TO:COUNT",
-            help="Half length of a straight wall, or a logarithmic grid of them.",
+            help="Half length of the straight walls, or a logarithmic grid of values.",
         ),
     ] = str(USUAL_A),
     window: Annotated[
         int | None,
         options.count_option(
-            help="Edges of the longest windows [default: 14, or as many as needed].", least=2, most=40
+            help="Number of edges of the longest windows [default: 14, or as many as needed].",
+            least=2,
+            most=40,
         ),
     ] = None,
-    width: Annotated[float | None, options.number_option(help="Stop when the bounds are this close.")] = None,
+    width: Annotated[
+        float | None, options.number_option(help="Stop when the bounds differ by no more than this.")
+    ] = None,
     seconds: Annotated[
         float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
     prove: Annotated[
         bool,
-        typer.Option("--prove", help="Check every decision in ball arithmetic, and use only what it proves."),
+        typer.Option("--prove", help="Check every decision in ball arithmetic; use only proved ones."),
     ] = False,
     jobs: Jobs = None,
     store: Annotated[
         bool | None,
-        typer.Option(help="Keep the bounds in the catalogue [default: if there is one]."),
+        typer.Option(help="Save the bounds in the catalogue [default: if there is one]."),
     ] = None,
     output: Output,
     db: options.Database,
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    Windows are stretches of a code that are decided for all their continuations at once. Each row has one
-    length of windows: their number so far (mirror images and reversals count once), and how many of this
-    length are undecided. All numbers are rounded outward. The first of --window, --width and --time that is
-    reached ends the search. For a grid, you see the last row of each a, and --time applies to each a. If
-    there is a catalogue, it keeps the bounds, and 'orbitdb entropy' shows them.
+    A window is a stretch of a code that is decided for all its continuations at once. Each row is for one
+    window length. windows is the number of windows examined so far, where mirror images and reversals count
+    once, and undecided is the number of windows of this length that could not be decided. All numbers are
+    rounded outward. The search ends as soon as it reaches --window, --width or --time. For a grid, you see
+    the last row of each a, and --time applies to each a. If there is a catalogue, the bounds are saved in it,
+    and 'orbitdb entropy' shows them.
     """
     from orbitdb.filling.records import find_bounds, limits_of
 
@@ -85,7 +90,7 @@ def bounds(
         with progress("windows") as shown:
             steps = find_bounds(kept, values, limits, proofs, jobs, shown, asked)
             with closing(steps):
-                found.extend(steps)  # one by one, so that Ctrl-C keeps the earlier ones
+                found.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
     finally:
         last = list({level.a: level for level in found}.values())
         output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
@@ -101,16 +106,16 @@ def bounds(
 
 
 def balls_of(proofs: "Sequence[Proof]") -> str:
-    """Summarise how many windows decided in doubles balls have proved."""
+    """Summarise how many of the windows decided in double precision are proved in ball arithmetic."""
     proved, left_open = (sum(getattr(each, name) for each in proofs) for name in ("proved", "left_open"))
     return (
-        f"balls prove {proved} of {proved + left_open} windows that doubles decide, "
+        f"ball arithmetic proves {proved} of {proved + left_open} windows decided in double precision, "
         f"{left_open} left open; {sum(each.seconds for each in proofs):.1f} s"
     )
 
 
 def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue to store bounds in; None without one, unless requested."""
+    """Return the catalogue to save bounds in, created if --store requests it; None if there is none."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader
@@ -118,7 +123,7 @@ def _kept(db: Path, store: bool | None) -> Path | None:
     if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
         return None
     bring(db)
-    Reader(db).close()  # report its faults before the work
+    Reader(db).close()  # reports faults of the catalogue before the work
     return db
 
 
@@ -126,6 +131,6 @@ def _why_not_kept(db: Path) -> str:
     from orbitdb.store.file.database import check_file
 
     if (version := check_file(db)) is None:
-        return f"not kept: there is no catalogue at {db}; --store makes one"
-    older = f"not kept: {db} has the older schema {version}"
-    return f"{older}; --store, or 'orbitdb migrate', brings it to the newest"
+        return f"not saved: there is no catalogue at {db}; --store creates one"
+    older = f"not saved: {db} has the older schema {version}"
+    return f"{older}; --store, or 'orbitdb migrate', updates it"

@@ -1,4 +1,4 @@
-"""``orbitdb fill`` and ``sweep``: enumerate and solve words, and store orbits, or counts and sums."""
+"""``orbitdb fill`` and ``sweep``: solve all words of a period, and store orbits, or only counts and sums."""
 
 import time
 from collections.abc import Sequence
@@ -58,17 +58,17 @@ def fill(
     geometric: Annotated[
         bool,
         typer.Option(
-            "--geometric", help="Also keep the geometrically pruned words, with the rules they break."
+            "--geometric", help="Also store the geometrically pruned words, with the rules they break."
         ),
     ] = False,
-    method: Annotated[str, typer.Option(help="newton or relaxation (the paper's, slow).")] = "newton",
+    method: Annotated[str, typer.Option(help="newton, or relaxation (the paper's method, slow).")] = "newton",
     solvers: Solvers,
     dry_run: DryRun = False,
     db: Database,
 ) -> None:
-    """Fill a catalogue: all words of every period, and the orbits among them.
+    """Fill a catalogue with all words of the given periods, and the orbits among them.
 
-    A fill that was interrupted goes on where it stopped; finished periods are skipped.
+    An interrupted fill continues where it stopped; finished periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
@@ -136,12 +136,12 @@ def sweep(
     output: Output,
     db: Database,
 ) -> None:
-    """Count the orbits of further periods and sum what averages need, without storing rows.
+    """Count the orbits of further periods and compute the sums that averages need, without storing rows.
 
-    'orbitdb table', 'entropy' and 'lyapunov' use a sweep where there is no fill. It takes less time than
-    a fill and hardly any disk space. An interrupted sweep goes on where it stopped; finished periods are
-    skipped. If you choose a subset, N_c and classes count its orbits, and N_t counts all words; boundary
-    and unresolved count the chosen words whatever their --range, which applies to orbits only.
+    'orbitdb table', 'entropy' and 'lyapunov' use a sweep for periods that are not filled. A sweep takes less
+    time than a fill and hardly any disk space. If interrupted, it continues where it stopped; finished
+    periods are skipped. If you choose a subset, N_c and classes count its orbits, whereas N_t counts all
+    words. boundary and unresolved count the chosen words regardless of --range, which applies to orbits only.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue

@@ -1,4 +1,4 @@
-"""``orbitdb levels``: the quantum levels of the stadium."""
+"""``orbitdb levels``: find the quantum levels of the stadium."""
 
 from pathlib import Path
 from typing import Annotated
@@ -29,24 +29,24 @@ def levels(
     context: typer.Context,
     k: SomeRange = None,
     method: Annotated[
-        str, typer.Option(help="elements, or orbits: from the stored orbits alone, with larger errors.")
+        str, typer.Option(help="elements (spectral elements), or orbits (from stored orbits, less precise).")
     ] = "elements",
     parity: Parities = None,
     a: options.HalfLength = USUAL_A,
     jobs: Jobs = None,
-    store: Annotated[bool, typer.Option(help="Keep the levels in the catalogue.")] = True,
+    store: Annotated[bool, typer.Option(help="Save the levels in the catalogue.")] = True,
     output: Output,
     db: options.Database,
 ) -> None:
     """Find all levels of the quantum stadium in a range of k, each with an estimate of its error.
 
-    k^2 are the eigenvalues of minus the Laplacian, for functions that vanish on the boundary. A parity has
-    two letters: even or odd under x -> -x, then under y -> -y. Levels that the catalogue already has are not
-    computed again, so an interrupted run goes on where it stopped.
+    The values k^2 are the eigenvalues of minus the Laplacian, for functions that vanish on the boundary. A
+    parity has two letters, e (even) or o (odd): the first for x -> -x, the second for y -> -y. Levels already
+    in the catalogue are not computed again, so an interrupted run continues where it stopped.
 
-    With --method orbits, each level is where the number of levels below k, as the orbits give it, first
-    reaches n - 1/2. These levels are not stored; the column exact has the level with the same number if the
-    catalogue has it. Without --k, they end where the rms error reaches a fifth of the mean spacing.
+    With --method orbits, level n is the k at which the number of levels below k, computed from the orbits,
+    first reaches n - 1/2. These levels are not stored. The column exact shows level n from the catalogue, if
+    it is there. Without --k, the levels end where the rms error reaches a fifth of the mean spacing.
     """
     if method == "orbits":
         options.refuse_idle(context, "with --method orbits", "jobs", "store")
@@ -64,7 +64,7 @@ def levels(
 def _from_elements(
     k: str, parity: str | None, a: float, jobs: int | None, output: Output, db: Path | None
 ) -> int:
-    """Find levels on grids, store them in any catalogue, and return their number."""
+    """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
     import numpy as np
 
     from orbitdb.billiard.stadium import Stadium
@@ -95,7 +95,7 @@ def _from_elements(
 
 
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
-    """Show the levels from the stored orbits; return their number."""
+    """Show the levels computed from the stored orbits; return their number."""
     from orbitdb.answers.judging import beside, levels_from_orbits
     from orbitdb.store.reading.moment import reading
 

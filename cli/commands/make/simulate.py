@@ -28,21 +28,24 @@ def simulate(
     *,
     a: options.HalfLength = USUAL_A,
     wanted: Annotated[
-        int, options.count_option("--bounces", least=1, most=10**12, help="Bounces in all, such as 1e8.")
+        int,
+        options.count_option("--bounces", least=1, most=10**12, help="Total number of bounces, such as 1e8."),
     ] = 20_000_000,
-    seed: Annotated[int, options.count_option(least=0, help="The same seed gives the same result.")] = 0,
+    seed: Annotated[
+        int, options.count_option(least=0, help="Random seed; the same seed gives the same result.")
+    ] = 0,
     legwise: Annotated[
         bool,
         typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
-    store: Annotated[bool, typer.Option(help="Keep the result in the catalogue.")] = True,
+    store: Annotated[bool, typer.Option(help="Save the result in the catalogue.")] = True,
     output: Output,
     db: options.Database,
 ) -> None:
     """Average over random trajectories: Lyapunov exponents and mean free path, with standard errors.
 
-    The result is stored, and 'orbitdb lyapunov' shows it beside averages over orbits. With --legwise, only
-    the small part of lambda whose exact mean is unknown is sampled.
+    The result is stored, and 'orbitdb lyapunov' shows it beside the averages over orbits. With --legwise,
+    only the small part of lambda whose mean is not known exactly is sampled.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.records import keep_simulated
@@ -53,7 +56,7 @@ def simulate(
     stadium = Stadium(a)
     if store:
         bring(db)
-        Reader(db)  # report faults of the catalogue before the work
+        Reader(db)  # reports faults of the catalogue before the work
         with closing(Writer(db, {})) as writer:
             writer.try_to_write()
     with progress("trajectories") as shown:
@@ -69,15 +72,15 @@ def simulate(
             output.write(COLUMNS, [[values[name] for name in COLUMNS]])
     off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
     note(
-        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}: "
-        f"the mean free path is {abs(off):.1f} errors {'above' if off > 0 else 'below'} it"
+        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}; "
+        f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} this"
     )
     if abs(found.bounces - wanted) > _NEAR * wanted:
-        note(f"{found.bounces} bounces were followed, not {wanted}: errors need many whole trajectories")
+        note(f"{found.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
 
 
 def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
-    """Return the result in words."""
+    """Return the result as pairs of a name and a text."""
     return [
         ("a", f"{exact(a)}"),
         ("lambda_d", with_error(found.lambda_d, found.lambda_d_error)),

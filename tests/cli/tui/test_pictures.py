@@ -203,12 +203,12 @@ def test_the_lines_state_everything_known_about_an_orbit():
     texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
     text = " ".join(" ".join(texts).split())
     assert f", 128 bits solver {orbit.solver} symmetry class" in text
-    assert "from a = 1.15470053838 on" in text
+    assert "for a > 1.15470053838" in text
     assert "1.15470054 2 sqrt(3)/3, recognised numerically" in text
     assert "born at 1.15470054 with 01234" in text
     several = replace(orbit, exists=((0.0, 0.41), (0.61, 1.71), (1.81, None)))
     again = " ".join(" ".join(text_of(several)).split())
-    assert "to a = 0.41, and from a = 0.61 to 1.71, and from a = 1.81 on" in again
+    assert "for a < 0.41, and for 0.61 < a < 1.71, and for a > 1.81" in again
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
     words = dict(line.split(maxsplit=1) for line in part)
     assert words.keys() == set(members("01552"))

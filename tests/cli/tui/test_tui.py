@@ -47,7 +47,7 @@ def filled(tmp_path_factory):
         ("1232131", Selection(periods=((2, 4),)), True, "1232131 is not among the rows"),
         ("1232131", Selection(where="p > 50"), False, "1232131 is not among the rows"),
         ("1^20 3", Selection(periods=((2, 4),)), True, "not stored: solved on the spot"),
-        ("3131", Selection(), True, "3131 repeats 31 (twice): this is 31"),
+        ("3131", Selection(), True, "3131 repeats 31 (twice): using 31"),
     ],
 )
 async def test_the_screen_opens_at_a_code_outside_the_subset(filled, code, chosen, rows, told):

@@ -42,7 +42,7 @@ def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_on
     where = "time_reversal = 'self' and p < :top"
     asked = ("--port", "0", "--db", filled_once, "--where", where, "-P", "top=5", "--a", "1.6")
     served = start("browse", "--web", *asked)
-    page, _, rest = there(served.stderr).readline().partition(" ")
+    page, _, rest = there(served.stderr).readline().removeprefix("open ").partition(" ")
     base = page.rpartition("/")[0].rpartition("/")[0]
 
     async def visit():
@@ -73,7 +73,7 @@ def test_the_screen_is_served_with_its_options_to_holders_of_the_token(filled_on
         out, err = served.communicate(timeout=60)
     finally:
         served.kill()
-    assert rest == f"shows {filled_once}; Ctrl-C ends it\n"
+    assert rest == f"to browse {filled_once}; Ctrl-C stops it\n"
     assert (served.returncode, out, err) == (0, "", "")
 
 
@@ -132,7 +132,7 @@ def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
     """Unread keys fill the pipe to the program, which is ended anyway."""
     aiohttp = pytest.importorskip("aiohttp")
     served = start("browse", "--web", "--port", "0", "--db", filled_once)
-    page = there(served.stderr).readline().partition(" ")[0]
+    page = there(served.stderr).readline().removeprefix("open ").partition(" ")[0]
 
     async def visit():
         async with (
