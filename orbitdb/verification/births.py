@@ -214,7 +214,7 @@ def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
 
 
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
-    """Return 1 for each word that is an orbit at its own a, -1 for others, 0 if even balls cannot decide."""
+    """Return 1 for each word that is an orbit at its own a, -1 if not, 0 if ball arithmetic cannot decide."""
     sign = np.zeros(len(words), np.int8)
     for here, legs in cut(words):
         sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)

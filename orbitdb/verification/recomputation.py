@@ -221,7 +221,7 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Seque
 def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
     """Return the largest distance of a coordinate from its ball, and the worst distance with its bound.
 
-    The worst distance is that of any number with the largest share of its bound; infinite for a wrong status.
+    The worst distance has the largest share of its bound, and is infinite if the status is wrong.
     """
     from orbitdb.orbits.balls.enclosure import distance
 

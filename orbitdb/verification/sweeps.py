@@ -144,7 +144,10 @@ def _anew(swept: Sweep, subset: Selection) -> Iterator[Check]:
 
 
 def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
-    """Return counts and sums of a period, and the largest error of lambda plus relative error of length."""
+    """Return the counts and sums of a period, and the largest error of an orbit.
+
+    The error of an orbit is the error of lambda plus the relative error of the length.
+    """
     classes = all_least_words(Span.whole(p))
     sizes = chosen_words(classes, p, subset)
     found = solve(unpack(classes.codes, p), Stadium(subset.a))
