@@ -5,12 +5,12 @@ from orbitdb.column import NO_ORBIT, PLACE, Column
 OF_BOUNCES = [
     Column("n", "integer", "number of the bounce, from 1; in the order of the code"),
     Column("symbol", "integer",
-           "symbol of the bounce; 0 bottom, 2 top wall, 1 or 4 left, 3 or 5 right semicircle"),
+           "symbol of the bounce; 0 bottom wall, 2 top wall, 1 or 4 left and 3 or 5 right semicircle"),
     Column("coordinate", "number",
            "position of the bounce on its wall or semicircle; on a straight wall x, from -a to a, on a "
            "semicircle the angle from the outward horizontal, from -pi/2 to pi/2", PLACE, "error"),
-    Column("x", "number", "x of the bounce; from the centre of the stadium to the right", "radius", "error"),
-    Column("y", "number", "y of the bounce; from the centre of the stadium upwards", "radius", "error"),
+    Column("x", "number", "x coordinate of the bounce; from the centre to the right", "radius", "error"),
+    Column("y", "number", "y coordinate of the bounce; from the centre upwards", "radius", "error"),
     Column("arclength", "number",
            "position of the bounce along the boundary; anticlockwise from the left end of the bottom wall",
            "radius", "error"),
@@ -80,23 +80,24 @@ OF_STATISTICS = [
     Column("balls", "text",
            "'in' if the levels are unfolded with Weyl's law alone, 'out' if the bouncing balls are removed, "
            "too"),
-    Column("levels", "integer", "number of levels", empty="random matrices and random numbers"),
+    Column("levels", "integer", "number of levels", empty="for random matrices and random numbers"),
     Column("gap_ratio", "number", "mean ratio of neighbouring gaps, the smaller to the larger", "1",
            "gap_ratio_error"),
     Column("gap_ratio_error", "number", "standard error of gap_ratio", "1",
-           empty="random matrices and random numbers"),
-    Column("spacing_variance", "number", "variance of the spacings; unfolded, so that their mean is 1", "1"),
-    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3 over L = {n} mean spacings", "1",
+           empty="for random matrices and random numbers"),
+    Column("spacing_variance", "number", "variance of the unfolded spacings, whose mean is 1", "1"),
+    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3(L) at L = {n}; L in mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
-    *(Column(f"variance_{n}", "number", f"variance of the number of levels within L = {n} mean spacings", "1",
+    *(Column(f"variance_{n}", "number",
+             f"variance of the number of levels in an interval of L = {n}; L in mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
 ]  # fmt: skip
 """Columns of `assess --statistics`."""
 
 OF_SPECTRA = [
     Column("quantum_re", "number",
-           "real part of F from the levels; F is the Fourier transform of the level density minus its smooth "
-           "part, at a given length, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
+           "real part of F from the levels; F is the Fourier transform, at a given length, of the level "
+           "density minus its smooth part, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
     Column("quantum_im", "number", "imaginary part of F from the levels", "1", empty="no levels"),
     Column("orbits_re", "number",
            "real part of F from the trace formula; with the orbits and the bouncing balls", "1"),
@@ -109,7 +110,7 @@ OF_COUNTS = [
     Column("N_t", "integer", "number of words that the geometric rules allow"),
     Column("N_c", "integer", "number of words that are orbits"),
     Column("N", "integer", "number of points on orbits of period p or a divisor of p",
-           empty="a divisor is not counted"),
+           empty="a divisor of p is missing"),
     Column("K_0", "number", "estimate of the topological entropy, ln N / p", "1", empty="N is empty or 0"),
     Column("classes", "integer", "number of orbits up to symmetry"),
     Column("boundary", "integer", "number of orbits through a joint of wall and semicircle; not in N_c"),
@@ -133,7 +134,7 @@ OF_BOUNDS = [
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
     Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
     Column("undecided", "integer", "number of the longest windows that are not decided"),
-    Column("proof", "text", "arithmetic of the proof; 'doubles' with error bounds, or 'balls'"),
+    Column("proof", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),
 ]
 """Columns of `bounds`, which describe the entropy at one value of a."""
 

@@ -822,8 +822,8 @@ class Catalogue:
         k_max, k_min : float
             The range of wavenumbers, in 1/radius.
         word : str, optional
-            An orbit: the result has the scar that it makes on each level, the strongest first. By default,
-            each level has the five orbits, of the twenty shortest stored ones, that scar it most.
+            An orbit; the result then has an entry for every level, the most strongly scarred first. By
+            default, it has, for each level, the five of the twenty shortest stored orbits that scar it most.
         parities : sequence of str, optional
             As for `fill_levels`.
         a : float, optional
@@ -918,7 +918,7 @@ class Catalogue:
             return moment.births(p)
 
     def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
-        """Return the tightest bounds on the topological entropy stored by `prove_bounds`, or None.
+        """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
 
         Parameters
         ----------
@@ -931,7 +931,7 @@ class Catalogue:
             return moment.entropy_bounds(self._at(a), proof)
 
     def reference(self, a: float | None = None) -> "Reference | None":
-        """Return the averages over trajectories with the smallest error stored by `simulate`, or None."""
+        """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         with self._file.moment() as moment:
             return moment.reference(self._at(a))
 

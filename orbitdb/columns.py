@@ -29,7 +29,7 @@ OF_WORDS = [
     Column("word", "text", "another name of code", sql=_CODE, single=True, written=False),
     Column("p", "integer", "period, the number of bounces", sql="cycle.p"),
     Column("representative", "text",
-           "least word of the symmetry class; among all rotations of its images under the eight symmetries",
+           "least word of the symmetry class; the least rotation of all images under the eight symmetries",
            empty=PRUNED, sql="cycle.word"),
     Column("class_size", "integer", "number of different cyclic words in the class; 1, 2, 4 or 8",
            empty=PRUNED, sql="cycle.class_size"),

@@ -25,7 +25,7 @@ COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
 
 NEAR = 2.0
-"""A birth or death does not decide the status of a word within this many times its error bound."""
+"""Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
 
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
@@ -72,7 +72,7 @@ def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
-    """Tell whether a subset, its columns or its order depend on births and deaths."""
+    """Tell whether a subset, its columns or its order depends on births and deaths."""
     named = set(selection.ranges) | set(names) | set(parse_order(order))
     if selection.where is not None:
         named |= {each.text.lower() for each in tokens(selection.where) if each.kind in ("word", "name")}
@@ -82,14 +82,14 @@ def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = 
 def answering(
     connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
 ) -> AbstractContextManager[None]:
-    """Return a context for the query for a subset, which limits what its expression, if any, can do."""
+    """Return a context in which to query a subset; it confines the expression of the subset, if any."""
     if selection.where is None:
         return nullcontext() if cancelled is never else heeding(connection, Patience(math.inf, cancelled))
     return confined(connection, Patience(cancelled=cancelled), partial(free.refusal, selection.where))
 
 
 def parse_order(order: str) -> dict[str, bool]:
-    """Return the columns to sort by; the value of each tells whether its order is descending.
+    """Return the columns to sort by, each mapped to whether its order is descending.
 
     Raises `SelectionError` if the text cannot be read or names an unknown column.
     """

@@ -37,8 +37,8 @@ class CancelledError(Exception):
 class Patience:
     """How long a query may still run: for a number of seconds from now, unless it is cancelled.
 
-    The `deadline` is a time of the clock `time.monotonic`. A caller that fetches rows in blocks adds to it
-    the time that passes between the blocks.
+    The `deadline` is a time on the clock of `time.monotonic`. A caller that fetches rows in blocks adds the
+    time that passes between the blocks.
     """
 
     def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:

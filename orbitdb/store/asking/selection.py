@@ -1,4 +1,4 @@
-"""`Selection`, which names a subset of a catalogue and can describe it in words; ranges of periods."""
+"""`Selection`, the description of a subset of a catalogue, and functions for ranges of periods."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -70,7 +70,7 @@ class Selection(ByValue):
         return not self.periods or any(low <= p <= high for low, high in self.periods)
 
     def describe(self, stadiums: Sequence[float] = (), count: int | None = None) -> str:
-        """Describe the selection in one line, with a count of its words or for several stadiums, if given."""
+        """Describe the selection in one line, with the number of its words or several stadiums, if given."""
         one, many = self._subjects()
         parts = [many if count is None else several(count, one, many)]
         if self.periods:

@@ -63,7 +63,7 @@ def _fetched(
 
 
 def _check(statement: str, parameters: free.Parameters) -> None:
-    """Raise `ValueError` for a statement that is not a SELECT, could grow without limit, or lacks a name."""
+    """Raise `ValueError` unless this is a SELECT that cannot grow without limit and uses all values."""
     found = meaningful(statement)
     if not found or found[0].keyword != "SELECT":
         raise ValueError("write a single SELECT")
