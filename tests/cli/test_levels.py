@@ -120,7 +120,7 @@ def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, 
         (lambda k: [str(float(each) ** 2) for each in k], "--energies"),
         (lambda k: ["level", *k], "header"),
         (lambda k: [*k[:9], "six", *k[9:]], "six"),
-        (lambda k: [], "too few"),
+        (lambda k: [], "only 0 levels"),
     ],
 )
 def test_files_without_levels_are_refused_in_one_line(cli, filled, levels_file, tmp_path, change, told):
