@@ -225,7 +225,7 @@ def lyapunov_by_stability(
     series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
     kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
     if not len(kept):
-        return ZetaAverages.none(f"(no orbit has a lambda up to {cut:g})")
+        return ZetaAverages.none(f"(no orbit has a lambda of at most {cut:g})")
     return ZetaAverages.within(series, kept.ranges())
 
 

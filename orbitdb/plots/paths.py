@@ -186,7 +186,7 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
-    ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits not longer than $L$")
+    ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits no longer than $L$")
 
 
 def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax: Axes | None) -> Axes:

@@ -157,10 +157,11 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
-            f"no levels at a = {exact(stadium.a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
+            f"levels cannot be computed at a = {exact(stadium.a)}: "
+            f"give a half length from {LEAST_A:g} to {LARGEST_A:g}"
         )
     if not 0 <= low < high < math.inf:
-        raise InputError(f"k from {low:g} to {high:g} is not a range: give one such as 0:30")
+        raise InputError(f"k from {low:g} to {high:g} is not a range: give a range such as 0:30")
     whole, smooth = weyl(stadium, None), weyl(stadium, parity)
     if whole(high) > MOST_LEVELS:
         most = math.floor(wavenumber(whole, MOST_LEVELS))
@@ -249,7 +250,7 @@ def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
     try:
         return list(dict.fromkeys(map(Parity, names)))
     except ValueError:
-        raise InputError(f"parity {names!r:.40}: use ee, eo, oe or oo") from None
+        raise InputError(f"unknown parity {names!r:.40}: use ee, eo, oe or oo") from None
 
 
 def levels(

@@ -113,7 +113,7 @@ class Spectrum(ByValue, Drawn):
         """Return one line on how complete the orbits are, and one on how well they agree with the levels."""
         end = math.floor(self.complete * 100) / 100
         if end < self.length[-1]:
-            said = [f"complete, by proof, up to length {end:.2f}: beyond it the sum over orbits is partial"]
+            said = [f"complete, by proof, up to length {end:.2f}; longer orbits may be missing from the sum"]
         else:
             said = ["complete: no orbit of these lengths is missing"]
         if self.misfit is None:
@@ -167,11 +167,11 @@ def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -
     """
     k = np.sort(np.asarray(levels, np.float64), axis=-1)
     if k.ndim != 1:
-        raise InputError(f"levels of shape {k.shape}: give one row of numbers")
+        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
     if len(k) < _LEAST_LEVELS:
-        raise InputError(f"{several(len(k), 'level')}, too few: give {_LEAST_LEVELS} or more")
+        raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
     if (wrong := k[~((k > 0) & (k < np.inf))]).size:
-        raise InputError(f"level {wrong[0]:g}: give finite k above 0, in 1/radius")
+        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
     if not _plausible(len(k), k[-1], stadium, parity):
         of = " of all parities" if parity is None else f" of parity {parity}"
         expected = max(0.0, float(weyl(stadium, parity)(k[-1])))

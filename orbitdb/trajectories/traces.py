@@ -85,9 +85,9 @@ def trace_start(
 
 def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
     """Return the rays that leave a start forward and backward."""
-    values = _numbers(start, "a start is x,y,angle, such as 0,0.5,1.2")
+    values = _numbers(start, "give the start as x,y,angle, such as 0,0.5,1.2")
     if values.shape != (3,):
-        raise InputError("a start is x,y,angle: three numbers, such as 0,0.5,1.2")
+        raise InputError("give the start as three numbers x,y,angle, such as 0,0.5,1.2")
     x, y, angle = values.tolist()
     centre = min(max(x, -stadium.a), stadium.a)
     off = math.hypot(x - centre, y)

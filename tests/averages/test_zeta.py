@@ -163,8 +163,8 @@ def test_a_stability_cut_without_an_average_says_why():
     rows = class_rows(1e-6, 8)
     for found, reason in (
         (lyapunov_by_stability(rows, 2.0, 8), "(its zero"),
-        (lyapunov_by_stability(rows, 1e-7, 8), "(no orbit has a lambda up to 1e-07)"),
-        (lyapunov_by_stability(rows, 2.0, 1), "(no orbit has a lambda up to 2)"),
+        (lyapunov_by_stability(rows, 1e-7, 8), "(no orbit has a lambda of at most 1e-07)"),
+        (lyapunov_by_stability(rows, 2.0, 1), "(no orbit has a lambda of at most 2)"),
     ):
         assert found.fault.startswith(reason)
         assert np.isnan([found.lambda_d, found.lambda_c, found.mean_path, found.z0]).all()

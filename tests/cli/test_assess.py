@@ -185,7 +185,7 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
     [
         (lambda k: [*k[:5], math.nan, *k[5:]], "row 6 is nan"),
         (lambda k: [*k, math.inf], "row 22 is inf"),
-        (lambda k: k[:9], "too few"),
+        (lambda k: k[:9], "only 9 levels"),
         (lambda k: [each**2 for each in k], "they look like energies: give --energies"),
         (lambda k: [each**0.5 for each in k], "they look like wavenumbers: leave out --energies"),
         (lambda k: [each / 1000 for each in k], "frequencies need --frequency"),

@@ -63,7 +63,7 @@ def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
     assert json.loads(found.out)[0]["cut"] == 1000
     assert "no average" not in found.err
     assert json.loads(none.out)[0]["lambda_d_zeta"] is None
-    assert "the zeta function gives no average (no orbit has a lambda up to 1e-07)" in none.err
+    assert "the zeta function gives no average (no orbit has a lambda of at most 1e-07)" in none.err
     refused = cli(*chosen, "1000", "--weight", "det")
     assert (refused.code, refused.out) == (2, "")
     said = r"orbitdb: cut 1000 has too many terms with --weight det: give (\d+) or less\n"

@@ -209,7 +209,7 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
     assert steps.get_drawstyle() == "steps-post"
     assert above.get_yscale() == "log"
-    assert above.get_ylabel() == "orbits not longer than $L$"
+    assert above.get_ylabel() == "orbits no longer than $L$"
     complete = end.get_xdata()[0]
     assert complete == pytest.approx(least_length(4, 1.6), abs=0.01)
     assert complete < there(solve_word("11113", 1.6).length)

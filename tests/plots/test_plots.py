@@ -91,7 +91,7 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     bounces = [np.stack([there(each.arclength), there(each.sine)], axis=1) for each in orbits]
     np.testing.assert_allclose(np.asarray(dots.get_offsets()), np.concatenate(bounces), 1e-12, 1e-12)
     assert subset.plot("lengths", ax=right) is right
-    assert (right.get_xlabel(), right.get_ylabel()) == ("length $L/R$", "orbits not longer than $L$")
+    assert (right.get_xlabel(), right.get_ylabel()) == ("length $L/R$", "orbits no longer than $L$")
     steps = np.asarray(right.lines[0].get_xydata())
     assert steps.tolist() == [[length, n] for n, length in enumerate(np.sort(orbits.length), 1)]
     for ax in (left, right):

@@ -169,7 +169,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     assert found.missing == 2
     assert repr(found).startswith("<2 of 40 levels with k from 0 to")
     assert found.to_pandas()["missing"].tolist() == [1, 1]
-    refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "too few": exact[:5], "above 0": -exact}
+    refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "only 5 levels": exact[:5], "above 0": -exact}
     for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:
         with pytest.raises(InputError, match=told):
             catalogue.assess(k, "oo")

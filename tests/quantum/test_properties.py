@@ -219,7 +219,7 @@ def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
         (lambda k: k, None),
         (lambda k: k[:10], None),
         (lambda k: np.insert(k, 7, k[7]), None),  # two levels may coincide
-        (lambda k: k[:9], "9 levels, too few"),
+        (lambda k: k[:9], "only 9 levels"),
         (lambda k: np.where(k == k[3], np.inf, k), "above 0"),
         (lambda k: np.where(k == k[3], np.nan, k), "above 0"),
         (lambda k: k - k[0], "above 0"),

@@ -56,7 +56,7 @@ def test_a_spectrum_covers_the_given_range_and_says_where_it_is_complete(catalog
     assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
     assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
     assert found.complete == least_length(8, 1.6) / (1 if parity is None else 2)
-    assert f"up to length {math.floor(found.complete * 100) / 100:.2f}:" in found.notes()[0]
+    assert f"up to length {math.floor(found.complete * 100) / 100:.2f};" in found.notes()[0]
     frame = found.to_pandas()
     assert frame["length"].tolist() == found.length.tolist()
     assert frame["orbits_re"].tolist() == found.orbits.real.tolist()
