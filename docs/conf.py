@@ -1,4 +1,4 @@
-"""How Sphinx makes the documentation: ``sphinx-build -W --keep-going -b html docs BUILD``."""
+"""Sphinx configuration; build the documentation with ``sphinx-build -W --keep-going -b html docs BUILD``."""
 
 import sys
 from pathlib import Path
@@ -69,5 +69,5 @@ copybutton_line_continuation_character = "\\"
 
 
 def setup(app: Sphinx) -> None:
-    """Let the pages take what the program itself says."""
+    """Let `program` fill in the parts of the pages that come from the program itself."""
     app.connect("source-read", program.fill_in)

@@ -1,20 +1,20 @@
-"""Run the examples of README.md and of the pages here, and compare them with what stands there.
+"""Run the examples in README.md and on the pages here, and compare their output with the output shown.
 
-    python docs/console.py            tells which examples differ from what comes out
-    python docs/console.py --write    puts what comes out into the pages; --write FILE for one page
+    python docs/console.py            lists the examples whose output differs
+    python docs/console.py --write    writes the actual output into the pages; --write FILE for one page
 
-An example is a block ``console`` with lines that begin with ``$``, or a block ``python``, whose output
-is the block ``text`` behind it. Those of a page run one after the other in a folder of their own, with
-the catalogue of ``orbitdb fill --p 11`` in the data folder, unless the page begins with a fill. A comment
-before a block says what is particular about it:
+An example is a ``console`` block whose commands begin with ``$``, or a ``python`` block, whose output is the
+``text`` block that follows it. The examples of a page run one after another in a folder of their own. The
+data folder contains the catalogue of ``orbitdb fill --p 11``, unless the page begins with a fill. A comment
+before a block marks special cases:
 
-    <!-- not run: why -->    it is shown only
-    <!-- slow -->            it is run where there is time
-    <!-- varies -->          its numbers are drawn at random: the words must agree
-    <!-- times -->           its numbers that are not whole are times: the others must agree, too
+    <!-- not run: why -->    the example is only shown
+    <!-- slow -->            the example is run only if there is time
+    <!-- varies -->          numbers in the output are random: only the words must agree
+    <!-- times -->           numbers that are not integers are times: everything else must agree
 
-A ``text`` block is taken as output only directly behind a ``python`` block. That of a notebook's cell stands
-in a comment ``<!-- shows``.
+A ``text`` block counts as output only if it directly follows a ``python`` block. The output of a notebook
+cell is in a comment ``<!-- shows``.
 """
 
 import argparse
@@ -34,19 +34,19 @@ from typing import Any
 from pages import PAGES, Example, examples
 
 FIRST_FILL = "orbitdb fill --p 11"
-"""What makes the catalogue that the pages ask."""
+"""The command that makes the catalogue for the examples."""
 
 HOME = "/home/you"
-"""Stands in the pages for the folder that the examples run in."""
+"""The name that the pages show instead of the folder in which the examples run."""
 
 CATALOGUE = Path(".local/share/orbitdb/orbits.db")
-"""Where the catalogue lies in that folder: not beside what the examples write."""
+"""The path of the catalogue in that folder, away from the files that the examples write."""
 
 _SHELL = re.compile(r"[|<>&;`$*~#]")
 
 
 class Session:
-    """Where the examples of one page run: a folder, and the names that its Python has defined."""
+    """The state in which the examples of a page run: a folder, and the names defined by its Python code."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -55,7 +55,7 @@ class Session:
         self.names: dict[str, Any] = {"__name__": "__main__"}
 
     def run(self, example: Example) -> str:
-        """Run an example; return what a terminal shows of it."""
+        """Run an example; return its output as a terminal shows it."""
         if example.language == "python":
             output = self._here(lambda: exec(compile(example.source, "<page>", "exec"), self.names))
         else:
@@ -64,7 +64,7 @@ class Session:
         return "\n".join(line.rstrip() for line in lines).rstrip()
 
     def command(self, line: str) -> str:
-        """Run a line of the shell: in this process if it is nothing but a command of orbitdb."""
+        """Run a shell command and return its output; a plain orbitdb command runs in this process."""
         from orbitdb.cli.main import execute
 
         line = line.replace("\\\n", " ")
@@ -112,19 +112,19 @@ def begin(wanted: list[Example], folder: Path, catalogue: Path) -> Session:
 
 
 def lay(catalogue: Path, folder: Path) -> None:
-    """Copy a catalogue to where the examples in a folder find it."""
+    """Copy a catalogue to the place where examples that run in a folder look for it."""
     (folder / CATALOGUE).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(catalogue, folder / CATALOGUE)
 
 
 def first_catalogue(folder: Path) -> Path:
-    """Make the catalogue that pages without a fill of their own ask; return its path."""
+    """Make the catalogue for pages that do not begin with a fill; return its path."""
     Session(folder).command(FIRST_FILL)
     return folder / CATALOGUE
 
 
 def rewrite(page: Path, outputs: list[tuple[Example, str]]) -> None:
-    """Put outputs in the place of those that do not hold."""
+    """Replace the outputs on a page that differ from the actual ones."""
     lines = page.read_text(encoding="utf-8").splitlines()
     for example, output in reversed(outputs):
         if example.holds(output):
@@ -135,9 +135,9 @@ def rewrite(page: Path, outputs: list[tuple[Example, str]]) -> None:
 
 
 def main() -> int:
-    """Run all examples; return 1 if some differ and are not rewritten."""
-    parser = argparse.ArgumentParser(description="Run the examples of the pages.")
-    parser.add_argument("--write", action="store_true", help="put the real output into the pages")
+    """Run all examples; return 1 if outputs differ and are not rewritten."""
+    parser = argparse.ArgumentParser(description="Run the examples on the pages.")
+    parser.add_argument("--write", action="store_true", help="write the actual output into the pages")
     parser.add_argument("pages", nargs="*", type=Path, default=PAGES)
     given = parser.parse_args()
     differing = 0
@@ -158,7 +158,7 @@ def main() -> int:
                     print(f"{page.name}:{example.line}: {example.source}\n{output}\n")
             if given.write:
                 rewrite(page, outputs)
-    print(f"{differing} examples differed" + (" and are rewritten" if given.write else ""))
+    print(f"{differing} examples differ" + (" and have been rewritten" if given.write else ""))
     return int(bool(differing) and not given.write)
 
 

@@ -1,4 +1,4 @@
-"""Write the Python of the pages into modules, one a page, for type checkers to read.
+"""Write the Python code on the pages into modules, one per page, for type checkers.
 
 python docs/examples.py FOLDER
 """
@@ -10,7 +10,7 @@ from pages import PAGES, examples
 
 
 def write_modules(folder: Path) -> list[Path]:
-    """Write a module for every page that has Python, named after it; return their paths."""
+    """Write a module for every page with Python code, named after the page; return the paths."""
     folder.mkdir(parents=True, exist_ok=True)
     made = []
     for page in PAGES:

@@ -1,4 +1,4 @@
-"""Formulas as MathML, which browsers draw themselves: the pages load nothing from elsewhere."""
+"""Formulas as MathML, which browsers render themselves, so that the pages load nothing from other sites."""
 
 from typing import Any
 
@@ -11,13 +11,13 @@ _LOG = logging.getLogger(__name__)
 
 
 def write_inline(translator: Any, node: nodes.math) -> None:
-    """Write a formula in a line."""
+    """Write a formula within a line of text."""
     translator.body.append(_mathml(node, as_block=False))
     raise nodes.SkipNode
 
 
 def write_block(translator: Any, node: nodes.math_block) -> None:
-    """Write a formula of its own."""
+    """Write a displayed formula."""
     translator.body.append(f'<div class="math">{_mathml(node, as_block=True)}</div>\n')
     raise nodes.SkipNode
 
@@ -32,5 +32,5 @@ def _mathml(node: nodes.Element, as_block: bool) -> str:
 
 
 def setup(app: Any) -> None:
-    """Add the way of writing formulas that ``html_math_renderer = "mathml"`` names."""
+    """Register the renderer that ``html_math_renderer = "mathml"`` names."""
     app.add_html_math_renderer("mathml", (write_inline, None), (write_block, None))

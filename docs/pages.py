@@ -1,4 +1,4 @@
-"""The examples of a page: where they stand, and whether an output is the one that the page shows."""
+"""Find the examples on a page, and tell whether an output agrees with the output that the page shows."""
 
 import re
 from collections.abc import Iterator
@@ -22,20 +22,20 @@ _ASIDE = (
     (re.compile(r"\borbitdb \d+\.\d+\S*"), "orbitdb VERSION"),
 )
 _SMALL = 1e-9
-"""Below lie residuals and error bounds, of which the last bits of the machine decide: a tenth may differ."""
+"""Smaller numbers are residuals and error bounds. They depend on rounding, and may differ by a tenth."""
 
 _ROUNDING = 1e-14
-"""Below they decide all."""
+"""Still smaller numbers are nothing but rounding, and may differ by any factor."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A fenced block of a page.
+    """A fenced block on a page.
 
     Attributes
     ----------
     start, end : int
-        Its lines without the fences are ``lines[start:end]`` of the page.
+        The block without its fences is ``lines[start:end]`` of the page.
     """
 
     language: str
@@ -44,20 +44,20 @@ class Block:
     mark: str
 
     def text(self, lines: list[str]) -> str:
-        """Return what stands in it."""
+        """Return the text of the block."""
         return "\n".join(lines[self.start : self.end])
 
 
 @dataclass(frozen=True)
 class Example:
-    """A command or a piece of Python, and what the page says that comes out.
+    """A command or a piece of Python code, and its output as the page shows it.
 
     Attributes
     ----------
     start, end : int
-        The output as lines of the page.
+        The output is ``lines[start:end]`` of the page.
     line : int
-        Of the command, counted from 1.
+        The line of the command, counted from 1.
     """
 
     language: str
@@ -69,12 +69,12 @@ class Example:
     mark: str
 
     def holds(self, output: str) -> bool:
-        """Tell whether the page shows this output, all that may vary aside."""
+        """Tell whether the page shows this output, apart from what may vary."""
         return same(self.shown, output, self.mark)
 
 
 def blocks(lines: list[str]) -> list[Block]:
-    """Find the fenced blocks of a page, with the mark that stands before each."""
+    """Find the fenced blocks of a page, each with the mark in the comment before it."""
     found: list[Block] = []
     mark, n = "", 0
     while n < len(lines):
@@ -91,12 +91,12 @@ def blocks(lines: list[str]) -> list[Block]:
 
 
 def examples(page: Path) -> list[Example]:
-    """Return what is to be run of a page.
+    """Return the examples on a page that can be run.
 
     Raises
     ------
     ValueError
-        If an example can neither be run nor says why not.
+        If a block cannot be run and no comment says why.
     """
     lines = page.read_text(encoding="utf-8").splitlines()
     found: list[Example] = []
@@ -135,10 +135,10 @@ def _commands(block: Block, lines: list[str]) -> Iterator[Example]:
 
 
 def same(shown: str, output: str, mark: str = "") -> bool:
-    """Tell whether two outputs agree: words exactly, numbers to their last digits or within their errors.
+    """Tell whether two outputs agree: words exactly, numbers up to their last digits or within their errors.
 
-    Where all of them are the same, so are the blanks between them.
-    With the mark ``varies`` numbers may be any, with ``times`` those that are not whole.
+    If all words and numbers are equal, the blanks between them must agree as well. With the mark ``varies``,
+    all numbers may differ; with ``times``, numbers that are not integers may.
     """
     mine, other = _tokens(shown), _tokens(output)
     if mine == other:
@@ -167,7 +167,7 @@ def _without_asides(text: str) -> str:
 
 
 def _error(tokens: list[str], n: int) -> float:
-    """Return the error that is given behind a number, or 0."""
+    """Return the error given after a number, or 0 if there is none."""
     given = tokens[n + 1 : n + 3]
     return float(given[1]) if len(given) == 2 and given[0] == "+-" and _NUMBER.fullmatch(given[1]) else 0.0
 

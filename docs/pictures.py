@@ -1,11 +1,11 @@
-"""Draw the pictures of README.md and of the pages here, from the code as it is.
+"""Draw the pictures of README.md and of the pages here with the current code.
 
-    python docs/pictures.py                  draws all of them
-    python docs/pictures.py browse.svg       draws those that are named
+    python docs/pictures.py                  draws all pictures
+    python docs/pictures.py browse.svg       draws the pictures that are named
 
-Each is drawn in an empty folder but for the catalogue of ``orbitdb fill --p 11`` and one `simulate`.
-`work-precision.svg` measures run times, for a minute: draw it on a machine that does nothing else.
-`entropy-width.svg` measures the time of the processor, for a minute.
+They are drawn in a folder with nothing but the catalogue of ``orbitdb fill --p 11`` and one `simulate`.
+`work-precision.svg` measures run times for a minute: draw it on an otherwise idle machine.
+`entropy-width.svg` measures processor time for a minute.
 """
 
 import argparse
@@ -23,20 +23,20 @@ from console import CATALOGUE, FIRST_FILL, Session, lay
 PICTURES = Path(__file__).parent
 SCREEN = (150, 42)
 SECONDS = 10.0
-"""Of the processor, for the bounds at one a."""
+"""Processor time for the bounds at each a."""
 SHOWN = "1232131"
-"""The orbit of the paper's Fig. 1, on every picture of one orbit."""
+"""The orbit of the paper's Fig. 1, shown in the pictures of the screen and of single orbits."""
 
 
 def orbit(folder: Path) -> str:
-    """Draw the orbit as a notebook does."""
+    """Return the picture of the orbit that a notebook shows, as SVG."""
     from orbitdb import Stadium, solve_word
 
     return f"{solve_word(SHOWN, Stadium(1.2))._repr_svg_()}\n"
 
 
 def _screen(*keys: str) -> Callable[[Path], str]:
-    """Return what takes the terminal UI when some keys have been pressed."""
+    """Return a function that takes a screenshot of the terminal UI after the given keys are pressed."""
 
     def draw(folder: Path) -> str:
         return plain_screenshot(asyncio.run(_taken(folder, keys)))
@@ -59,13 +59,13 @@ async def _taken(folder: Path, keys: tuple[str, ...]) -> str:
 
 
 def plain_screenshot(svg: str) -> str:
-    """Leave out what Textual makes anew every time, and the fonts that it would fetch."""
+    """Remove from a screenshot the ids that change every time, and the fonts that it would fetch."""
     svg = re.sub(r"@font-face \{.*?\}\s*", "", svg, flags=re.DOTALL)
     return re.sub(r"terminal-\d+", "terminal", svg)
 
 
 def deviations(folder: Path) -> str:
-    """Draw how far every average of lambda is from the trajectories, against the period."""
+    """Draw the deviation of every average of lambda from that of trajectories, against the period."""
     import numpy as np
     from matplotlib.ticker import MaxNLocator
 
@@ -129,11 +129,11 @@ class Figure:
 
 
 LEVELS = "orbitdb levels --k 0:31.5"
-"""Half a minute of work."""
+"""Computes levels for half a minute."""
 
 
 def assess(folder: Path) -> str:
-    """Draw a list of levels without a twentieth of them against the staircase of the orbits."""
+    """Remove a twentieth of the levels from a list, and draw what `plot assess` finds missing."""
     import numpy as np
 
     from orbitdb import levels
@@ -147,7 +147,7 @@ def assess(folder: Path) -> str:
 
 
 def entropy_width(folder: Path) -> str:
-    """Measure and draw how close the bounds on the entropy come with time."""
+    """Measure and draw the difference of the bounds on the entropy against time."""
     import numpy as np
 
     from orbitdb import Stadium
@@ -204,10 +204,10 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "entropy-width.svg": entropy_width,
     "work-precision.svg": Figure("orbitdb bench --plot"),
 }
-"""Every picture, and what draws it from a folder with a catalogue."""
+"""For every picture, the function that draws it as SVG from a folder with a catalogue."""
 
 SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
-"""Those of the terminal UI."""
+"""The pictures of the terminal UI."""
 
 ASKED = {
     "orbit.svg": ["orbitdb plot orbit 1232131 --a 1.2 -o figure.svg"],
@@ -216,10 +216,10 @@ ASKED = {
         "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg",
     ],
 }
-"""The commands of figures that Python draws here."""
+"""Commands for figures in the gallery that are drawn by Python code here."""
 
 GALLERY = [name for name, draw in DRAWN.items() if name in ASKED or isinstance(draw, Figure)]
-"""The pictures that a command makes."""
+"""The pictures of the gallery, which commands can make."""
 
 
 def commands(name: str) -> list[str]:
@@ -229,11 +229,11 @@ def commands(name: str) -> list[str]:
 
 
 MEASURED = {"work-precision.svg", "entropy-width.svg"}
-"""Those that show run times."""
+"""The pictures that show measured times."""
 
 
 def prepare(folder: Path, catalogue: Path | None = None) -> None:
-    """Make the catalogue that the pictures show, or take a copy of one that is filled."""
+    """Make the catalogue for the pictures, or copy a filled one, and add an average over trajectories."""
     if catalogue is None:
         Session(folder).command(FIRST_FILL)
     else:
@@ -242,7 +242,7 @@ def prepare(folder: Path, catalogue: Path | None = None) -> None:
 
 
 def texts(svg: str) -> list[str]:
-    """Return the texts of a picture: those of a terminal line by line, those of matplotlib as they came."""
+    """Return the texts in a picture: line by line for a terminal, in the order of the file for matplotlib."""
     svg = svg.replace("&#160;", " ")
     if "rich-terminal" not in svg:
         return re.findall(r"(?:<!-- |<text[^>]*>)(.*?)(?: -->|</text>)", svg)
@@ -253,13 +253,13 @@ def texts(svg: str) -> list[str]:
 
 
 def drawn_with(svg: str) -> str:
-    """Return the program and version that a picture says it was drawn with."""
+    """Return the version of matplotlib that a picture names as its source; empty if there is none."""
     found = re.search(r"Matplotlib v[\d.]+", svg)
     return found[0] if found else ""
 
 
 def main() -> None:
-    """Draw the pictures that are wanted."""
+    """Draw the requested pictures."""
     parser = argparse.ArgumentParser(description="Draw the pictures of README.md and the pages.")
     parser.add_argument("names", nargs="*", choices=[*DRAWN, []], default=[], metavar="NAME")
     wanted = parser.parse_args().names or list(DRAWN)

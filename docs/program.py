@@ -1,10 +1,10 @@
-"""What the pages take from the program: its commands, columns, checks and keys, and its public names.
+"""Write the parts of the pages that come from the program: commands, columns, checks, keys and public names.
 
-    python docs/program.py            tells which pages differ from the program
-    python docs/program.py --write    writes the tables anew into the pages
+    python docs/program.py            lists the pages that differ from the program
+    python docs/program.py --write    updates these parts in the pages
 
-A table stands between ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. When Sphinx builds a page,
-`fill_in` puts the public names in their place, and shows what the cells of a notebook show.
+Such a part is between two comments, such as ``<!-- here: columns_of_word -->`` and ``<!-- end -->``. When
+Sphinx reads a page, `fill_in` inserts the public names and reveals the output of notebook cells.
 """
 
 import inspect
@@ -20,27 +20,27 @@ from orbitdb.columns import GROUPS, OF_ORBITS
 
 _NAMES = "<!-- here: names -->"
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
-"""An output in a comment, because Jupyter makes its own."""
+"""The output of a notebook cell, in a comment because Jupyter shows its own output."""
 _WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Put the public names in the place of their mark, and show outputs, as Sphinx reads a page."""
+    """Replace the mark for the public names, and reveal the output of cells, when Sphinx reads a page."""
     source[0] = _SHOWN.sub(r"\1", source[0].replace(_NAMES, names()))
 
 
 def renewed(text: str) -> str:
-    """Return a page with what the program says of itself now."""
+    """Return the text of a page with the parts from the program up to date."""
     return _WRITTEN.sub(lambda mark: f"<!-- here: {mark[1]} -->\n\n{_TEXTS[mark[1]]()}\n\n<!-- end -->", text)
 
 
 def commands() -> str:
-    """Return a section for every command: its help, its options and its examples."""
+    """Return Markdown with a section for every command: its help, its options and its examples."""
     return "\n\n".join(_command(name, command) for name, command in command_list())
 
 
 def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
-    """Return the commands with their names, in the order of ``orbitdb --help``; other names, if hidden."""
+    """Return the commands with their names, as ``orbitdb --help`` lists them; hidden ones on request."""
     import typer
 
     from orbitdb.cli.app import program
@@ -71,7 +71,7 @@ def _placeholder(argument: Any) -> str:
 
 
 def _paragraphs(text: str) -> str:
-    """Return plain text of the help as Markdown."""
+    """Return the plain text of a help as Markdown."""
     return "\n\n".join(_plain(part) for part in inspect.cleandoc(text).split("\n\n"))
 
 
@@ -117,21 +117,21 @@ def _default(option: Any) -> str:
 
 
 def _epilog(text: str) -> Iterator[str]:
-    """Return the examples as a block, and the paragraphs behind them."""
+    """Yield the examples as a block, and the paragraphs after them."""
     parts = [part for part in inspect.cleandoc(text).split("\n\n") if not re.fullmatch("Examples?:", part)]
     lines = [part.strip() for part in parts if part.startswith("  ")]
     if lines:
         yield "<!-- not run: examples of the help -->\n```console\n" + "\n".join(lines) + "\n```"
     for part in parts:
         kept = part.strip().removeprefix("\b").strip()
-        if kept != part.strip():  # its lines stay as they are
+        if kept != part.strip():  # \b keeps the lines of a paragraph as they are
             yield f"\n```text\n{kept}\n```\n"
         elif not part.startswith("  "):
             yield "\n" + _plain(part) + "\n"
 
 
 def columns(shown: Sequence[Column]) -> str:
-    """Return a table of columns."""
+    """Return a Markdown table that explains columns."""
     lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
@@ -144,7 +144,7 @@ _BOUNDS = {each.name for each in OF_ORBITS}
 
 
 def checks() -> str:
-    """Return a table of the checks of ``orbitdb verify``, each with what it promises."""
+    """Return a Markdown table of the checks of ``orbitdb verify``, each with the rule that it checks."""
     from orbitdb.verification.verify import PROMISES
 
     rows = (f"| {check} | {promise} |" for check, promise in PROMISES.items())
@@ -152,7 +152,7 @@ def checks() -> str:
 
 
 def names() -> str:
-    """Return the documentation of every public name, for autodoc."""
+    """Return a section for every public name, with the directive that makes autodoc document it."""
     import orbitdb
 
     return "\n\n".join(_name(name, getattr(orbitdb, name)) for name in orbitdb.__all__ if name[0] != "_")
@@ -175,7 +175,7 @@ def _name(name: str, thing: Any) -> str:
 
 
 def keys() -> str:
-    """Return the keys of the screens of the terminal UI, as its help tells them."""
+    """Return a Markdown table of the keys of the terminal UI, with the words of its help."""
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.keys import SCROLLING, groups_of
     from orbitdb.cli.tui.main_screen import MainScreen
@@ -195,7 +195,7 @@ def keys() -> str:
 
 
 def gallery() -> str:
-    """Return every figure that a command makes, with the command under it."""
+    """Return Markdown that shows every figure of the gallery, with its commands below."""
     from pictures import GALLERY, commands
 
     shown = []
@@ -219,7 +219,7 @@ _TEXTS: dict[str, Callable[[], str]] = {
 
 
 def main() -> int:
-    """Compare the tables of all pages with the program, or write them; return 1 if some differ."""
+    """Compare all pages with the program, or update them; return 1 if pages differ and are not updated."""
     from pages import PAGES
 
     differing = [page for page in PAGES if renewed(text := page.read_text(encoding="utf-8")) != text]

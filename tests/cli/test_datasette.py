@@ -71,7 +71,7 @@ def test_every_view_every_table_and_every_column_is_explained(described, metadat
         assert all(columns.values())
         assert set(columns) == {row[1] for row in ask(described, f"PRAGMA table_info({name})")}
     assert shown["catalogue"]["length"] == "length of one traversal, L [radius]; error in length_error"
-    assert shown["level"]["error"] == "estimate of the error of k [1/radius]"
+    assert shown["level"]["error"] == "estimated error of k [1/radius]"
     everything = ask(described, "SELECT name FROM sqlite_master WHERE type IN ('table', 'view')")
     assert {name for (name,) in everything} - {"alembic_version"} == set(tables)
     assert set(database["queries"]) == {each.partition("?")[0] for each in ANSWERS}
@@ -91,7 +91,7 @@ def test_datasette_shows_titles_and_what_a_column_means(site):
     assert "bound on the error of lambda_c [1/radius]" in got(f"{site}/orbits/catalogue")
     level = got(f"{site}/orbits/level")
     assert "Quantum levels" in level
-    assert "estimate of the error of k [1/radius]" in level
+    assert "estimated error of k [1/radius]" in level
     tables = {each["name"]: each["hidden"] for each in json.loads(got(f"{site}/orbits.json"))["tables"]}
     assert not tables["level"]
     assert tables["sweep_block"]

@@ -86,8 +86,8 @@ def query(
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
 
-    A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. By
-    default you see every status except geometric; with --status orbit you see only the orbits.
+    A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. You
+    see the words of every status except geometric, unless you choose others with --status.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")

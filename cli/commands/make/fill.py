@@ -114,7 +114,7 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
     from orbitdb.catalogue import Catalogue
 
     if dry_run:
-        note(f"{len(words)} words to solve at a = {exact(a)}, in {db}")
+        note(f"{several(len(words), 'word')} to solve at a = {exact(a)}, in {db}")
         return
     bring(db)
     catalogue = Catalogue(db, a)
