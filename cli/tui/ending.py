@@ -10,6 +10,7 @@ import traceback
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from types import FrameType
 
 from rich.console import RenderableType
@@ -20,6 +21,7 @@ from orbitdb.cli.interrupts import SIGNALLED, TERMINATING, Terminated
 from orbitdb.errors import StoreError, WorkError
 
 _SECONDS_TO_PUT_AWAY = 1.0
+_SECONDS_BETWEEN_LOOKS = 2.0
 _MOST_AT_ONCE = 64
 """Maximum number of threads, which is more than held-down keys can occupy."""
 
@@ -75,6 +77,13 @@ class OrderlyApp(App[None]):
         gc.freeze()  # otherwise garbage collection of everything loaded so far would delay keys
         if threading.current_thread() is threading.main_thread():
             listen_to_signals(self._end)
+        if self.is_web:
+            self.set_interval(_SECONDS_BETWEEN_LOOKS, partial(self._leave_without, os.getppid()))
+
+    def _leave_without(self, server: int) -> None:
+        """Leave if the server was killed, and could end nothing."""
+        if os.getppid() != server:
+            self.leave()
 
     def _end(self, number: int) -> None:
         if not self.is_web:  # the server gets the signal too, and reports it

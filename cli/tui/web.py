@@ -191,7 +191,7 @@ class Session(AppService):
 
     async def take(self, text: str, socket: web.WebSocketResponse) -> None:
         """Pass a message from the page on to the program; drop invalid messages."""
-        with suppress(ValueError):
+        with suppress(ValueError, RecursionError):  # not JSON, or too many brackets
             match json.loads(text):
                 case ["stdin", str(keys)] if len(keys) <= _LONGEST:
                     await self.send_bytes(keys.encode(errors="replace"))

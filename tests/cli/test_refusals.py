@@ -153,6 +153,7 @@ sql '' | 2 | write a single SELECT
 sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2 | WITH may not be used
 sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
 sql 'SELECT p, p FROM catalogue' | 2 | column 'p' occurs twice
+sql 'SELECT code FROM life' | 2 | no such column: code; only catalogue has it;
 sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
 sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?

@@ -223,7 +223,8 @@ def refusal(
         told = f"there is no {name}: {guess(name, readable)}" if table else ""
         message = f"{told}it may read {', '.join(readable)} and nothing else"
     elif "no such column" in message:
-        meant = guess(message.split()[-1], catalogue.c.keys())
+        name = message.split()[-1]
+        meant = "only catalogue has it; " if name in catalogue.c else guess(name, catalogue.c.keys())
         message = f"{message}; {meant}'orbitdb columns' lists all columns"
     elif "binding" in message:
         message = f"{message.rstrip('.')}: give each name a value with -P name=value"

@@ -6,10 +6,11 @@ import re
 import signal
 import socket
 import sys
+from contextlib import suppress
 from typing import Any
 
 import pytest
-from processes import nobody_left, start
+from processes import kill_group, nobody_left, start
 from there import there
 
 from orbitdb.catalogue import Catalogue
@@ -100,7 +101,7 @@ BAD = [
     "[1]", "{}", "[]", "null", "no json", '["resize", {}]', '{"a": 1}', '["stdin", 5]', '["stdin"]',
     '["resize", {"width": 100000, "height": 100000}]', '["resize", {"width": -5, "height": 24}]',
     '["resize", {"width": "80", "height": 24}]', '["resize", {"width": true, "height": 24}]',
-    json.dumps(["stdin", "x" * 500_000]), '["nothing that is known", 1]',
+    json.dumps(["stdin", "x" * 500_000]), "[" * 200_000, '["nothing that is known", 1]',
 ]  # fmt: skip
 
 
@@ -157,6 +158,30 @@ def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
         served.kill()
     assert (served.returncode, out) == (0, "")
     assert "Traceback" not in err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="a process keeps its parent's number there")
+def test_a_session_ends_after_the_server_was_killed(filled_once):
+    aiohttp = pytest.importorskip("aiohttp")
+    served = start("browse", "--web", "--port", "0", "--db", filled_once)
+    page = there(served.stderr).readline().partition(" ")[0]
+
+    async def visit():
+        async with aiohttp.ClientSession() as session, session.ws_connect(f"{page}ws") as keys:
+            await seen(keys, "lambda")
+            with suppress(TimeoutError):  # a session that still draws would notice at once
+                while True:
+                    await keys.receive(timeout=1.0)
+            served.kill()
+
+    try:
+        asyncio.run(visit())
+        assert nobody_left(served)
+    finally:
+        with suppress(ProcessLookupError):
+            kill_group(served)
+        served.communicate()
 
 
 @pytest.mark.slow
