@@ -37,8 +37,8 @@ _LOADED = 100_000
 def run() -> None:
     """Run the command line; report a failure as one line on stderr and an exit code.
 
-    NumPy's linear algebra gets a single thread. More would cost a tenth of a second of processor time at each
-    start without being of use: parallel work runs in processes, and no large matrices are multiplied.
+    NumPy's linear algebra gets a single thread. More threads would cost a tenth of a second of processor time
+    at every start for no benefit, because parallel work runs in processes and no matrices are large.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_LOADED)  # garbage collection takes a tenth of the time of a short command

@@ -25,7 +25,7 @@ Answer = TypeVar("Answer")
 
 
 class Working(DOMNode):
-    """Base class of screens, widgets and the application: it runs work in threads and opens dialogs.
+    """Base class for screens, widgets and the application, which run work in threads and open dialogs.
 
     List it last among the base classes, because Textual takes styles from the first one.
     """

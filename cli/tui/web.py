@@ -71,7 +71,9 @@ def serve(arguments: Sequence[str], port: int, tell: Callable[[str], None]) -> N
         listening = socket.create_server((HOST, port))
     except OSError as error:
         reason = os.strerror(error.errno or 0)
-        raise InputError(f"port {port} cannot be used ({reason}): choose another with --port, or 0") from None
+        raise InputError(
+            f"port {port} cannot be used ({reason}): choose another, or 0 for any free port, with --port"
+        ) from None
     server = TokenServer(arguments, listening.getsockname()[1])
     with listening, redirect_stdout(StringIO()):
         web.run_app(

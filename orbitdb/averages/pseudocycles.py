@@ -177,7 +177,10 @@ class _Ladder:
     sums: Floats
 
     def products(self, terms: _Terms, cut: float, degree: int) -> tuple[Integers, Floats]:
-        """Return the orders and the total products of each term with all costlier factors that fit."""
+        """Multiply terms by every costlier factor of this period, within the cut and the degree.
+
+        Returns the periods of the products and the sums of their values, for the terms that have any.
+        """
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)

@@ -96,7 +96,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_events(rows: Sequence[Any]) -> Iterator[str]:
-    """Yield the changes with a wrong event number: changes at the same a share it, and a = 0 has none."""
+    """Yield the changes with a wrong event number; changes at the same a share one, and a = 0 has none."""
     moving = [row for row in rows if row.a > 0]
     a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
     for row, event in zip(moving, events(a, error).tolist() if moving else (), strict=True):
@@ -194,7 +194,7 @@ def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
 
 
 def _is_sound(row: Any) -> bool:
-    """Tell whether a row is possible: without error and bounce at a = 0, with both elsewhere."""
+    """Tell whether a row is plausible: it has no error and no bounce at a = 0, and both elsewhere."""
     path = (row.bounce, row.joint, row.slope)
     if row.a == 0:
         return (row.error, row.kind, row.number, *path) == (0, BORN, 1, None, None, None)

@@ -91,7 +91,7 @@ def _behind(values: Floats) -> Floats:
 
 
 def _finite(matrices: Floats) -> Floats:
-    """Replace matrices that are not finite, because bounces coincide, by zeros; the shape is (N, p, p).
+    """Replace matrices that are not finite by zeros, shape (N, p, p); they arise when bounces coincide.
 
     The signs of their eigenvalues then count as undecided.
     """

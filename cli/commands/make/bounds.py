@@ -100,8 +100,12 @@ def bounds(
         note(_why_not_kept(db))
     apart = [level.width for level in last]
     if width is not None and max(apart) > width:
-        where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(values) > 1 else ""
-        note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
+        where = (
+            f" at {sum(each > width for each in apart)} of {len(apart)} values of a"
+            if len(values) > 1
+            else ""
+        )
+        note(f"the bounds are up to {max(apart):.1e} apart, more than {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 
 

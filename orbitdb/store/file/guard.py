@@ -159,9 +159,9 @@ def refuse_foreign(
 def _continues(
     only_file: Callable[[], sqlite3.Connection], with_journal: Callable[[], sqlite3.Connection]
 ) -> bool:
-    """Tell whether the last run in a file, read without its journal, is also there with the journal.
+    """Tell whether the last run recorded in a file without its journal is still there if the journal is read.
 
-    The read transaction keeps writers from moving more of the journal into the file meanwhile.
+    Meanwhile, the read transaction keeps writers from moving more of the journal into the file.
     """
     with closing(with_journal()) as whole, closing(only_file()) as alone:
         try:

@@ -34,7 +34,7 @@ _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
 """Positions of the set bits for each value of a byte, beginning with the lowest."""
 
 ALL = 0xFF
-"""The mask of a class of which all eight words are chosen."""
+"""The mask of a class whose eight words are all chosen."""
 
 _LEAST = 1 << 2 * BITS
 """The key of the word 00, which is the least of all keys."""
