@@ -1,7 +1,7 @@
-"""End a command early, after Ctrl-C or a signal to terminate.
+"""End a command early, after Ctrl-C or a termination signal.
 
-Both raise an exception wherever the command is, so that processes and files are cleaned up as after any other
-failure. `last_words` gives the message for the user.
+Both raise an exception at whatever point the command has reached, so that processes and files are cleaned up
+as after any other failure. `last_words` gives the message for the user.
 """
 
 import os

@@ -108,7 +108,7 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
 
 
 def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows for other programs, with all digits, and return their number."""
+    """Write rows in a machine-readable format, with all digits; return their number."""
     if form is Format.JSONL:
         return write_jsonl(file, columns, rows)
     if form is not Format.JSON:

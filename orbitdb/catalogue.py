@@ -988,5 +988,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
 
 
 def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return the given seed or, if there is a generator, a seed that it draws."""
+    """Return the given seed or, if a generator is given, one drawn from it."""
     return seed if rng is None else int(rng.integers(2**63))

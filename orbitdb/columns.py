@@ -134,7 +134,7 @@ GROUPS = (
 """Every group of columns, with the name of what they describe."""
 
 EVERY = {column.name: column for _, group in reversed(GROUPS) for column in group}
-"""Every column by name; if groups share a name, the column of the first group counts."""
+"""All columns by name; if a name occurs in several groups, the first group's column is used."""
 
 
 def add(column: Column) -> None:

@@ -7,7 +7,7 @@ DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT",
 
 
 class InputError(ValueError):
-    """A value cannot be used; the message says why and how to write it."""
+    """A value is invalid; the message says why, and what form it should have."""
 
 
 class StoreError(Exception):

@@ -65,7 +65,7 @@ DRAWINGS: dict[Kind, Drawing] = {
         "levels.draw_assessment", _OF_LEVELS, "where levels are missing, according to the orbits"
     ),
     "spacings": Drawing(
-        "levels.draw_spacings", _OF_LEVELS, "the spacings of levels, in units of the mean spacing"
+        "levels.draw_spacings", _OF_LEVELS, "the level spacings, in units of the mean spacing"
     ),
     "rigidity": Drawing(
         "levels.draw_rigidity", _OF_LEVELS, "Delta_3 and the number variance, compared with random matrices"

@@ -122,7 +122,7 @@ class MainScreen(OwnScreen[None]):
         self.rows.say_orbit(self.side.orbit)
 
     def action_filter(self) -> None:
-        """Edit the filter; the rows follow what is typed, and `escape` restores the previous rows."""
+        """Edit the filter; the rows update as you type, and `escape` restores the previous rows."""
         dialog = FilterDialog(self.rows, self.choices)
         self.app.push_screen(dialog, dialog.take)
 

@@ -165,7 +165,7 @@ def _weight(name: str) -> Weight:
 
 
 def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
-    """Return the columns of all `AVERAGES` over complete periods; add to `notes` what is missing."""
+    """Return the columns of all `AVERAGES` over complete periods; append what is missing to `notes`."""
     given = Given(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}

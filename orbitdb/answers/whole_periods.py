@@ -163,7 +163,7 @@ class WholePeriods:
 
     @property
     def missing(self) -> list[int]:
-        """The periods below the highest one that are missing, although a zeta function needs them."""
+        """The missing periods below the highest one; a zeta function needs them all."""
         return sorted(every_period(self.highest).difference(self.periods))
 
     def why_missing(self) -> str:
@@ -203,7 +203,7 @@ def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool)
 def told_missing(
     found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[str, ...]:
-    """Return notes on the periods that the zeta function or sums over fixed points lack."""
+    """Return notes on the periods missing from the zeta function or from sums over fixed points."""
     divided = [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
         for p in periods

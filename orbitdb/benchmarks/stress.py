@@ -109,7 +109,7 @@ def long_runs(powers: int = 5) -> Iterator[Outcome]:
 
 
 def long_legs(powers: int = 5) -> Iterator[Outcome]:
-    """Solve words with legs of 10, 100, ... straight bounces, nearly at right angles to the walls."""
+    """Solve words with legs of 10, 100, ... straight bounces, nearly perpendicular to the walls."""
     for n in (10**e for e in range(1, powers + 1)):
         text = f"1 2 (02)^{n // 2} 3 2 (02)^{n // 2}"
         yield judge("leg", text, from_strings([parse(text)]), Stadium())

@@ -33,11 +33,11 @@ def slacks(legs: Chain, alpha: Floats) -> Floats:
 
 
 def smooth_slacks(legs: Chain, alpha: Floats) -> Floats:
-    """Return the slacks without absolute values, shape (6, m, N), which are linear in the directions.
+    """Return the slacks without absolute values, and so linear in the directions, shape (6, m, N).
 
-    For each run, they are pi/2 - t and pi/2 + t of its first bounce, then of its last. For each leg, they are
-    pi/2 - 2 s alpha - s t at its start and the same expression at its end with the leg reversed, with t as in
-    `slacks`. All are positive if and only if all `slacks` are. A slack that does not exist is infinite.
+    For each run, they are pi/2 - t and pi/2 + t for its first bounce, then for its last. For each leg, they
+    are pi/2 - 2 s alpha - s t at its start and the same expression at its end with the leg reversed, with t
+    as in `slacks`. All are positive if and only if all `slacks` are. A slack that does not exist is infinite.
     """
     return _six(legs, HALF_PI, alpha, *end_angles(legs, alpha), np.inf)
 

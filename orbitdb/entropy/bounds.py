@@ -43,12 +43,12 @@ _USUAL_GROWTH, _LEAST_GROWTH = 1.8, 1.3
 """Usual and least ratio of the times that successive levels take."""
 
 _BRIEF = 0.05
-"""The time of the next level is not predicted from a level that takes fewer seconds than this."""
+"""Seconds that a level must take before its time is used to predict that of the next."""
 
 
 @dataclass(frozen=True)
 class EntropyBounds(Record):
-    """Bounds on the topological entropy per bounce at a given a, proved by windows up to a given length.
+    """Bounds on the topological entropy per bounce at a given a, proved with windows of up to a given length.
 
     Attributes
     ----------
@@ -59,11 +59,11 @@ class EntropyBounds(Record):
     lower, upper : float
         Bounds on h_top, rounded outward.
     windows : int
-        Number of windows examined so far, up to mirror and reversal.
+        Number of windows examined so far, up to mirror images and reversal.
     undecided : int
         Number of undecided windows among the longest.
     proof : str
-        How the windows were decided, for stored bounds: `DOUBLES` or `BALLS`.
+        Arithmetic in which the windows were decided: `DOUBLES` or `BALLS`.
     """
 
     a: float

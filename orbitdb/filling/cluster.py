@@ -89,7 +89,7 @@ class Cluster(Workers):
             yield answered(version, found)
 
     def size(self) -> tuple[int, int]:
-        """Return the numbers of workers and of their threads; each worker solves one block at a time."""
+        """Return the numbers of workers and of all their threads; each worker solves one block at a time."""
         try:
             threads = self._running().nthreads().values()
         except Exception as error:

@@ -49,7 +49,7 @@ class Method:
 
 
 _WORDS_A_CLASS = 4
-"""Assumed words per class in a span. Most classes have 8, but most spans have fewer classes than estimated."""
+"""Assumed words per class. Most classes have 8, but most spans have fewer classes than estimated."""
 
 _BLOCKS_A_JOB = 3
 _SMALLEST = 4

@@ -59,7 +59,7 @@ class Cursor:
         return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
 
     def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
-        """Return the SQL condition for the rows of a table that have the primary key of this row."""
+        """Return the SQL condition for the rows of a table that have the same primary key as this row."""
         return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
 
 

@@ -1,4 +1,4 @@
-"""Interpolation of functions that are given at the nodes of cells, by a polynomial in each cell."""
+"""Interpolation of functions given at the nodes of cells, with one polynomial per cell."""
 
 from dataclasses import dataclass
 from functools import cached_property

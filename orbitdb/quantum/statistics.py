@@ -62,7 +62,7 @@ class Statistics(NamedTuple):
 
 
 def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
-    """Unfold levels to a mean spacing of 1 with Weyl's law, plus the bouncing balls if `balls` is true."""
+    """Unfold levels to a mean spacing of 1 by Weyl's law, with the bouncing-ball term if `balls` is true."""
     smooth: Floats = weyl(stadium, parity)(k)
     return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
 

@@ -41,9 +41,9 @@ _COUNTS = ("n_c", "classes", "boundary", "unresolved")
 
 
 def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
-    """Check the counts of every chosen period that is swept, and the sums up to period `SWEPT_ANEW`.
+    """Check the counts of every chosen period that has been swept, and the sums up to period `SWEPT_ANEW`.
 
-    All swept subsets are checked, whichever words are chosen.
+    All swept subsets of such a period are checked, even if only some words were chosen.
     """
     yield from _cursors(moment.connection, {each.a: each for each in selections})
     for selection in selections:

@@ -176,7 +176,7 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
     """Yield notes on chosen periods that are partly filled, and on requested periods that are not stored.
 
-    Nothing is missing at an a without fills, unless `at_one` says that --a was given.
+    At an a without fills, periods that are not stored are only reported if --a was given (`at_one`).
     """
     from orbitdb.answers.completeness import describe_partial, partial_fills, unfilled, without
 

@@ -84,11 +84,11 @@ class LineDialog(Dialog[str | None]):
             self.dismiss(event.value.strip() or self.EMPTY)
 
     def action_older(self, steps: int) -> None:
-        """Go up or down in the list of lines; the line that was typed is the last."""
+        """Move up or down in the list of lines; the last one is the line that the dialog opened with."""
         self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Take the line that was clicked."""
+        """Put the line that was clicked into the input."""
         self._take_up(event.option_index)
 
     def _take_up(self, place: int) -> None:

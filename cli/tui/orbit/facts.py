@@ -37,7 +37,7 @@ ELEMENT_NAMES = {
 
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
-    """Return the facts about a word as (name, text) pairs, with a bar that shows where it is an orbit."""
+    """Return the facts about a word as (name, text) pairs; a bar shows at which a it is an orbit."""
     known = [(name, told) for name, told in facts(orbit, partners, "±") if name != "a"]
     if run_notation(orbit.code) != known[0][1]:
         known.insert(1, ("runs", run_notation(orbit.code)))

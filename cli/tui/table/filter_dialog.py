@@ -1,4 +1,4 @@
-"""The filter dialog, in which the rows follow what is typed."""
+"""The filter dialog, which updates the rows as you type."""
 
 from functools import partial
 

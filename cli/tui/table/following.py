@@ -110,7 +110,7 @@ class Following:
             self._rows.say("following …" if "births" in vars(rows or self) else "reading births …")
 
     def _follow(self, orbit: Orbit, steps: Sequence[bool], rows: Pages | None) -> tuple[Orbit, Pages | None]:
-        """Follow an orbit by the given steps; return it with the rows at its new a."""
+        """Follow an orbit through the given steps in a; return it with the rows at its new a."""
         if steps:
             lives, a = with_existence(orbit).exists, orbit.a
             for up in steps:

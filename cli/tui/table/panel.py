@@ -31,7 +31,7 @@ _Found = tuple[Pages, tuple[str, str], int | None]
 
 _FIRST = 100
 _SHOWN = 12
-"""Maximum number of symbols to show of a word that has no row."""
+"""Maximum number of symbols shown for a word that has no row."""
 
 
 class RowsPanel(Vertical, Working):

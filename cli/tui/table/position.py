@@ -73,7 +73,7 @@ class Position(Widget, Working):
 
     @property
     def under_way(self) -> bool:
-        """Whether digits have been typed and the cursor is where they led."""
+        """Whether digits have been typed and the cursor is still on the row they led to."""
         return bool(self._typed) and self._landed == self._table.cursor
 
     @property

@@ -43,7 +43,7 @@ def read_package(folder: Path) -> list[dict[str, Any]]:
 
 
 def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Yield the name of each file of a dataset, and a text that says what is wrong with it, or None.
+    """Yield the name of each file of a dataset, and a message that says what is wrong with it, or None.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Exact proof that an orbit passes through a joint of wall and semicircle (docs/proof.md).
 
-No ball can show that a number is zero. But at rational a, which every double is, the orbits through joints
-that occur are algebraic of low degree. Balls suggest a field Q(gamma), where gamma is a real root of a
-polynomial f, and elements of this field for the cosine and sine of every leg direction and half turn. The
-following identities are then checked modulo f:
+No ball can show that a number is zero. But every double is rational, and at rational a the directions of the
+orbits through joints that occur have algebraic sines and cosines of low degree. Balls suggest a field
+Q(gamma), where gamma is a real root of a polynomial f, and elements of this field for the cosine and sine of
+every leg direction and half turn. The following identities are then checked modulo f:
 
     cos^2 + sin^2 = 1                         for each of these angles,
     e^{2 k i half} = -e^{-i d (in + out)}     for every run,

@@ -36,7 +36,7 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 
 @dataclass(frozen=True, eq=False)
 class Bracketed(Batch):
-    """K proved changes of words, as a structure of arrays of shape (K,)."""
+    """K proved changes of words, stored as arrays of shape (K,)."""
 
     word: Places  # the index of the word that changes
     a: Floats  # the value of a at which it changes

@@ -177,7 +177,7 @@ class _Bounds(NamedTuple):
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
-    """Solve the words in the middle of their cells."""
+    """Solve each word at the midpoint of its cell."""
     alpha = _maximum(legs, a, start, box)
     slopes = derivatives(legs, a, alpha)
     off = direction_errors(legs, a, alpha, slopes, box)

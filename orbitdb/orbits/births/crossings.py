@@ -34,7 +34,7 @@ _CLOSE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Zeros(Batch):
-    """K zeros of single slacks, or cells that contain such a zero, as a structure of arrays of shape (K,)."""
+    """K zeros of individual slacks, or the cells that contain them, stored as arrays of shape (K,)."""
 
     word: Places  # the index of the word
     slack: Places  # the smooth slack, as a row index of `Station.slack`

@@ -73,11 +73,11 @@ def confined(
     refusal: Callable[[str], SelectionError],
     authorize: free.Authorizer | None = None,
 ) -> Iterator[None]:
-    """Let a connection run a query within its time limit, with texts of limited size.
+    """Run a query under a time limit and a limit on the length of strings.
 
-    Further rows can be fetched in another such context, with the same patience. The query may compute, and
-    read the views and their tables, or do what `authorize` allows. Raises `CancelledError` once the query is
-    cancelled; for other errors of SQLite, raises the error that `refusal` makes from the message.
+    To fetch more rows later, open another such context with the same `patience`. The query may evaluate
+    expressions and read the views and their tables; `authorize` replaces these permissions. Raises
+    `CancelledError` if the query is cancelled, and ``refusal(message)`` for any other error of SQLite.
     """
     own = driver(connection)
     sizes = {

@@ -144,8 +144,8 @@ def refuse_foreign(
 ) -> None:
     """Raise `StoreError` if the journal next to a file belongs to another file.
 
-    The two functions connect to the file without and with its journal. Their connections must not be able to
-    write, because the last one to close would otherwise move the journal into the file.
+    `only_file` opens the file without its journal, `with_journal` with it. Their connections must not be able
+    to write, because the last one to close would otherwise move the journal into the file.
     """
     journal, index = beside(path)
     with suppress(OSError):

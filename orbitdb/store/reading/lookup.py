@@ -76,7 +76,7 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
 
 
 def _ids_of(representative: str) -> tuple[int, int, int, str]:
-    """Return parameters of `_FIND`: the least and greatest id that a class can have, its period and word."""
+    """Return the parameters of `_FIND`: least and greatest possible id of the class, its period and word."""
     p = len(representative)
     ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
     return *ids, p, representative

@@ -101,7 +101,7 @@ class Moment:
         counted: bool = False,
         cancelled: Callable[[], bool] = never,
     ) -> Chosen:
-        """Find a chosen subset, as classes and their words (`orbitdb.store.reading.question.choose`)."""
+        """Find the classes and words of a selection (`orbitdb.store.reading.question.choose`)."""
         return question.choose(self.connection, selection, order, columns, most, counted, cancelled)
 
     def blocks(
