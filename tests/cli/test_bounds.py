@@ -83,7 +83,7 @@ def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_
     assert ("ball arithmetic proves" in found.err) == bool(jobs)
     assert cli(*asked, "--width", str(max(each.upper - each.lower for each in curve))).code == 0
     missed = cli(*asked, "--width", "0.1")
-    assert missed.err.endswith("at 2 of 3 a: " + WHY)
+    assert missed.err.endswith("at 2 of 3 values of a: " + WHY)
     assert missed.code == 1
     assert [row["window"] for row in json.loads(cli(*asked, "--time", "1e-9", "--json").out)] == [2, 2, 2]
 

@@ -90,7 +90,7 @@ def test_every_life_that_ends_is_listed(cli, born):
         row = f"id, {number}, {a}, {a / 1e15}, '{kind}', 1 FROM cycle WHERE word = '{word}'"
         alter(born, f"INSERT INTO change (cycle, number, a, error, kind, run) SELECT {row}")
     ended = cli("births", "--deaths", "--json")
-    assert ended.err == "3 lives end, among 75 classes\n"
+    assert ended.err == "3 lives end among 75 classes\n"
     assert [list(row.values()) for row in json.loads(ended.out)] == [
         [3, "013", 4, None, 2.0, 2e-15, None],
         [4, "0132", 4, None, 3.0, 3e-15, 5.0],

@@ -37,7 +37,7 @@ def real(orbits: Orbits) -> np.ndarray:
 
 
 def random_word(seed: int, order: int) -> str:
-    """Return a random admissible word: runs of 1 to 4 bounces, left and right in turn, 0 to 4 walls between."""
+    """Return a random admissible word: runs of 1 to 4 bounces on alternating sides, 0 to 4 walls between."""
     rng = np.random.default_rng(seed)
     parts: list[str] = []
     size = 0

@@ -81,7 +81,7 @@ def bounds(
 
     values, limits = lengths(a), limits_of(window, width, seconds)
     if len(values) == 1:
-        options.refuse_idle(context, "at one a", "jobs")
+        options.refuse_idle(context, "at a single a", "jobs")
     asked = {"a": a, "window": limits[0], "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
@@ -100,7 +100,11 @@ def bounds(
         note(_why_not_kept(db))
     apart = [level.width for level in last]
     if width is not None and max(apart) > width:
-        where = f" at {sum(each > width for each in apart)} of {len(apart)} a" if len(values) > 1 else ""
+        where = (
+            f" at {sum(each > width for each in apart)} of {len(apart)} values of a"
+            if len(values) > 1
+            else ""
+        )
         note(f"the bounds are {max(apart):.1e} apart, not {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 
@@ -115,7 +119,7 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
 
 
 def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue to save bounds in, created if --store requests it; None if there is none."""
+    """Return the catalogue to save bounds in, made or updated if --store is given; None to save none."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader
