@@ -19,7 +19,7 @@ PANELS = {
     "Make data": {
         "fill": "Fill periods: find every word, its status and its orbit",
         "births": "Find the ranges of a in which each word is an orbit",
-        "sweep": "Count and average over further periods without storing rows",
+        "sweep": "Count orbits and average over further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",
         "bounds": "Prove bounds on the topological entropy",
         "levels": "Find the levels of the quantum stadium",
@@ -83,7 +83,7 @@ class Command(TyperCommand):
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments; refuse an option that is given more often than it can be."""
+        """Parse the arguments; refuse an option with a single value that is given more than once."""
         if not ctx.resilient_parsing:
             *_, order = self.make_parser(ctx).parse_args(args=list(args))
             for each, times in Counter(order).items():

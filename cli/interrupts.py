@@ -20,7 +20,7 @@ TERMINATING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasatt
 """Signals that ask a process to end."""
 
 INTERRUPTED, SIGNALLED = 130, 128
-"""The exit code after Ctrl-C, and the number to which that of a signal is added for its exit code."""
+"""The exit code after Ctrl-C, and the number to add to that of a signal to get its exit code."""
 
 _KEPT = "nothing that was stored is lost"
 

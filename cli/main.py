@@ -135,7 +135,7 @@ def _say(message: str, code: int) -> int:
 
 
 def stand_in_for_closed() -> None:
-    """Replace those of the three standard streams that are closed, which Python sets to None.
+    """Replace the standard streams that are closed, because Python sets them to None.
 
     Their file descriptors are taken, so that no other file gets one of them and is written to by mistake. The
     replacement for stdout cannot be written to, which matters only to a command that has data.

@@ -16,7 +16,7 @@ from hypothesis import settings
 if TYPE_CHECKING:  # pytest's controller process need not import it
     from orbitdb.filling.resuming import Step
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as `orbitdb.cli.main` does
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as in `orbitdb.cli.main`
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # children share compiled imports
 settings.register_profile("quick", deadline=None, max_examples=15)
 settings.register_profile("thorough", deadline=None, max_examples=60)

@@ -1,4 +1,4 @@
-"""``orbitdb assess`` and ``levels --method orbits`` as users meet them."""
+"""``orbitdb assess`` and ``levels --method orbits`` on the command line."""
 
 import csv
 import io
@@ -202,7 +202,7 @@ def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
 
 
 @pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
-def test_tables_are_read_with_any_mark_between_columns(cli, own, exact, tmp_path, mark):
+def test_tables_are_read_with_any_usual_separator(cli, own, exact, tmp_path, mark):
     path = tmp_path / "k.txt"
     rows = "".join(f"{k!r}{mark}oo\n" for k in exact.tolist())
     path.write_text(f"# made up\nk{mark}parity\n{rows}")

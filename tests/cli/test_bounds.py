@@ -1,4 +1,4 @@
-"""``orbitdb bounds`` as users meet it."""
+"""``orbitdb bounds`` on the command line."""
 
 import json
 import re
@@ -21,7 +21,7 @@ WHY = "the time, the window length or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
 
 
-def test_bounds_are_rounded_outward_in_print(cli):
+def test_printed_bounds_are_rounded_outward(cli):
     rows = json.loads(cli("bounds", "--window", "8", "--json").out)
     assert [list(row) for row in rows] == [KEYS] * 7
     assert json.loads(cli("bounds", "--time", "1e-9", "--window", "8", "--json").out) == rows[:1]
@@ -55,7 +55,7 @@ def test_windows_left_open_by_balls_are_added_up_over_a():
     assert balls_of(proofs) == said
 
 
-def test_a_grid_is_logarithmic_and_its_values_can_be_typed_again():
+def test_a_grid_is_logarithmic_and_its_values_can_be_typed():
     assert lengths("1.6") == (1.6,)
     assert len(lengths("1:2:1000")) == 1000
     for wrong in ("x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1001"):
@@ -89,7 +89,7 @@ def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_
 
 
 @pytest.mark.slow
-def test_ctrl_c_leaves_the_rows_computed_so_far():
+def test_ctrl_c_still_shows_the_rows_computed_so_far():
     child = spawn("bounds", "--time", "600")
     child.expect("1[0-9] letters")
     begun = child.before + child.after

@@ -1,4 +1,4 @@
-"""The command line as users meet it."""
+"""The command line as users see it."""
 
 import io
 import json
@@ -63,7 +63,7 @@ def test_words_can_be_given_as_arguments_options_or_on_stdin(cli, monkeypatch):
 
 
 def test_codes_are_read_from_stdin(cli, monkeypatch):
-    """Windows line ends included."""
+    """They may have the line ends of Windows."""
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
@@ -110,7 +110,7 @@ def test_info_lists_the_entropy_at_a_few_a_and_at_every_filled_a(cli):
     bounds = "0.00000000 < h < 1.21875573, 2 edges"
     assert told() == [f"a = {a}: {bounds}" for a in (1, 2, 4, 8)]
     cli("bounds", "--window", "2")
-    assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other a from 1 to 8"]
+    assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other values of a from 1 to 8"]
     names = [line.split()[0] for line in cli("info").out.splitlines()[:5]]
     assert names == ["catalogue", "schema", "size", "classes", "orbits"]
 
@@ -188,8 +188,8 @@ def test_a_displayed_bound_holds_for_the_displayed_digits(value, bound):
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
 
 
-def test_a_geometric_fill_keeps_the_pruned_words(cli):
-    """Each with the rules it breaks. A plain fill stores none."""
+def test_a_geometric_fill_stores_the_pruned_words(cli):
+    """Each word is stored with the rules it breaks. An ordinary fill stores none."""
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")
     cli("fill", "--p", "4")
     assert json.loads(cli(*chosen).out) == []

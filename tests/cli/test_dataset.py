@@ -35,7 +35,7 @@ def known(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def written(known):
-    """A dataset of all that there is."""
+    """A dataset of the entire catalogue."""
     made = Path(known).with_name("data")
     with reading(known) as moment:
         write_dataset(moment, made, [Selection(a) for a in moment.a_values()])
@@ -44,7 +44,7 @@ def written(known):
 
 @pytest.fixture
 def folder(written, tmp_path):
-    """A copy of it in a folder of its own."""
+    """A copy of this dataset in a folder of its own."""
     return Path(shutil.copytree(written, tmp_path / "data"))
 
 
@@ -133,7 +133,7 @@ def test_the_same_catalogue_gives_the_same_bytes(known, cli, tmp_path):
     assert not [path for path in one if "a=1_" in path]
 
 
-def test_a_selection_chooses_periods_and_words_but_counts_stay_those_of_all(known, cli, tmp_path):
+def test_a_selection_limits_periods_and_words_but_not_counts(known, cli, tmp_path):
     part, whole = tmp_path / "part", tmp_path / "whole"
     asked = "export", "--dataset", "--p", "4-5", "--a", "1.6", "--db", known
     assert cli(*asked, str(part), "--reversal", "self", "--status", "orbit").says(
@@ -160,7 +160,7 @@ def test_a_selection_chooses_periods_and_words_but_counts_stay_those_of_all(know
 
 
 def doctored(folder, name, data):
-    """Write a file of a dataset anew, and its sum."""
+    """Rewrite a file of a dataset, and its checksum."""
     (folder / name).write_bytes(data)
     known = package(folder)
     (each,) = (each for each in known["resources"] if each["path"] == name)
@@ -206,7 +206,7 @@ def test_damage_is_found(folder, cli, damage, fault):
     assert row["first"].startswith(fault)
 
 
-def test_what_is_no_dataset_is_refused(known, cli, tmp_path):
+def test_a_folder_that_is_not_a_dataset_is_refused(known, cli, tmp_path):
     for path in (tmp_path, Path(known), tmp_path / "no"):
         assert cli("verify", str(path)).says(2, "is not a dataset")
     (tmp_path / "datapackage.json").write_text('{"name": "stadium-orbits", "resources": [1]}')
@@ -232,7 +232,7 @@ def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
-def test_force_replaces_a_dataset_or_keeps_it_whole(known, folder, cli, monkeypatch):
+def test_force_replaces_a_dataset_or_leaves_it_intact(known, folder, cli, monkeypatch):
     asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
     before = files_of(folder)
     with monkeypatch.context() as patched:
@@ -250,7 +250,7 @@ def test_force_replaces_a_dataset_or_keeps_it_whole(known, folder, cli, monkeypa
 @pytest.mark.parametrize(
     ("sent", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
 )
-def test_no_folder_appears_when_an_export_is_ended(known, tmp_path, sent, code):
+def test_an_export_that_is_ended_leaves_no_folder(known, tmp_path, sent, code):
     slow = small_blocks()
     slow[-1] = slow[-1].replace("run()\n", _WAITING)
     process = start("export", tmp_path / "x", "--dataset", "--db", known, command=slow)

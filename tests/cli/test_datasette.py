@@ -1,4 +1,4 @@
-"""`orbitdb info --datasette`, and Datasette itself with what it writes."""
+"""`orbitdb info --datasette`, and Datasette itself with the metadata that this writes."""
 
 import json
 import re

@@ -90,7 +90,7 @@ def test_the_one_line_summary_of_a_command_matches_its_help(command):
 )
 @pytest.mark.parametrize("named", [True, False])
 def test_completion_offers_values(varied, tmp_path, monkeypatch, command, typed, offered, named):
-    """Values of a come from the catalogue of --db, or from the user's."""
+    """Values of a come from the catalogue of --db, or else from the default catalogue."""
     monkeypatch.setenv("ORBITDB_DB", str(tmp_path / "none.db" if named else varied))
     with command.make_context("orbitdb", typed[:1], resilient_parsing=True) as top:
         called = command.commands[typed[0]]

@@ -1,4 +1,4 @@
-"""``orbitdb levels`` and ``orbitdb spectrum`` as users meet them."""
+"""``orbitdb levels`` and ``orbitdb spectrum`` on the command line."""
 
 import json
 from itertools import chain

@@ -1,4 +1,4 @@
-"""Options without effect, numbers as people write them, `-` for a stream, and closed streams."""
+"""Options that have no effect, numbers as people write them, `-` for a stream, and closed streams."""
 
 import errno
 import os
@@ -31,7 +31,7 @@ def test_a_value_is_a_number_only_in_the_usual_notation(cli, filled):
 
 
 @pytest.mark.parametrize("column", ["iterations", "element", "cycle"])
-def test_asking_a_word_for_a_column_of_rows_names_the_query_to_use(cli, filled, column):
+def test_a_column_that_only_rows_have_is_refused_with_the_query_to_use(cli, filled, column):
     refused = cli("query", "(1232131)^2", "31", "--a", "1.6", "-c", f"exists,{column},code")
     told = f"orbitdb: column '{column}' is in stored rows only: "
     assert (refused.code, refused.out, refused.err.startswith(told)) == (2, "", True)

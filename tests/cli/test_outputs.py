@@ -44,7 +44,7 @@ TRAJECTORY = simulate(Stadium(1.6), 20_000, seed=89)
 
 @pytest.fixture(scope="module")
 def stored(varied, tmp_path_factory) -> Path:
-    """The varied catalogue with births to p = 5 and a trajectory at a = 1.6."""
+    """The varied catalogue with births up to p = 5 and a trajectory at a = 1.6."""
     path = tmp_path_factory.mktemp("outputs") / "orbits.db"
     path.write_bytes(varied.read_bytes())
     made(path, fill_births(path, range(2, 6)))
@@ -97,7 +97,7 @@ def averages(name: str, **options: Any) -> Callable[[Catalogue], Columns]:
 
 
 def born(catalogue: Catalogue) -> Columns:
-    """Columns of ``births``, computed from changes found afresh."""
+    """Columns of ``births``, computed from recomputed births and deaths."""
     columns: Columns = {
         name: [] for name in ("p", "classes", "births", "deaths", "always", "least", "largest")
     }
@@ -151,7 +151,7 @@ def measured(found: Callable[[], Any]) -> Callable[[Catalogue], Columns]:
 
 
 def enclosed(_: Catalogue) -> Columns:
-    """The columns of ``bounds``, all computed in doubles."""
+    """The columns of ``bounds``, all computed in double precision."""
     columns = records(search(Stadium(3), 6))
     return {name: values for name, values in columns.items() if name != "proof"}
 
@@ -289,7 +289,7 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
 
 
 def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
-    """The relaxation claims here that every word is pruned, and that it has come to rest."""
+    """Here the relaxation claims that every word is pruned, and that it has converged."""
 
     def wrong(*given, **options):
         found = relax(*given, **options)
@@ -305,7 +305,7 @@ def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
 
 
 def test_a_hard_case_beyond_its_bound_exits_with_1(cli, monkeypatch):
-    """Every length is off here by a millionth after it was solved."""
+    """Here every length is altered by a millionth after solving."""
 
     def altered(words, stadium):
         found = solve(words, stadium)

@@ -1,4 +1,4 @@
-"""Answers at several a equal those at each a, with a column for a."""
+"""Answers for several a equal the answers for each a, with a column for a."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""``orbitdb births`` and ``orbitdb sweep``, and other commands where nothing was filled."""
+"""``orbitdb births`` and ``orbitdb sweep``, and other commands if nothing has been filled."""
 
 import json
 import shutil
@@ -84,13 +84,13 @@ def test_query_names_the_words_born_with_a_word(cli, born):
 
 
 def test_every_life_that_ends_is_listed(cli, born):
-    """No class of few bounces ever dies. Two are made to by hand here, one of them reborn."""
+    """No class of few bounces ever dies. Here two are altered to die, and one of these to be reborn."""
     changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]
     for word, number, a, kind in [*changes, ("013", 2, 2.0, "died")]:
         row = f"id, {number}, {a}, {a / 1e15}, '{kind}', 1 FROM cycle WHERE word = '{word}'"
         alter(born, f"INSERT INTO change (cycle, number, a, error, kind, run) SELECT {row}")
     ended = cli("births", "--deaths", "--json")
-    assert ended.err == "3 lives end, among 75 classes\n"
+    assert ended.err == "3 lives end among 75 classes\n"
     assert [list(row.values()) for row in json.loads(ended.out)] == [
         [3, "013", 4, None, 2.0, 2e-15, None],
         [4, "0132", 4, None, 3.0, 3e-15, 5.0],
@@ -102,7 +102,7 @@ def test_every_life_that_ends_is_listed(cli, born):
 KEYS = ["p", "N_t", "N_c", "classes", "boundary", "unresolved", "seconds", "processor_seconds"]
 
 
-def test_other_commands_answer_from_sweeps(cli):
+def test_other_commands_use_sweeps(cli):
     planned = cli("sweep", "--p", "6", "--dry-run")
     assert planned.err.startswith("p = 2..6 at a = 1.6: 389 words to solve, under a second, in ")
     assert planned.out == ""

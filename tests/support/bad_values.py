@@ -1,4 +1,4 @@
-"""Bad values of options, from people, programs and bad luck, and random expressions from a grammar."""
+"""Bad option values, as typed by people, passed by programs or corrupted, and random SQL expressions."""
 
 import random
 from pathlib import Path
@@ -60,13 +60,13 @@ def paths(folder: Path, ending: str) -> list[str]:
 
 
 def make_paths(folder: Path, ending: str) -> None:
-    """Create the obstacles to some of the `paths`."""
+    """Create the file and the folder that make some of the `paths` unusable."""
     (folder / "file").write_text("not a folder")
     (folder / f"folder{ending}").mkdir()
 
 
 def databases(folder: Path) -> list[str]:
-    """Create files that are not usable catalogues; return their names and others."""
+    """Create files that are not usable catalogues; return their names and other unusable names."""
     import os
     import sqlite3
 
@@ -96,7 +96,7 @@ _BROKEN = ["(", ")", "'", '"', ";", ",", "--", "/*", "*/", "?", ":x", "@y", "$z"
 
 
 def expression(rng: random.Random, depth: int = 3) -> str:
-    """Return an expression, mostly well formed, over columns, functions and subqueries."""
+    """Return a random SQL expression, mostly well formed, of columns, functions and subqueries."""
     if depth == 0 or rng.random() < 0.2:
         return rng.choice(_NAMES if rng.random() < 0.5 else _LITERALS)
     one, two = expression(rng, depth - 1), expression(rng, depth - 1)

@@ -1,7 +1,7 @@
-"""The conditions on a stored orbit and their tolerances, bounce by bounce, in plain Python numbers.
+"""The conditions on a stored orbit and their tolerances, evaluated bounce by bounce in plain Python.
 
-The formulas are those in the docstrings of `orbitdb.verification.invariants`. None of its code is used, and
-no array except the Hessian.
+The formulas are those in the docstrings of `orbitdb.verification.invariants`, but none of its code is used,
+and no array except the Hessian.
 """
 
 import sys
@@ -17,7 +17,7 @@ VAGUE = 1e-2
 
 @dataclass(frozen=True)
 class Row:
-    """A stored row; `word` has symbols 0..5, and `x` are its coordinates."""
+    """A stored row; `word` contains the symbols 0..5, and `x` the coordinates."""
 
     a: float
     word: tuple[int, ...]
@@ -34,7 +34,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Bounce:
-    """One bounce: path lengths, cosines and sines of arrival and departure, and error bounds of angles."""
+    """A bounce: path lengths, cosines and sines on arrival and departure, and error bounds on the angles."""
 
     curved: bool
     cosines: tuple[float, float]
@@ -45,7 +45,7 @@ class Bounce:
 
 
 def place(a: float, symbol: int, x: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the position of a bounce, and the tangent along which its coordinate grows."""
+    """Return the position of a bounce, and the tangent along which its coordinate increases."""
     if symbol in (0, 2):
         return (x, symbol - 1.0), (1.0, 0.0)
     side = 1 if symbol in (3, 5) else -1
@@ -81,7 +81,7 @@ def rounding(row: Row) -> float:
 
 
 def off(row: Row) -> float:
-    """Return how far a bounce may be from its place on the orbit."""
+    """Return how far a bounce may be from its exact position on the orbit."""
     return row.error + rounding(row)
 
 
@@ -104,7 +104,7 @@ def least_margin(row: Row) -> float:
 
 
 def reflection(row: Row) -> tuple[float, float]:
-    """Return force and tolerance at the bounce where their ratio is largest."""
+    """Return the force and its tolerance at the bounce where their ratio is largest."""
     pairs = [
         (abs(b.cosines[0] - b.cosines[1]), sum((s + t) * t for s, t in zip(b.sines, b.tilts, strict=True)))
         for b in bounces(row)
@@ -113,7 +113,7 @@ def reflection(row: Row) -> tuple[float, float]:
 
 
 def residuals(row: Row) -> tuple[float, float]:
-    """Return the difference of the residual and the largest force, and its tolerance."""
+    """Return the difference between the residual and the largest force, and its tolerance."""
     found = bounces(row)
     force = max(abs(b.cosines[0] - b.cosines[1]) for b in found)
     shortest = min(path for b in found for path in b.paths)
@@ -150,7 +150,7 @@ def couplings(row: Row) -> list[tuple[float, float]]:
 
 
 def lengths(row: Row) -> tuple[float, float]:
-    """Return the difference of the length and the sum of links, and its tolerance near a stationary path."""
+    """Return the difference between the length and the sum of the links, and its tolerance near an orbit."""
     paths = [b.paths[1] for b in bounces(row)]
     firm = sum(own + sines + loose for own, sines, loose in diagonal(row))
     firm += sum(2 * (coupling + loose) for coupling, loose in couplings(row))
@@ -182,7 +182,7 @@ def exponents(row: Row) -> tuple[float, float]:
 
 
 def lambdas(row: Row) -> tuple[float, float] | None:
-    """Return the difference of lambda and that of the bounces, with its tolerance, or None if too vague."""
+    """Return the error of lambda compared with the bounces, and its tolerance; None if too uncertain."""
     middle, spread = exponents(row)
     return (
         (abs(row.lyapunov - middle), row.lyapunov_error + spread) if spread < VAGUE * (1 + middle) else None
@@ -192,7 +192,7 @@ def lambdas(row: Row) -> tuple[float, float] | None:
 def determinant(row: Row) -> tuple[bool, float, float] | None:
     """Tell whether the Hessian's signature is wrong; compare ln |det H| with lambda.
 
-    Returns the difference and its tolerance, too, or None if an eigenvalue could have either sign.
+    Also returns their difference and its tolerance. Returns None if an eigenvalue could have either sign.
     """
     p, found = len(row.word), bounces(row)
     entries, beside = diagonal(row), couplings(row)
@@ -222,7 +222,7 @@ def determinant(row: Row) -> tuple[bool, float, float] | None:
 
 
 def checked(row: Row) -> dict[str, tuple[int, float, float]]:
-    """Return for each check the number of rows checked, the deviation, and its share of the tolerance."""
+    """Return, for each check, the number of rows checked, the deviation and its share of the tolerance."""
     distances = {
         "walls": walls(row),
         "margins": (abs(row.margin - least_margin(row)), off(row)),

@@ -1,4 +1,4 @@
-"""Errors of numbers computed from given directions, measured in balls, and the bounds on them."""
+"""Errors of numbers computed from given directions, measured in ball arithmetic, and their bounds."""
 
 from functools import cache
 
@@ -20,14 +20,14 @@ Errors = dict[str, Floats]
 
 
 def chain(word: str) -> tuple[Floats, Legs]:
-    """A word in run notation, as symbols and legs."""
+    """Return the symbols and the legs of a word in run notation."""
     symbols = from_strings([parse(word)])
     ((_, found),) = cut(symbols)
     return symbols, found
 
 
 def path_at(word: str, a: float, alpha: Floats) -> BallPath:
-    """The path with given directions, shape (m, 1), in balls."""
+    """Return the path with the given directions, shape (m, 1), in ball arithmetic."""
     _, found = chain(word)
     low, high = (limit[:, 0].tolist() for limit in direction_limits(found, a))
     path = BallPath(found, 0, a, list(zip(low, high, strict=True)))
@@ -37,7 +37,7 @@ def path_at(word: str, a: float, alpha: Floats) -> BallPath:
 
 @cache
 def maximum(word: str, a: float) -> BallPath:
-    """The path at the maximum of the length, far more exact than doubles."""
+    """Return the path that maximises the length, to far more digits than double precision has."""
     with ctx.workprec(BITS):
         path = path_at(word, a, newton(chain(word)[1], a).alpha)
         path.climb()
@@ -46,7 +46,7 @@ def maximum(word: str, a: float) -> BallPath:
 
 
 def slacks_of(path: BallPath) -> list[Balls]:
-    """The slacks of `orbitdb.billiard.bounces.slacks`, computed again; 0 for a leg without walls."""
+    """Recompute the slacks of `orbitdb.billiard.bounces.slacks`; they are 0 for a leg without walls."""
     half_pi, (first, last) = arb.pi() / 2, path.ends()
     found: list[Balls] = [[half_pi - abs(t) for t in ends] for ends in (first, last)]
     for sign, ends in ((-1, last), (1, first[1:] + first[:1])):
@@ -58,12 +58,12 @@ def slacks_of(path: BallPath) -> list[Balls]:
 
 
 def apart(balls: Balls, numbers: Floats) -> Floats:
-    """Upper bounds on the distances of numbers from points in balls."""
+    """Return upper bounds on the distances of numbers from the points in balls."""
     return np.array([float(abs(x - y).abs_upper()) for x, y in zip(balls, numbers.tolist(), strict=True)])
 
 
 def errors_of(path: BallPath, word: str, a: float, alpha: Floats) -> Errors:
-    """The errors of all numbers computed at directions alpha, measured against a path."""
+    """Return the errors of all numbers computed at directions alpha, compared with those of a path."""
     _, own = chain(word)
     slopes = derivatives(own, a, alpha)
     slack = bounces.slacks(own, alpha)[:, :, 0]
@@ -81,7 +81,7 @@ def errors_of(path: BallPath, word: str, a: float, alpha: Floats) -> Errors:
 
 
 def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -> Errors:
-    """The bounds at directions alpha, from the error of the directions if it is given."""
+    """Return the bounds on the errors at directions alpha; `moved` gives those on the directions."""
     _, own = chain(word)
     slopes = derivatives(own, a, alpha)
     direction = bounds.direction_errors(own, a, alpha, slopes) if moved is None else moved
@@ -97,6 +97,6 @@ def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -
 
 
 def share(error: Floats, bound: Floats) -> float:
-    """The largest ratio of an error to its bound."""
+    """Return the largest ratio of an error to its bound."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return float(np.where(error > 0, error / bound, 0.0).max())

@@ -1,4 +1,4 @@
-"""Catalogues made by fills or altered by hand, and their contents in comparable forms."""
+"""Make and alter catalogues, and read their contents in forms that can be compared."""
 
 import sqlite3
 from collections.abc import Callable, Iterable
@@ -34,7 +34,7 @@ def made(path: Path, *fills: Iterable[object]) -> Path:
 
 
 def alter(path: Path, *statements: str) -> None:
-    """Alter a file by hand, with all that SQLite allows."""
+    """Alter a file with SQL statements, including those that SQLite forbids by default."""
     with closing(sqlite3.connect(path)) as plain, plain:
         plain.execute("PRAGMA writable_schema = ON")
         for statement in statements:
@@ -80,7 +80,7 @@ def rows(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def is_sound(path: Path) -> bool:
-    """Tell whether SQLite finds the file sound, after recovering its journal."""
+    """Tell whether SQLite finds the file intact, after recovering its journal."""
     with closing(sqlite3.connect(path)) as plain:
         return plain.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
 

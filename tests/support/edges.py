@@ -1,4 +1,4 @@
-"""Edge words and windows as text, and the codes of edge words."""
+"""Convert edge words and windows to text and back, and edge words to codes."""
 
 import numpy as np
 
@@ -45,8 +45,8 @@ def edge_words(words: np.ndarray) -> Letters:
 def code_of(edges: str) -> str:
     """Return the code of a cyclic edge word, starting with the bounce before its first edge.
 
-    Its first run is on the left. An edge word with an odd number of legs closes on the other semicircle, so
-    the code goes round twice.
+    The first run of the code is on the left. An edge word with an odd number of legs ends on the other
+    semicircle, so the code contains it twice.
     """
     word = letters_of(edges)
     assert MAY_FOLLOW[word, np.roll(word, -1)].all()
@@ -64,7 +64,7 @@ def code_of(edges: str) -> str:
 
 
 def windows_of(*texts: str) -> Windows:
-    """Read windows of equal length, each with a bar at its mark."""
+    """Parse windows of equal length, each with a bar at its mark."""
     marks = np.array([text.index("|") for text in texts], dtype=np.intp)
     return Windows(np.array([letters_of(text.replace("|", "")) for text in texts]), marks)
 

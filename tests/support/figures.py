@@ -1,4 +1,4 @@
-"""Reading figures back from their axes."""
+"""Read the contents of figures back from their axes."""
 
 from typing import Any
 
@@ -28,7 +28,7 @@ def legend(ax: Axes) -> list[str]:
 
 
 def paths_of(ax: Axes, count: int) -> list[tuple[Floats, str]]:
-    """Return the closed paths of `count` bounces, and their colours."""
+    """Return the closed paths with `count` bounces, and their colours."""
     points = [(np.asarray(each.get_xydata()), to_hex(each.get_color())) for each in ax.lines]
     return [
         (each[:-1], colour)

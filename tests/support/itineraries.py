@@ -36,7 +36,7 @@ def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:
 
 @dataclass(frozen=True)
 class Itineraries:
-    """Symbols and coordinates of the bounces after given ones, and the path to each, shape (N, p)."""
+    """Symbols and coordinates of successive bounces, and the path length to each, shape (N, p)."""
 
     symbols: np.ndarray
     coordinates: np.ndarray
@@ -44,7 +44,7 @@ class Itineraries:
 
 
 def itineraries(stadium: Stadium, rays: Rays, steps: int) -> Itineraries:
-    """Follow trajectories, and one extra bounce, which shows whether the last one is single."""
+    """Follow trajectories for some steps, and one more to see whether the last bounce is a run of its own."""
     hits = [bounce(rays, stadium.a)]
     for _ in range(steps):
         hits.append(bounce(hits[-1].rays, stadium.a))

@@ -1,4 +1,4 @@
-"""Levels spaced by Weyl's law, stored as if they had been computed."""
+"""Levels spaced according to Weyl's law, stored as if they had been computed."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A catalogue as a plain list of dicts, built from its tables by hand, to compare every answer with."""
+"""A catalogue as a plain list of dicts, built directly from its tables, to check every answer against."""
 
 import re
 import sqlite3
@@ -31,7 +31,7 @@ INTEGERS = ("p", "element", "class_size", "walls", "maslov", "cycle", "iteration
 
 
 def rows_of(path: Path) -> Rows:
-    """Return every word at every a in natural order, and pruned words at each a."""
+    """Return every word at every a, including pruned words, in natural order."""
     with closing(sqlite3.connect(path)) as plain:
         plain.row_factory = sqlite3.Row
         changes = defaultdict(list)
@@ -103,7 +103,7 @@ def _pruned(stored: sqlite3.Row, a: float) -> Row:
 
 
 def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]) -> list[Row]:
-    """Return the rows that criteria choose; an expression is replaced by its own test."""
+    """Return the rows that criteria choose; for an SQL expression, `conditions` has a Python function."""
     statuses = (criteria.get("status") or "").split(",")
     periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
     where = conditions.get(criteria.get("where", ""))
@@ -132,13 +132,13 @@ RANGES = ("length", "lambda_c", "margin", "born")
 
 
 def lives(row: Row, at: float) -> bool:
-    """Tell whether a word is an orbit at some a, beyond twice the errors of its changes."""
+    """Tell whether a word is an orbit at a given a, beyond twice the errors of its births and deaths."""
     known = [(a + 2 * error < at) if born else -(a - 2 * error <= at) for a, error, born in row["changes"]]
     return sum(known) > 0
 
 
 def left_open(row: Row, at: float) -> bool:
-    """Tell whether some a is within twice the error of a change of a word."""
+    """Tell whether a given a is within twice the error of a birth or death of a word."""
     return any(abs(a - at) <= 2 * error for a, error, _ in row["changes"])
 
 
@@ -167,5 +167,5 @@ def cut(rows: list[Row], limit: int | None, offset: int) -> list[Row]:
 
 
 def columns_of(rows: list[Row], names: tuple[str, ...]) -> list[tuple[Any, ...]]:
-    """Return some columns, row by row."""
+    """Return the named columns, row by row."""
     return [tuple(row[name] for name in names) for row in rows]

@@ -23,7 +23,7 @@ def empty(path: Path) -> sqlite3.Connection:
 
 
 def add_classes(plain: sqlite3.Connection, words: Iterable[str]) -> list[int]:
-    """Store the classes of some least words as schema 6 did, with all their words; return their ids."""
+    """Store the classes of representatives as schema 6 did, with all their words; return the ids."""
     numbers = []
     for word in words:
         stabiliser = symmetry.class_of(word).stabiliser

@@ -1,4 +1,4 @@
-"""orbitdb as users start it, in its own processes, which can be stopped, killed and starved."""
+"""Run orbitdb as users do, in separate processes, which can be stopped, killed or kept waiting."""
 
 import contextlib
 import io
@@ -36,7 +36,7 @@ def small_blocks(words: int = 64) -> list[str]:
 
 
 def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any) -> Done:
-    """Run a command to its end."""
+    """Run a command until it ends."""
     return subprocess.run(
         [*command, *map(str, arguments)], capture_output=True, text=True, check=False, timeout=300, **options
     )
@@ -69,7 +69,7 @@ def alive(group: int) -> list[int]:
 
 
 def nobody_left(process: Going) -> bool:
-    """Tell whether all processes of an ended command end soon."""
+    """Tell whether all processes of a command end soon after it."""
     deadline = time.monotonic() + 30
     while alive(process.pid) and time.monotonic() < deadline:
         time.sleep(0.02)
@@ -95,7 +95,7 @@ def kill_group(process: Going) -> None:
 
 
 def seeded(seed: int) -> random.Random:
-    """Return a source of random moments; the seed is printed and shown if the test fails."""
+    """Return a random generator; the seed is printed, so that it is shown if the test fails."""
     print(f"seed {seed}")
     return random.Random(seed)
 

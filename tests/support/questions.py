@@ -1,4 +1,4 @@
-"""Questions to a catalogue, as drawn by Hypothesis; `model` has the answers."""
+"""Questions to a catalogue, drawn by Hypothesis; `model` gives the answers."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,17 +14,17 @@ from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 from orbitdb.store.asking.conditions import COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
-"""Where every third class with stored births is made to die and be reborn, and the error."""
+"""The a at which every third class with stored births dies, the a at which it is reborn, and their error."""
 
 EDGES = [at + times * ERROR for at in (DIED, REBORN) for times in (-3, -2, -1, 0, 1, 2, 3)]
-"""At a death and a birth, and on either side; from two errors on, the sides differ."""
+"""Values of a at and near the death and the rebirth; questions can tell them apart from two errors on."""
 LONG = ("1" * 20 + "3", "31" * 11 + "30", "13" * 11 + "10", "11" + "02" * 11, "0" * 25 + "1",
         "13" * 10 + "0", "1232131" * 3 + "131", "13" * 11 + "31", "0103" * 6 + "13")  # fmt: skip
 """Words too long for a key, of several periods, unsorted: pruned words, large and small classes."""
 
 
 def both(test: Callable[[model.Row], Any], *names: str) -> Callable[[model.Row], Any]:
-    """Return a test that also fails for rows where one of the columns is missing, as in SQL."""
+    """Return a test that also fails for rows in which one of the columns is empty, as in SQL."""
     return lambda row: None not in [row[name] for name in names] and test(row)
 
 
@@ -84,7 +84,7 @@ NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_siz
 
 
 def catalogue_to_ask(path: Path) -> Catalogue:
-    """Fill two a, births with deaths to p = 5, part of a period, pruned words and long ones."""
+    """Make a catalogue with two a, births and deaths up to p = 5, part of a period, pruned and long words."""
     catalogue = Catalogue.create(path)
     known = fill_periods(path, 1.6, range(2, 6)), fill_periods(path, 1.0, range(2, 4))
     made(path, *known, fill_births(path, range(2, 6)), fill_geometric(path, [3, 4]))

@@ -1,4 +1,4 @@
-"""The cases of a test that the default run includes; others are marked slow, or left out of CI."""
+"""Choose the cases of a test that the default run includes; mark the others slow, or leave them out of CI."""
 
 from collections.abc import Collection, Iterable
 from typing import Any
@@ -9,7 +9,7 @@ import pytest
 def slow_but(
     kept: int | Collection[Any], values: Iterable[Any], mark: pytest.MarkDecorator = pytest.mark.slow
 ) -> list[Any]:
-    """Return values, or tuples of several; all are marked except the kept ones, or the first `kept`."""
+    """Return the values, or tuples of values; all are marked except those in `kept`, or the first `kept`."""
     every = list(values)
     some = every[:kept] if isinstance(kept, int) else kept
     parts = [(value, value if isinstance(value, tuple) else (value,)) for value in every]
@@ -17,5 +17,5 @@ def slow_but(
 
 
 def fuzz_but(kept: Collection[Any], values: Iterable[Any]) -> list[Any]:
-    """Return values; only the kept ones run in CI."""
+    """Return the values; only those in `kept` run in CI."""
     return slow_but(kept, values, pytest.mark.fuzz)

@@ -1,8 +1,8 @@
-"""An independent computation of orbits, from plane geometry and mpmath alone.
+"""An independent computation of orbits, from plane geometry, with mpmath.
 
-Nothing of orbitdb is used here. An orbit is a stationary point of the total length in the paper's p
-coordinates. Newton's method with the full p x p Hessian finds it from a solution in doubles. Lambda comes
-from the product of p flights and p reflections.
+No code of orbitdb is used here. An orbit is a stationary point of the total length in the paper's p
+coordinates. Newton's method with the full p x p Hessian finds it from a double-precision solution. Lambda
+comes from the product of p flights and p reflections.
 """
 
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ def _dot(u: tuple[mpf, mpf], v: tuple[mpf, mpf]) -> mpf:
 
 
 def _link(start: Placed, end: Placed) -> tuple[mpf, mpf, mpf, mpf, mpf, mpf]:
-    """Return the length of a link and its derivatives d1, d2, d11, d22, d12 in its two ends."""
+    """Return the length of a link and its derivatives d1, d2, d11, d22, d12 with respect to its two ends."""
     (p, dp, ddp), (q, dq, ddq) = start, end
     step = (q[0] - p[0], q[1] - p[1])
     size = mp.sqrt(_dot(step, step))
@@ -105,15 +105,15 @@ def stationary(word: str, a: mpf, coordinates: list[float]) -> list[mpf]:
 
 
 def refine(word: str, a: float, coordinates: list[float]) -> Reference:
-    """Find the orbit near a solution in doubles, to `DIGITS` digits.
+    """Find the orbit near a double-precision solution, to `DIGITS` digits.
 
     Parameters
     ----------
     word : str
     a : float
-        Taken as the exact value of the double.
+        Half length; the double counts as exact.
     coordinates : list of float
-        Start of Newton's method, in the order of the word.
+        Starting point of Newton's method, in the order of the word.
 
     Raises
     ------
@@ -142,9 +142,9 @@ def joint_coordinate(joint: str, symbol: str) -> tuple[mpf, mpf]:
 
 
 def birth_error(word: str, bounce: int, joint: str, a: float, start: list[float]) -> mpf:
-    """Return the distance of a birth from its 50-digit value; bounces are counted from 1.
+    """Return the error of a birth, compared with its 50-digit value; bounces are counted from 1.
 
-    The orbit is followed from a solution in doubles, and the secant method finds the birth.
+    The orbit is followed from a double-precision solution, and the secant method finds the birth.
     """
     with mp.workdps(DIGITS + 15):
         c0, c1 = joint_coordinate(joint, word[bounce - 1])

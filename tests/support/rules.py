@@ -1,10 +1,10 @@
-"""The paper's geometric rules, implemented again naively."""
+"""A second, naive implementation of the paper's geometric rules."""
 
 import re
 
 
 def broken_by_hand(word: str) -> list[int]:
-    """Search for forbidden pieces in the word written three times, which contains every cyclic piece."""
+    """Return the rules that a word breaks, by a search in three copies of it, one after the other."""
     p, text = len(word), word * 3
     found = set()
     if "00" in text or "22" in text:

@@ -1,4 +1,4 @@
-"""The terminal UI without a terminal, driven by keys."""
+"""Drive the terminal UI by keys, without a terminal."""
 
 import asyncio
 import time

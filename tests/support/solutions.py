@@ -1,4 +1,4 @@
-"""Solved periods, cached for all tests of a process, and random words."""
+"""Solutions of whole periods, cached for all tests of a process, and random words."""
 
 from functools import cache
 
@@ -18,7 +18,7 @@ from orbitdb.symbols.words import unpack
 
 @cache
 def words_of(p: int) -> np.ndarray:
-    """All admissible primitive words of period p as sorted least rotations."""
+    """Return all admissible primitive words of period p as sorted least rotations."""
     return unpack(np.unique(all_images(all_least_words(Span.whole(p)).codes, p)), p)
 
 
@@ -37,7 +37,7 @@ def real(orbits: Orbits) -> np.ndarray:
 
 
 def random_word(seed: int, order: int) -> str:
-    """A random admissible word: runs of 1 to 4 bounces, left and right in turn, over 0 to 4 walls."""
+    """Return a random admissible word: runs of 1 to 4 bounces on alternating sides, 0 to 4 walls between."""
     rng = np.random.default_rng(seed)
     parts: list[str] = []
     size = 0

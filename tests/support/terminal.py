@@ -1,4 +1,4 @@
-"""Commands in a pseudo-terminal, and what its screen shows at the end."""
+"""Run commands in a pseudo-terminal, and find out what its screen shows at the end."""
 
 import json
 import os
@@ -32,7 +32,7 @@ class Session:
     code : int or None
         Exit code; None if a signal ended it.
     written : tuple of (str, int)
-        All output in parts, escape sequences included, each with the width of the window then in columns.
+        All output in parts, including escape sequences, each with the width of its window in columns.
     """
 
     code: int | None
@@ -40,12 +40,12 @@ class Session:
 
     @property
     def raw(self) -> str:
-        """All output, escape sequences included."""
+        """All output, including escape sequences."""
         return "".join(raw for raw, _ in self.written)
 
     @cached_property
     def lines(self) -> list[str]:
-        """The final lines of a screen of sufficient height, without empty lines at the end."""
+        """The final lines of a screen that is high enough for all of them, without empty lines at the end."""
         parts = [(_ALTERNATE.sub("", raw), columns) for raw, columns in self.written]
         # Each bar is erased cell by cell to the end of the screen, so excess height takes seconds.
         high = 24 + sum(line_count(raw, columns) for raw, columns in parts)
@@ -97,7 +97,7 @@ def line_count(raw: str, columns: int) -> int:
 def run_in_terminal(
     *arguments: str | Path, columns: int = 80, command: Sequence[str] = COMMAND, **variables: str
 ) -> Session:
-    """Run a command in a pseudo-terminal to its end."""
+    """Run a command in a pseudo-terminal until it ends."""
     child = spawn(*arguments, columns=columns, rows=24, command=command, **variables)
     child.expect(pexpect.EOF)
     return ended(child, (child.before, columns))
@@ -133,7 +133,7 @@ def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
 
 _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
-import rich.progress  # at hand, so that a line appears at once
+import rich.progress  # imported early, so that a line appears at once
 from orbitdb.filling import fill
 from orbitdb.cli import progress
 from orbitdb.cli.main import execute

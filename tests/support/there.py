@@ -1,4 +1,4 @@
-"""Narrowing of optional values that a test knows to be present."""
+"""Narrow the type of an optional value that a test knows to be present."""
 
 from typing import TypeVar
 

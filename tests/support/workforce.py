@@ -1,4 +1,4 @@
-"""Fills by given workers, and blocks that kill them, fail, or wait before they answer."""
+"""Fills by given workers, and blocks that kill their worker, fail, or wait before they answer."""
 
 import os
 import time
@@ -19,7 +19,7 @@ def filled_by(workers: Workers, path: Path, a: float = 1.6, periods: Sequence[in
 
 
 class Deadly:
-    """Ends every process that receives it."""
+    """A block that ends every process to which it is sent."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return os._exit, (7,)
@@ -54,7 +54,7 @@ class Waiting:
 
 @dataclass
 class WaitingProcesses(Workers):
-    """Processes whose blocks wait."""
+    """Worker processes whose blocks wait (`Waiting`)."""
 
     workers: Processes
     folder: Path

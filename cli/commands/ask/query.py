@@ -177,7 +177,7 @@ def _find(
         parse(code)  # so that nothing is printed if a code is wrong
     found = [find_or_solve(known, word, at) for word in [primitive(code) for code in codes] for at in values]
     if not found:
-        note("no code on stdin")
+        note("stdin contains no code")
     if OF_LIVES & set(keys):
         each = {orbit.code: orbit for orbit in found}  # each word is followed in a only once
         lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
@@ -200,7 +200,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
 
 
 def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
-    """Return the value of a key for a word; with `output`, in the form that the format needs."""
+    """Return the value of a key for a word; with `output`, in the form that its format needs."""
     match key:
         case "exists" if orbit.exists is not None and output is not None:
             from orbitdb.cli.orbit_facts import lives_text

@@ -93,8 +93,8 @@ def lyapunov(
     lambda_d and lambda_c are the averages of the paper's eqs. (5) and (6), per bounce and per unit length.
     pair is the mean for the periods p - 1 and p. zeta comes from the zeta function truncated at p; z0 is its
     zero (1 if no orbit is missing). sum_rule averages over all orbits up to p with weights e^-lambda,
-    constrained by exact means. In a table, the estimated error of its last digits follows in brackets. The
-    values for trajectories come from 'orbitdb simulate'.
+    constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
+    digit. The values for trajectories come from 'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
         from orbitdb.answers.lyapunov import lyapunov as average

@@ -39,7 +39,7 @@ def spectrum(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Show the length spectrum: the Fourier transform of the density of levels, beside that of the orbits.
+    """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' part in it.
 
     Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max).
     """

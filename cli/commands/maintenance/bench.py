@@ -94,7 +94,9 @@ def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Pa
     from orbitdb.export import FIGURES, complete, form_of
 
     if len(periods) > 1:
-        raise InputError(f"periods {periods[0]} to {periods[-1]}: compare methods for one, such as --p 9")
+        raise InputError(
+            f"periods {periods[0]} to {periods[-1]}: compare the methods for a single period, such as --p 9"
+        )
     said = f"p = {periods[0]} at a = {exact(stadium.a)}"
     if picture is None:
         note(f"{said}: times are in seconds, errors of length and lambda are relative")

@@ -136,5 +136,7 @@ def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     ]
     others = [each.a for each in curve if each not in told]
     if others:
-        lines.append(f"enclosed at {len(others)} other a from {exact(others[0])} to {exact(others[-1])}")
+        lines.append(
+            f"enclosed at {len(others)} other values of a from {exact(others[0])} to {exact(others[-1])}"
+        )
     return [("entropy", text) for text in lines]

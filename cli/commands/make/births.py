@@ -61,7 +61,7 @@ def births(
     whole = [each for each in found if each.whole]
     if deaths and whole:
         output.write(LIFE_COLUMNS, ended)
-        note(f"{len(ended)} lives end, among {sum(each.classes or 0 for each in whole)} classes")
+        note(f"{len(ended)} lives end among {sum(each.classes or 0 for each in whole)} classes")
     elif not output.write(LIFE_COLUMNS if deaths else COLUMNS, map(attrgetter(*COLUMNS), whole)):
         note(f"no births in {db}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)

@@ -81,7 +81,7 @@ def bounds(
 
     values, limits = lengths(a), limits_of(window, width, seconds)
     if len(values) == 1:
-        options.refuse_idle(context, "at one a", "jobs")
+        options.refuse_idle(context, "at a single a", "jobs")
     asked = {"a": a, "window": limits[0], "width": width, "time": seconds, "prove": prove}
     found: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
@@ -105,7 +105,7 @@ def bounds(
             if len(values) > 1
             else ""
         )
-        note(f"the bounds are up to {max(apart):.1e} apart, more than {width:g}{where}: {_WHY}")
+        note(f"the bounds are {max(apart):.1e} apart, more than {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 
 
@@ -119,7 +119,7 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
 
 
 def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue to save bounds in, created if --store requests it; None if there is none."""
+    """Return the catalogue to save bounds in, made or updated if --store is given; None to save none."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader
