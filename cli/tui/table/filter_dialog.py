@@ -39,6 +39,8 @@ class FilterDialog(LineDialog):
 
     def follow(self, text: str) -> None:
         """Try the line after a moment without keys; until then, the last valid rows stay."""
+        if not self.is_current:  # a letter from before the escape; the rows are as they were
+            return
         if self._timer is not None:
             self._timer.stop()
             self._timer = None
