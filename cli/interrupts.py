@@ -92,11 +92,11 @@ def _act_on_terminating(action: Callable[[int, FrameType | None], None] | signal
 
 
 def _unraisable(told: "sys.UnraisableHookArgs") -> None:
-    """Keep quiet about an end where nothing can be raised, as during garbage collection.
+    """Keep quiet about an end where nothing can be raised, as during garbage collection, and what follows.
 
-    `ending` remembers it.
+    `ending` remembers it. Objects that it left half open can fail in turn.
     """
-    if not issubclass(told.exc_type, KeyboardInterrupt | Terminated):
+    if ending() is None:
         sys.__unraisablehook__(told)
 
 
