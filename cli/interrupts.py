@@ -96,9 +96,9 @@ def _act_on_terminating(action: Callable[[int, FrameType | None], None] | signal
 def _unraisable(told: "sys.UnraisableHookArgs") -> None:
     """Do not report an interruption that cannot be raised, as during garbage collection.
 
-    `ending` returns it later.
+    `ending` returns it later. Objects that it left half open can fail in turn, which is not reported either.
     """
-    if not issubclass(told.exc_type, KeyboardInterrupt | Terminated):
+    if ending() is None:
         sys.__unraisablehook__(told)
 
 

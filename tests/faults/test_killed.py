@@ -61,6 +61,10 @@ try:
 except (KeyboardInterrupt, Terminated) as end:
     print(repr(end))
     signal.raise_signal(getattr(signal, sys.argv[1]))  # once is enough
+class HalfOpen:
+    def __del__(self):
+        raise ValueError("write to closed file")
+HalfOpen()
 """
 
 

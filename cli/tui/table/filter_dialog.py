@@ -39,6 +39,8 @@ class FilterDialog(LineDialog):
 
     def follow(self, text: str) -> None:
         """Apply the line after a moment without keys; until then, the rows of the last valid line stay."""
+        if not self.is_current:  # a letter typed before escape; the earlier rows are back
+            return
         if self._timer is not None:
             self._timer.stop()
             self._timer = None

@@ -8,6 +8,7 @@ from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.limits import Patience
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -161,6 +162,17 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         await until(lambda: len(looks) > count and told(app) == "reading …")
         await press(pilot, "escape")
         assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection())
+
+
+async def test_a_letter_typed_before_escape_but_handled_after_it_does_not_stop_the_rows(filled_once):
+    async with browsing(filled_once) as (app, pilot):
+        await press(pilot, "slash")
+        dialog = app.screen
+        await press(pilot, "escape")
+        app.screen.rows.read(Selection())
+        dialog.follow("p")
+        await press(pilot, "R")
+        assert table_of(app).ordering == Ordering("p", descending=True)
 
 
 BEGUN = [
