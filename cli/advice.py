@@ -10,7 +10,7 @@ _given: dict[str, str] = {}
 
 
 def remember(arguments: Sequence[str]) -> None:
-    """Remember --db and --a from a command line, except if repeated, a grid, or in need of quotes."""
+    """Remember --db and --a from a command line, unless they are repeated, a grid, or need quotes."""
     _given.clear()
     for option in ("--db", "--a"):
         found = [after for name, after in pairwise(arguments) if name == option]

@@ -122,7 +122,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
     except ValueError:
         low, high = 0.0, -1.0
     if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give a range of numbers that are not negative, such as 0:30")
+        raise InputError(f"{name} {text!r:.40}: give FROM:TO with 0 <= FROM < TO, such as 0:30")
     return low, high
 
 

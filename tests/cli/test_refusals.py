@@ -80,7 +80,7 @@ table --a all --a 1 | 2 | --a all
 query --a 1 --a x | 2 | --a | 'x' is not a number
 entropy --a 1:2 | 2 | --a | FROM:TO:COUNT
 lyapunov --a 0 | 2 | --a | not a half length
-levels --k 5 | 2 | '5': give a range
+levels --k 5 | 2 | '5': give FROM:TO
 levels --k 5:1 | 2 | 0:30
 levels --k 0:5 --parity xx | 2 | ee, eo, oe or oo
 levels --k 0:5 --a 50 | 2 | 0.05 to 20

@@ -201,4 +201,4 @@ def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypa
                           ([], "the sums of 2 swept periods were")):  # fmt: skip
         done = cli("verify", *periods)
         assert done.code == 0
-        assert done.err.splitlines()[0] == f"{what} not computed again: only whole periods up to 2 are"
+        assert done.err.splitlines()[0] == f"{what} not recomputed: only sums of whole periods up to 2 are"

@@ -21,7 +21,7 @@ def sql(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Run one SELECT statement on the catalogue, with every a.
+    """Run one SELECT statement on the catalogue, over all values of a.
 
     The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a

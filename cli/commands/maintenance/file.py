@@ -124,7 +124,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
 
 
 def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
-    """Return lines with the proved bounds on the entropy at each a, or only at filled a if there are many."""
+    """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
 

@@ -119,7 +119,7 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
 
 
 def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue to save bounds in, made or updated if --store is given; None to save none."""
+    """Return the catalogue to save bounds in, made or updated with --store; None if none are saved."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.moment import Reader

@@ -165,7 +165,7 @@ def test_a_session_survives_bad_messages_and_ends_with_the_server(filled_once):
 def test_a_session_ends_after_the_server_was_killed(filled_once):
     aiohttp = pytest.importorskip("aiohttp")
     served = start("browse", "--web", "--port", "0", "--db", filled_once)
-    page = there(served.stderr).readline().partition(" ")[0]
+    page = there(served.stderr).readline().removeprefix("open ").partition(" ")[0]
 
     async def visit():
         async with aiohttp.ClientSession() as session, session.ws_connect(f"{page}ws") as keys:
