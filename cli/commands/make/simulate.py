@@ -72,8 +72,8 @@ def simulate(
             output.write(COLUMNS, [[values[name] for name in COLUMNS]])
     off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
     note(
-        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}; "
-        f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} this"
+        f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
+        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
     )
     if abs(found.bounces - wanted) > _NEAR * wanted:
         note(f"{found.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
