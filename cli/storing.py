@@ -49,7 +49,7 @@ def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]
 
 def written(periods: Sequence[int]) -> str:
     """Format periods given in ascending order, as a range if there is no gap."""
-    gapless = len(periods) == periods[-1] - periods[0] + 1
+    gapless = 1 < len(periods) == periods[-1] - periods[0] + 1
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
