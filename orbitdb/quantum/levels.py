@@ -45,7 +45,7 @@ _PHASE = 9.0
 """Maximum value of k times the size of a cell; at 9.5, truncation errors are often far above rounding."""
 ROUNDING = 4e-15
 """Relative error allowed for rounding. The largest errors found at half lengths from 0.05 to 20, by comparing
-with energies in 80-bit arithmetic, are 2.1e-15 for the lowest levels and 1e-15 for others."""
+with energies in 80-bit arithmetic, are 1.1e-15 for the lowest levels and 5e-16 for others."""
 _ON_END = 1e-10
 """Relative distance from an end of a window within which a level counts as on the end; the levels from
 different grids differ by less."""
