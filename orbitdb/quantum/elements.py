@@ -50,7 +50,9 @@ def nodes(order: int) -> tuple[Floats, Floats, Floats]:
     inside -= slope(inside) / slope.deriv()(inside)  # the roots alone are off by 1e-13
     x = np.concatenate([[-1.0], inside, [1.0]])
     values = polynomial(x)
-    matrix = values[:, None] / values / (x[:, None] - x + np.eye(order + 1))
+    gaps = x[:, None] - x + np.eye(order + 1)
+    products = gaps.prod(axis=1)  # in proportion to the values, but exact for nodes that have been rounded
+    matrix = products[:, None] / products / gaps
     np.fill_diagonal(matrix, 0.0)
     np.fill_diagonal(matrix, -matrix.sum(axis=1))
     return x, 2 / (order * (order + 1) * values**2), matrix

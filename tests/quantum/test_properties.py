@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from contextlib import nullcontext
+from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from orbitdb import InputError, Stadium
 from orbitdb.answers.spectrum import missing_levels
 from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
-from orbitdb.quantum.elements import grid
+from orbitdb.quantum.elements import grid, nodes
 from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
 from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
@@ -56,6 +57,19 @@ def test_cells_fill_the_quarter_and_share_entire_edges(a, size, layers):
     on_floor = np.unique(places[(places[:, 1] == 0) & (places[:, 0] <= a), 0].round(9))
     assert np.diff([*on_floor]).max() <= min(size, 1.0) + 1e-9
     assert max(lengths) < max(1.7 * min(size, 0.4), min(size, 1.0) + 1e-9)
+
+
+@pytest.mark.parametrize("order", [6, 18, 20])
+def test_derivatives_are_those_at_the_nodes_as_rounded(order):
+    """Compared with fractions. The derivatives of nodes that are slightly off would shift the levels."""
+    rounded, _, matrix = nodes(order)
+    x = [Fraction(each) for each in rounded.tolist()]
+    products = [math.prod(one - other for other in x if other != one) for one in x]
+    exact = [
+        [float(products[i] / products[j] / (x[i] - x[j])) if i != j else matrix[i, i] for j in range(len(x))]
+        for i in range(len(x))
+    ]
+    np.testing.assert_allclose(matrix, exact, rtol=4e-15)
 
 
 def test_functions_have_the_right_energy_and_mass():
