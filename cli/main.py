@@ -41,6 +41,8 @@ def run() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters outside its encoding, as on stderr
     code = execute(sys.argv[1:] or ["--help"])
     end_undisturbed()
+    if (database := sys.modules.get("orbitdb.store.file.database")) is not None:
+        database.close_connections()
     gc.freeze()  # the end of the process frees everything
     try:
         sys.stdout.flush()

@@ -4,6 +4,7 @@ import os
 import sqlite3
 import stat
 import sys
+import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator
@@ -245,6 +246,9 @@ def waiting(ask: Callable[[], object]) -> None:
         time.sleep(0.01)  # SQLite itself does not wait to change the journal mode
 
 
+_connections: "weakref.WeakSet[_Connection]" = weakref.WeakSet()
+
+
 class _Connection(sqlite3.Connection):
     """A connection whose `close` ends its queries first; an interrupted one would keep the journal in use.
 
@@ -257,6 +261,7 @@ class _Connection(sqlite3.Connection):
         self._cursors: weakref.WeakSet[sqlite3.Cursor] = weakref.WeakSet()
         self._file: tuple[Path, Place | None] | None = None
         self._journal: dict[Path, Place | None] = {}
+        _connections.add(self)
 
     def remember_place(self, path: Path) -> None:
         """Note which file is open, and which journal; SQLite keeps that until `close`."""
@@ -280,6 +285,17 @@ class _Connection(sqlite3.Connection):
             for part, was in self._journal.items():
                 if now is None or place(part) == was:
                     part.unlink(missing_ok=True)
+
+
+def close_connections() -> None:
+    """Close every connection that an interrupted command has lost, so that no journal remains.
+
+    While other threads run, a connection can be in use, and closing it would wait for its query.
+    """
+    if threading.active_count() == 1:
+        for connection in list(_connections):
+            with suppress(sqlite3.Error):
+                connection.close()
 
 
 def _open(uri: str) -> _Connection:
