@@ -74,6 +74,24 @@ def test_a_question_that_was_not_read_to_its_end_leaves_no_journal(filled):
     assert not filled.with_name(f"{filled.name}-wal").exists(), query
 
 
+LOST = """
+import sys
+from pathlib import Path
+from orbitdb.cli.main import run
+from orbitdb.store.file.database import to_read
+lost = to_read(Path(sys.argv.pop()))()
+lost.itself = lost  # so that nothing frees it
+lost.execute("SELECT * FROM cycle").fetchone()
+run()
+"""
+
+
+def test_a_connection_that_an_interrupted_command_lost_leaves_no_journal(filled):
+    done = run("columns", filled, command=[sys.executable, "-P", "-c", LOST])
+    assert done.returncode == 0, done.stderr
+    assert [each.name for each in filled.parent.iterdir()] == [filled.name]
+
+
 @pytest.mark.parametrize("last", ["reader", "writer"])
 def test_the_last_to_close_the_file_removes_the_journal(filled, last):
     catalogue, writing = Catalogue(filled, a=1.6), write(filled, 2)

@@ -1,9 +1,12 @@
 """Connections to SQLite that can wait for locks, be interrupted, and leave no journal behind."""
 
+import atexit
 import sqlite3
+import threading
 import time
 import weakref
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +34,21 @@ def waiting(ask: Callable[[], object]) -> None:
         time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
 
 
+_open: "weakref.WeakSet[Connection]" = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """Close the connections that an interruption has left open, so that no journal remains.
+
+    While other threads run, a connection can be in use, and closing it would wait for its query.
+    """
+    if threading.active_count() == 1:
+        for connection in list(_open):
+            with suppress(sqlite3.Error):
+                connection.close()
+
+
 class Connection(sqlite3.Connection):
     """A connection that leaves no journal behind when it closes.
 
@@ -43,6 +61,7 @@ class Connection(sqlite3.Connection):
         self._cursors: weakref.WeakSet[sqlite3.Cursor] = weakref.WeakSet()
         self._file: tuple[Path, Place | None] | None = None
         self._journal: dict[Path, Place | None] = {}
+        _open.add(self)
 
     def remember_place(self, path: Path) -> None:
         """Remember which file and which journal are open; SQLite keeps them open until `close`."""
