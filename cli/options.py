@@ -180,7 +180,7 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
 
 
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
-    """Refuse those of the named options that the user gave, as they have no effect here (`takes_only`)."""
+    """Raise if the user gave any of the named options, which have no effect here (`takes_only`)."""
     given = [
         parameter.opts[0] if parameter.param_type_name == "option" else str(parameter.metavar).strip("[].")
         for parameter in context.command.params

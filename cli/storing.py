@@ -123,7 +123,7 @@ class Solvers:
 
 
 def _told(workers: int, threads: int) -> str:
-    """Describe the size of a cluster; advise if its workers have threads that cannot be used."""
+    """Describe the size of a cluster, with advice if its workers have threads that cannot be used."""
     if not workers:
         return "no workers yet; waiting for the first"
     if threads > workers:

@@ -73,7 +73,7 @@ class RoundingError(WorkError):
 
 @cache
 def arithmetic() -> str:
-    """Return a text that identifies this machine's arithmetic; where it is the same, so are bits of results.
+    """Return a string that identifies this machine's arithmetic; where it is the same, so are all bits.
 
     The processor's vector instructions decide which sines and logarithms NumPy uses.
     """

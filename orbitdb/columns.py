@@ -35,7 +35,7 @@ OF_WORDS = [
            empty=PRUNED, sql="cycle.class_size"),
     Column("symmetry", "text",
            "symmetries that map the cyclic word to itself; some of 'x', 'y', 'xy', 'T', 'xT', 'yT', 'xyT', "
-           "separated by commas, or '1' for none: 'x' swaps left and right, 'y' swaps up and down, 'T' "
+           "separated by commas, or '1' for none. 'x' swaps left and right, 'y' swaps up and down, 'T' "
            "reverses time", empty=PRUNED, sql="cycle.symmetry"),
     Column("time_reversal", "text",
            "'self' if the orbit retraces its path, otherwise 'pair'; the reverse is then another word, which "

@@ -68,12 +68,12 @@ STDOUT = Path("-")
 
 
 def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
-    """Return the format of a file: the given one, or the one that its ending names.
+    """Return the format of a file: the given one, or the one that its extension names.
 
     Raises
     ------
     ExportError
-        If the format is unknown, or contradicts the ending.
+        If the format is unknown, or contradicts the extension.
     """
     ending = path.suffix.lstrip(".").lower()
     found = form or ending

@@ -68,7 +68,7 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
     """
     known = [enclosure(moment, a)[0] for a in grid] or moment.entropy_curve()
     if not known:
-        raise InputError("no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' finds them")
+        raise InputError("no proved bounds to draw: compute some, as with 'orbitdb bounds --a 0.3:10:40'")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
     changes = _changes(moment, chosen)
     with figure(6.4, 4.2) as made:

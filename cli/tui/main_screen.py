@@ -159,7 +159,7 @@ class MainScreen(OwnScreen[None]):
         self.say_choices()
 
     def action_whole(self) -> None:
-        """Switch between all facts about the orbit and the rows."""
+        """Switch between showing the rows and showing everything about the orbit."""
         if self.side.need() is not None:
             self.whole = not self.whole
 

@@ -50,15 +50,15 @@ def expand_by_stability(
     highest : int, optional
         Maximum order of a term; unlimited by default.
     progress : callable, optional
-        Called now and then with an estimate of the fraction of the work that is done, which never decreases.
+        Called periodically with an estimate of the fraction of the work done, which never decreases.
 
     Notes
     -----
     The sum is exact and far cheaper than listing the pseudo-cycles. Factors are sorted by cost, and
     pseudo-cycles are built by adding ever costlier factors. The candidates for the last factor are
     consecutive among the sorted factors of a period, so prefix sums give their total. Only pseudo-cycles that
-    leave room for their costliest factor once more are listed. Equal cycles are one factor with a count; its
-    m-th power has a binomial coefficient.
+    could take another copy of their costliest factor within the cut are listed. Equal cycles are one factor
+    with a count; its m-th power has a binomial coefficient.
     """
     factors = factors.rows(np.flatnonzero(factors.cost <= cut))
     factors = factors.rows(np.argsort(factors.cost, kind="stable"))

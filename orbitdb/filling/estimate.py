@@ -130,7 +130,7 @@ def about(seconds: float) -> str:
 
 
 def gigabytes(count: float) -> str:
-    """Format a number of bytes in a suitable unit, with two digits or more."""
+    """Format a number of bytes in a suitable unit."""
     if count >= 1e11:
         return f"{count / 1e9:.0f} GB"
     for unit, size in (("GB", 1e9), ("MB", 1e6)):

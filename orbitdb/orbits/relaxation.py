@@ -1,6 +1,6 @@
 """The paper's artificial dynamics, which relaxes all p coordinates together; a check on Newton's method.
 
-Every bounce of a word is an atom on its own continued wall or full circle. Its velocity is its violation of
+Every bounce of a word is an atom on its own extended wall or full circle. Its velocity is its violation of
 the law of reflection, which up to sign is the derivative of the total length in its coordinate
 (`orbitdb.billiard.stability.forces`). An atom on a straight wall moves towards the smaller angle and shortens
 the path; an atom on a semicircle moves towards the larger angle and lengthens it. When all atoms are at rest,

@@ -28,7 +28,7 @@ _AWAY, _BESIDE = 12, 0.3
 """Distance from the wall to the number of a bounce, in points, and to the edge of the axes, in inches."""
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
-"""Position of the arrow along a chord; it is not the middle, so that a retraced chord shows two arrows."""
+"""Position of the arrow along a chord, off-centre so that the two arrows of a retraced chord differ."""
 _DIGIT = 0.63
 """Width of a digit in a label, in units of the font size."""
 

@@ -64,7 +64,7 @@ def _somewhere(marks: Marks) -> Marks:
 
 
 def _walls_since(sides: Floats) -> tuple[Places, Marks]:
-    """Count the walls since the last semicircle, and tell whether each bounce is on the same semicircle."""
+    """For each bounce, count the walls since the last semicircle; tell whether it is on that one again."""
     p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)
     places = np.where(twice != 0, np.arange(2 * p), -1)

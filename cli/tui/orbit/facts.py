@@ -52,7 +52,7 @@ def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners =
 
 
 def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
-    """Return a bar over ln a, from a = 0.05 to 20, that marks the current a and where a word is an orbit."""
+    """Return a bar, logarithmic in a from 0.05 to 20, with the current a and where a word is an orbit."""
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
     alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]

@@ -139,7 +139,7 @@ class BallPath:
         return step
 
     def widen(self) -> None:
-        """Give the directions radii within which the maximum is proved to lie."""
+        """Widen the directions to balls that are proved to contain the maximum."""
         total = arb(0)
         for g, beyond, pressed in zip(self.gradient, self.beyond, self.pressed(), strict=True):
             total += arb(0) if pressed else g.abs_upper() ** 2 / beyond

@@ -42,11 +42,11 @@ class Selection(ByValue):
     symmetry : str or None
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
-        Symbols that follow one another in the word, read cyclically.
+        Consecutive symbols of the word, read cyclically.
     exists, not_at : tuple of float
         Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
-        Least and greatest value of some of `MEASURES`, both included.
+        Least and greatest values of some `MEASURES`, both inclusive; None for no limit.
     where : str or None
         An SQL expression that uses the columns of the view ``catalogue``.
     parameters : mapping of str to value

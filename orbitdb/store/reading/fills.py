@@ -175,7 +175,7 @@ class Sweep(Record):
         return self.state == DONE
 
     def row(self) -> dict[str, Any]:
-        """Return the counts under the names that they have in JSON."""
+        """Return the sweep as a dict, keyed by the names used in JSON."""
         counts = self.tally
         return {
             "p": self.p,

@@ -139,8 +139,8 @@ def listed(ids: Integers) -> sa.Select[tuple[int]]:
 def orders_of(ids: Integers, sound: bool = True) -> Integers:
     """Return the periods of classes and pruned words, given their ids.
 
-    The period is `MAX_KEYED` + 1 for all words too long for a key. An id below every key raises `StoreError`
-    or, if the ids need not be `sound`, has period 0.
+    The period is `MAX_KEYED` + 1 for all words too long for a key. An id smaller than any key raises
+    `StoreError` or, if `sound` is false, gets period 0.
     """
     keys = np.abs(ids)
     low = keys < _LEAST
