@@ -66,10 +66,10 @@ def end_as_users_expect() -> None:
 
 
 def end_undisturbed() -> None:
-    """Raise no exception from here on, because only the interpreter remains to be shut down.
+    """Stop turning signals into exceptions, because only the interpreter remains to be shut down.
 
-    Ctrl-C is ignored. A signal to terminate ends the process at once, even while it waits for its output to
-    be read.
+    Ctrl-C is ignored. A termination signal ends the process at once, even while it is blocked writing its
+    output.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     _act_on_terminating(signal.SIG_DFL)

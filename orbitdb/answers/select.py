@@ -32,7 +32,7 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
 
 
 def _array(name: str, parts: list[Any]) -> NDArray[Any]:
-    """Join the parts of a column to an array; a missing text becomes '', an integer 0, another number NaN."""
+    """Join the parts of a column into an array, with '', 0 or NaN for missing text, integers or numbers."""
     if kind_of(name) == "number":
         values: Floats = np.concatenate([np.zeros(0), *parts])
         if np.isinf(values).any():

@@ -78,7 +78,7 @@ class Legs(Chain):
 
     @cached_property
     def bounces(self) -> Bounces:
-        """The run or leg of each bounce, and its position there."""
+        """The run or leg that contains each bounce, and the position of the bounce within it."""
         symbols, origin = _turned(self.words.T)
         fresh, straight = _beginnings(symbols), STRAIGHT[symbols]
         steps = np.arange(fresh.size)

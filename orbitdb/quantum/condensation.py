@@ -62,7 +62,8 @@ class Interiors:
     coupling : ndarray, shape (E, r, m)
         Stiffness between the nodes of the rim and the modes.
     stiffness : ndarray, shape (E, r, r)
-        Stiffness between the nodes of the rim, for each cell alone; the cells at a common node add up.
+        Stiffness between the nodes of the rim, for each cell alone; at a node shared by several cells, their
+        contributions add up.
     """
 
     def __init__(self, grid: Grid) -> None:

@@ -93,7 +93,7 @@ def _peak(y: Floats, k_max: float) -> Complexes:
 
 
 def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
-    """Return F from the bouncing balls between the straight walls (`family`), at lengths x."""
+    """Return the contribution of the bouncing-ball orbits (`family`) to F, at lengths x."""
     k, weights = _quadrature(k_max, x)
     balls = family(stadium, k, x[-1] + reach(k_max), parity)
     return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)

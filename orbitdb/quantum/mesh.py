@@ -40,7 +40,7 @@ class Cell:
     corners: Floats
 
     def points(self, s: Floats, t: Floats) -> Floats:
-        """Return the points of the stadium at the coordinates s, t in 0..1 of the cell, shape (..., 2)."""
+        """Return points of the stadium, shape (..., 2), at the coordinates s, t in 0..1 within the cell."""
         weights = np.stack([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t], axis=-1)
         place = weights @ self.corners
         return self.patch(place[..., 0], place[..., 1])

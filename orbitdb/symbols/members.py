@@ -68,7 +68,7 @@ def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
 
 
 def joined_members(word: str) -> str:
-    """Return all words of a class, joined, given its representative, which may be too long to pack."""
+    """Return all words of a class, concatenated. The representative may be too long to pack."""
     return "".join(members(word))
 
 

@@ -1,4 +1,4 @@
-"""``orbitdb identify``: find orbits by a trajectory or by a length."""
+"""``orbitdb identify``: find orbits that match a trajectory or a length."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -183,7 +183,7 @@ def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further
 def _of_wave(
     kind: Kind, codes: Sequence[str], k: float | None, given: GivenLevels, a: float | None, db: Path
 ) -> "Figure":
-    """Draw the wave of the level nearest to k, with the orbit of a code over it if one is given."""
+    """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:

@@ -38,7 +38,7 @@ class Ordering:
 
 @dataclass(eq=False)
 class Pages:
-    """The rows of a subset in some order, each with the code first; the blocks read last are cached.
+    """The rows of a subset in some order, each with the code first; the most recently read blocks are cached.
 
     At another *a*, these are the rows of `stored`, and `standing`, shape (C,), has the `Standing` of each
     class there; values that are not known there are blank. Without a catalogue there are no rows (`NONE`).

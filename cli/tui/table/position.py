@@ -96,7 +96,7 @@ class Position(Widget, Working):
             self._jump(self._typed[:-1])
 
     def give_up_digits(self) -> bool:
-        """Go back to where the digits began; return whether any had been typed."""
+        """Return to the row where typing began; tell whether any digits had been typed."""
         typed = self.under_way
         if typed:
             self._jump("")

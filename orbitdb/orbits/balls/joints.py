@@ -105,7 +105,7 @@ class ExactPath:
         return bool(slope % self.field.f == _ZERO)
 
     def is_zero(self, condition: Condition, slack: arb) -> bool:
-        """Tell whether a slack, which lies in the given ball, is proved to be zero at the maximum."""
+        """Tell whether a slack, enclosed by the given ball, is proved to be zero at the maximum."""
         path, field, run = self.path, self.field, condition.run
         middle = field.sum(self.arriving(run), field.times(-1, self.alpha[run]))
         spread = field.times(2 * condition.end * path.d[run] * (path.k[run] - 1), self.half[run])

@@ -156,7 +156,7 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
 
 
 class _Middle(NamedTuple):
-    """Words in the middle of their cells, as arrays of shape (m, N)."""
+    """State of N words at the middle of their cells, as arrays of shape (m, N)."""
 
     alpha: Floats
     off: Floats  # bound on the distance of the maximum from alpha

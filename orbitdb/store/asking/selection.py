@@ -185,6 +185,6 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 
 
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
-    """Return the error for an unknown column, which suggests a similar name."""
+    """Return the error for an unknown column; its message suggests a similar name."""
     columns = ", ".join(dict.fromkeys(known))
     return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")

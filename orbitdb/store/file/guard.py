@@ -185,7 +185,7 @@ def _continues(
 
 
 def _runs(connection: sqlite3.Connection) -> dict[int, tuple[object, int]]:
-    """Return what identifies each run, and its number of transactions, by id."""
+    """Return for each run, by id, what identifies it and its number of transactions."""
     found: dict[int, tuple[object, int]] = {}
     for number, started, version, parameters in connection.execute("SELECT * FROM run"):
         asked = json.loads(parameters)
