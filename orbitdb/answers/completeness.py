@@ -134,7 +134,7 @@ def describe_lacking(periods: Sequence[int]) -> str | None:
     if not periods:
         return None
     return (
-        f"births of {written_periods(periods)} are not stored, so everything that depends on them is left "
+        f"births of {written_periods(periods)} are not stored, so what depends on them is left "
         f"out or blank: 'orbitdb births --p {max(periods)}' finds them"
     )
 

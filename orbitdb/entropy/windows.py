@@ -52,7 +52,7 @@ IN_RUN = np.isin(np.arange(9), (U, D))
 STARTS_LEG = np.isin(np.arange(9), (X, TO_TOP, TO_BOTTOM))
 ENDS_LEG = np.isin(np.arange(9), (X, FROM_TOP, FROM_BOTTOM))
 SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
-"""Sign of each letter, which the mirror reverses; 0 for X. For a, b, A, B: +1 at the top, -1 at the bottom."""
+"""Sign of each letter, which the mirror reverses; 0 for X. For a, b, A, B: +1 top, -1 bottom."""
 
 
 def geometric_entropy() -> float:

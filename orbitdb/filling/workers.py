@@ -107,13 +107,21 @@ class Processes(Workers):
 
     def __enter__(self) -> Self:
         """Start the processes now, because that takes a few tenths of a second."""
-        for _ in range(self.jobs):
-            self._threads.submit(self._process)
+        try:
+            with _signals_held_back():  # or threads and processes could be left half started
+                for _ in range(self.jobs):
+                    self._threads.submit(self._process)
+        except BaseException:
+            self._end()
+            raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._end()
+
+    def _end(self) -> None:
         """End all processes at once, without waiting for blocks in progress."""
         self._ended = True
         for process in self._all:
@@ -187,6 +195,19 @@ class _Process:
         """End the process at once."""
         self._process.kill()
         self._process.join()
+
+
+@contextmanager
+def _signals_held_back() -> Iterator[None]:
+    """Delay Ctrl-C and similar signals until the end of a block."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work(line: Connection) -> None:

@@ -14,7 +14,7 @@ from quick import fuzz_but
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 
 GOES_ON = "nothing that was stored is lost, and the same command continues from there"
-UNWATCHED = "words to come"
+UNWATCHED = "words to solve"
 
 
 def killed_and_resumed(path: Path, jobs: list[str], kills: int, longest: float) -> None:
