@@ -31,13 +31,13 @@ OF_ANSWERS = [
 
 OF_TRAJECTORIES = [
     Column("first", "integer",
-           "number of the first bounce that is near the orbit; bounce 1 is the first one after the start, or "
-           "the first given point, and numbers up to 0 are bounces at or before the start"),
+           "number of the first bounce near the orbit; bounce 1 is the first after the start, or the first "
+           "given point, and 0 and negative numbers are bounces at or before the start"),
     Column("last", "integer", "number of the last bounce that is near the orbit"),
     Column("bounces", "integer", "number of bounces from the first to the last"),
-    Column("turns", "number", "number of times that the bounces go round the orbit; bounces/p", "1"),
+    Column("turns", "number", "number of times that the trajectory goes round the orbit; bounces/p", "1"),
     Column("distance", "number",
-           "least distance between a bounce and the corresponding bounce of the orbit", "radius"),
+           "smallest distance between a bounce and the corresponding bounce of the orbit", "radius"),
     Column("sequence", "text", "symbols of all bounces of the trajectory; not a cyclic word"),
     Column("sequence_first", "integer", "number of the first bounce in the sequence"),
 ]  # fmt: skip
@@ -56,30 +56,30 @@ OF_LEVELS = [
            "the boundary", "1/radius", "error"),
     Column("parity", "text",
            "parity in two letters, 'e' for even and 'o' for odd; first under x -> -x, then under y -> -y"),
-    Column("number", "integer", "number of a stored level among those of its parity; from 1"),
+    Column("number", "integer", "position of a stored level among those of its parity; counted from 1"),
     Column("error", "number", "estimated error of k", "1/radius"),
     Column("exact", "number",
-           "stored level with the same number; to compare with one computed from orbits", "1/radius",
-           empty="not stored"),
-    Column("after", "number", "level of the list just below a place where levels are missing", "1/radius",
-           empty="at the beginning of the list"),
-    Column("before", "number", "level of the list just above the same place", "1/radius",
+           "stored level with the same number; for comparison with the level computed from orbits",
+           "1/radius", empty="not stored"),
+    Column("after", "number", "last level of the list below a gap; levels are missing or spurious there",
+           "1/radius", empty="at the beginning of the list"),
+    Column("before", "number", "first level of the list above the gap", "1/radius",
            empty="at the end of the list"),
     Column("missing", "integer",
            "number of levels missing between the two; negative if levels are spurious or duplicated"),
     Column("strength", "number",
            "how strongly an orbit scars a level; the mean of psi^2 along the orbit times the area; in "
-           "'spectrum --peaks' |F| from the terms of one class alone", "1"),
+           "'spectrum --peaks' the modulus of the orbit's own contribution to F", "1"),
     Column("above", "number",
-           "excess of strength over its mean, in standard deviations; both taken over the levels of the same "
-           "parity in the range", "1", empty="fewer than five levels"),
+           "strength minus its mean over neighbouring levels, in standard deviations; over up to 15 levels "
+           "of the same parity on each side", "1", empty="fewer than five of them, or all equal"),
 ]  # fmt: skip
 """Columns of `levels`, `assess` and `scars`."""
 
 OF_STATISTICS = [
     Column("balls", "text",
-           "'in' if the levels are unfolded with Weyl's law alone, 'out' if the bouncing balls are removed, "
-           "too"),
+           "'in' if the levels are unfolded with Weyl's law alone, 'out' if the contribution of the bouncing "
+           "balls is removed as well", empty="for random matrices and random numbers"),
     Column("levels", "integer", "number of levels", empty="for random matrices and random numbers"),
     Column("gap_ratio", "number", "mean ratio of neighbouring gaps, the smaller to the larger", "1",
            "gap_ratio_error"),
@@ -100,7 +100,7 @@ OF_SPECTRA = [
            "density minus its smooth part, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
     Column("quantum_im", "number", "imaginary part of F from the levels", "1", empty="no levels"),
     Column("orbits_re", "number",
-           "real part of F from the trace formula; with the orbits and the bouncing balls", "1"),
+           "real part of F from the trace formula; summed over the orbits and the bouncing balls", "1"),
     Column("orbits_im", "number", "imaginary part of F from the trace formula", "1"),
     Column("height", "number", "|F| at a peak; from the levels if there are any, otherwise from orbits", "1"),
 ]  # fmt: skip
@@ -129,11 +129,13 @@ OF_LIVES = [
 """Columns of the view ``life``, which describe a range of a in which a class is an orbit."""
 
 OF_BOUNDS = [
-    Column("window", "integer", "number of edges of the longest windows"),
+    Column(
+        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+    ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
     Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
-    Column("undecided", "integer", "number of the longest windows that are not decided"),
+    Column("undecided", "integer", "how many of the longest windows are still undecided"),
     Column("proof", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),
 ]
 """Columns of `bounds`, which describe the entropy at one value of a."""

@@ -26,7 +26,7 @@ OF_WORDS = [
     Column("code", "text",
            "the cyclic word, written as its least rotation; 'query --code' shows it in the rotation that you "
            "gave", sql=_CODE, single=True),
-    Column("word", "text", "another name of code", sql=_CODE, single=True, written=False),
+    Column("word", "text", "alias of code", sql=_CODE, single=True, written=False),
     Column("p", "integer", "period, the number of bounces", sql="cycle.p"),
     Column("representative", "text",
            "least word of the symmetry class; the least rotation of all images under the eight symmetries",
@@ -39,7 +39,7 @@ OF_WORDS = [
            "reverses time", empty=PRUNED, sql="cycle.symmetry"),
     Column("time_reversal", "text",
            "'self' if the orbit retraces its path, otherwise 'pair'; the reverse is then another word, which "
-           "is counted, too", empty=PRUNED, sql="cycle.time_reversal"),
+           "is also counted", empty=PRUNED, sql="cycle.time_reversal"),
     Column("born", "number",
            "smallest a at which the word becomes an orbit; the view 'life' has all births with their errors",
            "radius", "born_error in life",
@@ -53,11 +53,11 @@ OF_WORDS = [
            "number of bounces on the straight walls; if it is odd, the eigenvalues of the monodromy matrix "
            "are negative", empty=PRUNED, sql="cycle.walls"),
     Column("maslov", "integer",
-           "Maslov index of one traversal, 3p - walls; 2 for every bounce, because waves vanish on the "
-           "boundary, and 1 for the focus after every bounce on a semicircle", empty=PRUNED,
+           "Maslov index of one traversal, 3p - walls; each bounce adds 2, because waves vanish on the "
+           "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED,
            formula="3 * p - walls"),
     Column("rules", "integers",
-           "numbers of the geometric rules that the word breaks; a text with commas in SQL, a list in JSON "
+           "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned", sql="NULL", single=True),
     Column("cycle", "integer", "id of the class in this file", empty=PRUNED,
            sql="orbit.cycle", written=False),
@@ -83,11 +83,11 @@ OF_ORBITS = [
     Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT,
            formula="lyapunov / length"),
     Column("margin", "number",
-           "least distance of a bounce from the end of its wall or semicircle; in units of the coordinate, "
-           "negative if the bounce is outside, 0 if it is at a joint", PLACE, "", PRUNED, sql="orbit.margin"),
+           "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
+           "a bounce lies beyond the end", PLACE, "", PRUNED, sql="orbit.margin"),
     Column("residual", "number",
-           "largest violation of the law of reflection; the difference of the two cosines at a bounce, from "
-           "the stored coordinates", "1", "", NO_ORBIT, sql="orbit.residual"),
+           "largest violation of the law of reflection; the difference between the cosines of the two angles "
+           "at a bounce, from the stored coordinates", "1", "", NO_ORBIT, sql="orbit.residual"),
     Column("error", "number", "bound on the error of every coordinate", PLACE, "itself", UNKNOWN,
            sql="orbit.error"),
     Column("length_error", "number", "bound on the error of length", "radius", "itself", UNKNOWN,

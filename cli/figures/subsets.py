@@ -45,7 +45,7 @@ def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") 
 
 
 def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
-    """Draw the given orbits, which have coordinates at the same a, each in its own stadium."""
+    """Draw each orbit in a stadium of its own; all have coordinates at the same a."""
     with figure(*size_of(len(orbits), orbits[0].a), title) as made:
         sheet.draw_sheet(made.add_subplot(), orbits)
     return made

@@ -112,7 +112,7 @@ def _entropy(
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
-    """Return a note on periods with only births, which give the number of all orbits but not of a subset."""
+    """Return a note on periods known only from births, which count all orbits but not those of a subset."""
     if all_orbits(chosen):
         return []
     known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]

@@ -211,7 +211,7 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
 
 @dataclass(frozen=True)
 class StageTimes:
-    """Run time in seconds of each stage of the solution of all orbits of a period."""
+    """Run time in seconds of each stage of solving a whole period."""
 
     p: int
     sequences: int  # number of admissible cyclic words

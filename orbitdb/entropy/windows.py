@@ -97,7 +97,7 @@ class Windows(ByValue):
 
 
 def first_windows() -> Windows:
-    """Return the six windows of two letters that represent every junction up to mirror and reversal."""
+    """Return six two-letter windows that represent every junction, up to mirror images and reversal."""
     letters = np.array([letters_of(text) for text in _FIRST])
     return Windows(letters, np.ones(len(letters), dtype=np.intp))
 

@@ -112,7 +112,7 @@ class Step(NamedTuple):
 
 
 class Work(ABC):
-    """A kind of work that is done period by period."""
+    """Base class of work that is done one period at a time."""
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer

@@ -69,7 +69,7 @@ class Gap(NamedTuple):
     missing: int
 
     def place(self) -> str:
-        """Describe where the gap is, such as ``12.65 to 12.99``."""
+        """Describe where the gap is, for example ``12.65 to 12.99``."""
         if self.before is None:
             return f"after {self.after:.4g}"
         return f"below {self.before:.4g}" if self.after is None else f"{self.after:.4g} to {self.before:.4g}"

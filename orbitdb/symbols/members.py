@@ -1,7 +1,7 @@
 """All the words of symmetry classes, found from their representatives.
 
-The words of a class are numbered from 0, starting with the representative (the identity). Each further word
-belongs to the first element that maps the representative to it, and the words are in the order of these
+The words of a class are numbered from 0, starting with the representative (the identity). Each of the other
+words belongs to the first element that maps the representative to it, and the words are sorted by these
 elements. Word n belongs to element `ELEMENT_OF[stabiliser, n]`.
 """
 

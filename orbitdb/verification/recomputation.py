@@ -124,7 +124,7 @@ def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
 
 _BATCH = 256
 _SHARP = 512
-"""Precision in bits for rows that a usual ball cannot prove, because their bounds came from such a ball."""
+"""Precision in bits for rows whose bounds came from balls of the usual precision, which cannot prove them."""
 
 
 def certify(

@@ -223,7 +223,7 @@ class Verification:
 
     @property
     def sound(self) -> bool:
-        """Whether no check has failed."""
+        """Whether every check passed."""
         return not self.failed
 
     @property

@@ -151,7 +151,7 @@ class ColumnDialog(MarksDialog):
         self._names = first + [name for name in EVERY if name not in (*first, "code")]
 
     def action_shift(self, step: int) -> None:
-        """Move the column under the cursor by a step, and mark it to be shown."""
+        """Move the column under the cursor up or down by a step, and mark it to be shown."""
         place, other = self._place, self._place + step
         if 0 <= other < len(self._names):
             self._names[place], self._names[other] = self._names[other], self._names[place]

@@ -115,7 +115,7 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 
 
 class FactsPanel(RichLog):
-    """Facts about the current orbit, rendered only once, because rendering takes most of the time per key."""
+    """Facts about the current orbit, rendered only if they change, because rendering takes longest."""
 
     KEYS: ClassVar[Keys] = SCROLLING
     BINDINGS = bindings(SCROLLING)

@@ -94,7 +94,7 @@ class Following:
             self._rows.show(source.pages, self._rows.table.cursor)
 
     def go_on(self) -> None:
-        """Follow the orbit by all queued steps, unless a worker is already doing so."""
+        """Follow the orbit through all queued steps, unless a worker is already doing so."""
         orbit, source = self._orbit, self._rows.table.source
         rows = source.pages if source.catalogue is not None else None
         lag = rows is not None and self.away not in (None, source.a)

@@ -120,10 +120,10 @@ def _most_bits(path: BallPath) -> int:
 
 
 def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return the errors of the numbers of N orbits, given their enclosures, each of shape (N,).
+    """Return the true errors of N orbits, given their enclosures, as three arrays of shape (N,).
 
-    These are the errors of the worst coordinate, of the length and of lambda: the largest distance from any
-    point of the ball, rounded up.
+    These are the largest error of a coordinate, and the errors of the length and of lambda: the largest
+    distance of a number from any point of its ball, rounded up.
     """
     coordinates = [
         max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))

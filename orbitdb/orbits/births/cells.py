@@ -87,7 +87,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
 
 
 def firmness(reach: Reach, v: Floats) -> Floats:
-    """Return lower bounds on the q_i at the top of this module, reduced a little for rounding."""
+    """Return lower bounds on the q_i (see the docstring of this module), slightly reduced for rounding."""
     behind, ahead = v - preceding(v), v - following(v)
     stiff, soft = reach.stiff, reach.soft
     held = reach.beyond * v

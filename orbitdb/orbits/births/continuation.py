@@ -82,7 +82,7 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
 
 
 def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Solve words from nearby directions; return directions and drift, each of shape (m, N)."""
+    """Solve words, starting from nearby directions; return directions and drift, each of shape (m, N)."""
     alpha, drift = start.copy(), np.empty_like(start)
     part, here, active = legs, start, np.arange(len(legs))
     for _ in range(_PLAIN_STEPS):

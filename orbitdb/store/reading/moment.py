@@ -130,7 +130,7 @@ class Moment:
 
 
 class Reader:
-    """A catalogue file open for reading, which gives one `Moment` after another.
+    """A catalogue file open for reading; each call of `moment` starts a new `Moment`.
 
     Parameters
     ----------
