@@ -201,8 +201,8 @@ def _up_to(
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
-                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {exact(a)}: between "
-                f"that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, which "
+                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {exact(a)}: "
+                f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, which "
                 "would change the average"
             )
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)

@@ -50,6 +50,7 @@ def test_delta3_is_the_mean_square_deviation_from_the_best_line(rng):
     assert delta3(x, length) == pytest.approx(np.mean(found), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_random_numbers_have_poisson_statistics(rng):
     goe, poisson = expected()
     x = np.cumsum(rng.exponential(size=20_000))

@@ -52,9 +52,9 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
 
 async def test_typing_letters_finds_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
-        await press(pilot, "s", *"lyapunov_", "enter")
-        assert app.screen.rows.ordering == Ordering("lyapunov_error")
-        await press(pilot, "s", *"lenp", "j", "k", "k", "enter")  # no name starts with lenp: p starts anew
+        await press(pilot, "s", *"res", "enter")
+        assert app.screen.rows.ordering == Ordering("residual")
+        await press(pilot, "s", *"lep", "k", "enter")  # no name starts with lep: p starts anew
         assert app.screen.rows.ordering == Ordering("code")
         await press(pilot, "C", *"wal", "space", "enter")
         assert app.screen.rows.columns[-1].name == "walls"
