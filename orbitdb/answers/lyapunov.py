@@ -202,8 +202,8 @@ def _up_to(
         if cut > complete:
             notes.append(
                 f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {exact(a)}: "
-                f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, which "
-                "would change the average"
+                f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
+                "which would change the average"
             )
     values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
     row = [cut, *(None if subset.missing or value != value else value for value in values)]
