@@ -16,7 +16,15 @@ SCREENSHOTS_OF = "8.2"
 QUICK = ("README", "orbit.svg")
 """Pages and pictures that a plain pytest run compares."""
 LONG = dict.fromkeys(
-    ("assess.svg", "births.svg", "deviations.svg", "entropy-over-a.svg", "rigidity.svg", "spectrum.svg"),
+    (
+        "assess.svg",
+        "births.svg",
+        "deviations.svg",
+        "entropy-over-a.svg",
+        "rigidity.svg",
+        "spacings.svg",
+        "spectrum.svg",
+    ),
     "fuzz",
 )
 """Pictures that take too long for CI."""

@@ -1,15 +1,17 @@
 """Lists and dialogs open in windows of any size, and follow when a window shrinks to nothing."""
 
 import pytest
-from quick import slow_but
+from quick import fuzz_but, slow_but
 from screens import browsing
 
 LISTS = ("O", "s", "ctrl+p")
 ALL = (*LISTS, "C", "f", "question_mark", "e", "c")
-CASES = [((w, h), ALL) for w, h in ((1, 1), (2, 3), (3, 24), (4, 5), (5, 2), (6, 24), (7, 1), (40, 1))]
+QUICK = ((6, 24), LISTS[:1])
+IN_CI = [(size, ALL) for size in ((1, 1), (2, 3), (4, 5), (6, 24), (40, 1))]
+OTHERS = [(size, ALL) for size in ((3, 24), (5, 2), (7, 1))]
 
 
-@pytest.mark.parametrize(("size", "keys"), slow_but([((6, 24), LISTS[:1])], [((6, 24), LISTS[:1]), *CASES]))
+@pytest.mark.parametrize(("size", "keys"), [*slow_but([QUICK], [QUICK, *IN_CI]), *fuzz_but([], OTHERS)])
 async def test_every_dialog_opens_in_any_window_and_resizes(filled_once, size, keys):
     async with browsing(filled_once, size=size) as (app, pilot):
         for key in keys:
