@@ -45,6 +45,7 @@ def test_waves_belong_to_levels(few):
     assert [wave.k for wave in few] == pytest.approx(levels(A, 10, 8, ["oo"]).k.tolist(), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_waves_are_orthonormal(few):
     points, weights = quarter()
     values = np.stack([wave.psi(*points.T) for wave in few])

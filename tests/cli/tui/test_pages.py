@@ -179,7 +179,7 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     pages = pages_of(catalogue, chosen, Ordering(), names)
     source = random.Random(7)
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]
-    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=25)
+    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=12)
 
     app, cursor, top, first = Alone(), 0, 0, 1
     async with app.run_test(size=(70, 12)) as pilot:
