@@ -152,6 +152,7 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     assert catalogue.count(Selection()) > 300  # the connection still works
 
 
+@pytest.mark.slow
 def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
     from orbitdb.store.asking import limits
     from orbitdb.store.asking.sql import run_statement

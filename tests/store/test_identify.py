@@ -189,6 +189,7 @@ def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_no_trajectory_continues_past_a_joint():
     """It makes no difference whether rounding takes it to the wall or to the semicircle."""
     rng = np.random.default_rng(4)

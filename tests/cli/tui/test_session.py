@@ -270,6 +270,7 @@ async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monk
         assert table.source.row(0)[0] == "13"
 
 
+@pytest.mark.slow
 async def test_the_screen_says_that_the_shown_word_is_not_stored(varied):
     async with browsing(varied) as (app, pilot):
         await ask(pilot, "c", "1^20 3")
