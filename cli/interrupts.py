@@ -4,6 +4,7 @@ Both raise an exception at whatever point the command has reached, so that proce
 as after any other failure. `last_words` gives the message for the user.
 """
 
+import atexit
 import os
 import signal
 import sys
@@ -35,12 +36,16 @@ class Terminated(BaseException):
 def leave(code: int) -> NoReturn:
     """End the process, even if other threads are still running.
 
-    Python would wait for these threads, or shut down while they run, which can crash their libraries.
+    Python would wait for these threads, or shut down while they run, which can crash their libraries. A
+    library whose import was interrupted can crash, too.
     """
-    if threading.active_count() > 1:
-        sys.stderr.flush()
-        os._exit(code)
-    sys.exit(code)
+    alone = threading.active_count() == 1
+    if alone and ending() is None:
+        sys.exit(code)
+    if alone:
+        atexit._run_exitfuncs()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 _pressed: list[float] = []
