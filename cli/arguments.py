@@ -72,7 +72,7 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
 
 
 def stored(moment: "Moment") -> tuple[float, ...]:
-    """Return every a for which a catalogue has orbits or sums over orbits; the default a if there is none."""
+    """Return every a with stored orbits or sums over orbits, or else the default a."""
     return tuple(moment.a_values(orbits=True)) or (USUAL_A,)
 
 

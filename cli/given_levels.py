@@ -66,7 +66,7 @@ class GivenLevels:
             raise InputError(f"--radius {self.radius:g}: give the radius in metres, such as 0.2")
 
     def of_one(self) -> "Parity | None":
-        """Return the parity given with --parity, or None if there is none; raise if there are several."""
+        """Return the parity given with --parity, or None without it; raise if several are given."""
         return None if self.parity is None else one_parity(self.parity)
 
     def read(self, parity: "Parity | None") -> "Floats | None":

@@ -126,7 +126,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
 
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
-    """Write a note for each empty subset of which at least one period is filled."""
+    """Write a note for each empty subset that includes a filled period."""
     from orbitdb.answers.completeness import nothing
 
     for chosen in stadiums:

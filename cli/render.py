@@ -44,7 +44,7 @@ LONG_CODE = 40
 """Longer codes are shown in run notation."""
 
 _TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
-"""Endings of the names of columns of which only the order of magnitude matters."""
+"""Columns whose names end in these are shown with few digits: only their order of magnitude matters."""
 
 _TIMES = (
     "seconds", "processor_seconds", "enumeration", "enumerating", "classification", "cutting", "newton",

@@ -108,7 +108,7 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
 
 
 def _changes(moment: Moment, chosen: Selection) -> Changes:
-    """Return the births and deaths of all whole periods up to the highest one that is chosen."""
+    """Return the births and deaths of all whole periods up to the highest chosen one."""
     whole = [each.p for each in moment.birth_fills() if each.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     found = {}

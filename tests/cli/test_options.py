@@ -68,7 +68,7 @@ STREAMS = [
     ("table", ">/dev/null 2>&-", 0, ""),
     ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
     ("fill --code -", "<&-", 0, ""),
-    ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' if there is none\n"),
+    ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' without one\n"),
 ]
 
 

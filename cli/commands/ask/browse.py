@@ -49,7 +49,7 @@ def browse(
         options.refuse_idle(context, "without --web", "port")
         streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser
         if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
-            raise InputError("browse needs a terminal: use 'orbitdb query' if there is none")
+            raise InputError("browse needs a terminal: use 'orbitdb query' without one")
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.kept import state_path
 

@@ -96,7 +96,7 @@ def export(
     from orbitdb import export as files
 
     if file is not None and output is not None:
-        raise InputError(f"{file} and -o {output}: name one file")
+        raise InputError(f"{file} and -o {output} both name the output: give only one")
     file = output if file is None else file
     if dataset:
         choosing = (each.name for each in fields(Choice))
@@ -177,7 +177,7 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
 
 
 def _form_of_stdout(form: str | None) -> str:
-    """Return the format for stdout; it must be given, and must be one that is written row by row."""
+    """Check and return the format for stdout: the user must choose one that is written row by row."""
     from orbitdb.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:

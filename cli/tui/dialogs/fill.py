@@ -122,8 +122,8 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
 class FillDialog(Dialog[None]):
     """Ask what to fill, and show the progress of a running fill.
 
-    The proposal is all periods up to the highest chosen one that is not filled or, if there is none, up to
-    the one after the highest filled period.
+    It proposes all periods up to the highest chosen one that is not filled. If all chosen periods are filled,
+    it proposes those up to the one after the highest filled period.
     """
 
     AUTO_FOCUS = "#periods"  # focus given later would miss the first keys

@@ -164,7 +164,7 @@ class StatisticsScreen(OwnScreen[None]):
         self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
 
     def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
-        """Yield the stored reference or, if there is none or `anew` is set, references from new trajectories.
+        """Yield the stored reference; without one, or with `anew`, yield references from new trajectories.
 
         Each comes with the fraction done and with whether it is stored.
         """
