@@ -300,7 +300,7 @@ class Catalogue:
         >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
-        from orbitdb.answers.select import read_subset
+        from orbitdb.answers.subset import read_subset
 
         with self._question(selection, criteria) as (moment, chosen):
             return read_subset(moment, chosen, order, coordinates)

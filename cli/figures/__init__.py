@@ -38,16 +38,16 @@ DRAWINGS: dict[Kind, Drawing] = {
     ),
     "lyapunov": Drawing("averages.draw_lyapunov", _OF_SUBSET, "by period (Fig. 6)"),
     "sheet": Drawing(
-        "subsets.draw_sheet",
+        "orbits.draw_sheet",
         (*_OF_SUBSET, "words", "code", "order", "limit"),
         "each class of a subset, or each given word (- reads stdin), by itself",
     ),
-    "phase-space": Drawing("subsets.draw_phase_space", _OF_SUBSET, "the bounces in phase space"),
+    "phase-space": Drawing("orbits.draw_phase_space", _OF_SUBSET, "the bounces in phase space"),
     "lengths": Drawing(
-        "subsets.draw_lengths", _OF_SUBSET, "the number of orbits up to length L, and their density"
+        "orbits.draw_lengths", _OF_SUBSET, "the number of orbits up to length L, and their density"
     ),
     "births": Drawing(
-        "over_a.draw_births",
+        "averages.draw_births",
         ("p",),
         "the share of words that are orbits, against a (run 'orbitdb births' first)",
     ),

@@ -13,7 +13,7 @@ from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.render import note
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots import curves, waves
+from orbitdb.plots import curves
 from orbitdb.plots.curves import short
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
 from orbitdb.quantum.amplitudes import Parity, weyl
@@ -129,7 +129,7 @@ def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure
     """Draw psi^2 of the level nearest to the given k, with the orbit, if any, on top."""
     found = _nearest(a, k, parity)
     with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
-        waves.draw_wave(made.add_subplot(), found, orbit)
+        curves.draw_wave(made.add_subplot(), found, orbit)
     return made
 
 
@@ -137,7 +137,7 @@ def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figu
     """Draw the Husimi function of the level nearest to the given k, with the bounces of the orbit, if any."""
     found = _nearest(a, k, parity)
     with figure(7.2, 4.2, _title(found, orbit)) as made:
-        waves.draw_husimi(made.add_subplot(), found, orbit)
+        curves.draw_husimi(made.add_subplot(), found, orbit)
     return made
 
 

@@ -1,19 +1,33 @@
-"""Figures of one orbit: its path, its time reverse, and its life as a increases."""
+"""Figures of orbits: one orbit, the orbits of a subset, and what the screen shows of them."""
+
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+import typer
 from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from orbitdb.answers import whole_periods
+from orbitdb.answers.completeness import complete_length
+from orbitdb.answers.subset import read_subset
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import code_text
+from orbitdb.cli.figures.averages import NOTHING
+from orbitdb.cli.reading import note_gaps, note_nothing
+from orbitdb.cli.render import code_text, note
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.single_word import solve_word
 from orbitdb.plots import paths
 from orbitdb.plots.curves import short
-from orbitdb.plots.style import BLUE, GREY, ORANGE, figure
+from orbitdb.plots.paths import size_of
+from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.symmetry import REVERSE, images_of
 
 PLACES = 400
@@ -89,4 +103,127 @@ def draw_life(found: Orbit) -> Figure:
             ax.xaxis.set_minor_formatter(NullFormatter())
         below.set_xlabel("$a$")
         made.set_label(f"life of {code_text(found.code)}")
+    return made
+
+
+_BINS = 120
+
+
+def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
+    """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
+    note_gaps(moment, chosen, order=order)
+    first: dict[str, None] = {}
+    for (word,) in moment.rows(moment.choose(chosen, order), ("representative",)):
+        first[word] = None
+        if len(first) > limit:
+            break
+    orbits = [found for word in [*first][:limit] if (found := moment.find(word, chosen.a)) is not None]
+    drawn = [found for found in orbits if found.points is not None]
+    if not drawn:
+        raise _nothing(moment, chosen)
+    if len(first) > limit:
+        total = len(moment.choose(chosen).ids)
+        note(f"{limit} of {total} classes are drawn; --limit {total} draws them all")
+    return sheet_of(drawn, f"Classes of {chosen.describe()}")
+
+
+def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
+    """Draw each orbit in a stadium of its own; all have coordinates at the same a."""
+    with figure(*size_of(len(orbits), orbits[0].a), title) as made:
+        paths.draw_sheet(made.add_subplot(), orbits)
+    return made
+
+
+def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
+    """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
+    stadium = Stadium(chosen.a)
+    note_gaps(moment, chosen)
+    subset = read_subset(moment, chosen, "p", coordinates=True)
+    if not len(subset):
+        raise _nothing(moment, chosen)
+    periods = ((*subset.of_period(p), subset.lambda_d[subset.p == p]) for p in np.unique(subset.p).tolist())
+    with figure(7.2, 4.4, chosen.describe()) as made:
+        ax = made.add_subplot()
+        dots = paths.draw_phase_space(ax, stadium, periods)
+        made.colorbar(dots, ax=ax, label=r"$\lambda_d$ (per bounce)", pad=0.01, extend="both")
+    return made
+
+
+def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
+    """Draw the number of orbits up to length L, and their number per unit length for each period."""
+    note_gaps(moment, chosen)
+    found = whole_periods.read_classes(moment, chosen)
+    if not len(found):
+        raise _nothing(moment, chosen)
+    complete = complete_length(moment.fills(chosen.a), chosen)
+    with figure(6.4, 6.0, chosen.describe()) as made:
+        above, below = made.subplots(2, 1, sharex=True)
+        paths.draw_staircase(above, found.length, found.chosen)
+        if complete is not None:
+            end = math.floor(complete * 100) / 100
+            label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
+            above.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
+        edges = np.linspace(found.length.min() - 0.5, found.length.max() + 0.5, _BINS + 1)
+        periods = np.arange(found.p.min(), found.p.max() + 2) - 0.5
+        orbits, _, _ = np.histogram2d(found.p, found.length, [periods, edges], weights=found.chosen)
+        density = np.ma.masked_equal(orbits / (edges[1] - edges[0]), 0)
+        drawn = below.pcolormesh(edges, periods, density, norm=LogNorm(), cmap="viridis")
+        below.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")
+        below.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
+        above.set(xlabel="")
+    return made
+
+
+def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
+    """Report that there is nothing to draw; return the exception that ends the command."""
+    note_nothing(moment, chosen, more=NOTHING)
+    return typer.Exit(1)
+
+
+__all__ = ["draw_counts", "draw_curves", "draw_orbit", "draw_phase"]
+
+Curve = tuple[str, str, Floats, Floats, str]
+"""A curve: its style on the screen, name, periods, values, and marker, which is empty for a line."""
+
+_MARKERS = {"×": "x", "•": "o"}
+_LINE = 0.2
+"""Height of a bar with its label, in inches."""
+
+
+def draw_phase(orbits: Sequence[Orbit]) -> Figure:
+    """Draw the bounces of orbits in phase space; the orbits have coordinates and share the same a."""
+    a = orbits[0].a
+    with figure(6.4, 4.0, f"phase space at a = {exact(a)}") as made:
+        ax = made.add_subplot()
+        for orbit, colour, marker in zip(orbits, INKS.values(), "osD^vx", strict=False):
+            assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
+            ax.plot(orbit.arclength, orbit.sine, marker, color=colour, markersize=5, label=short(orbit.code))
+        ax.set(xlim=(0, Stadium(a).perimeter), ylim=(-1, 1), xlabel="arclength $s/R$", ylabel="sine")
+    return made
+
+
+def draw_curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str], title: str) -> Figure:
+    """Draw curves against the period, with one panel for each name."""
+    with figure(6.4, 2.6 * len(curves) + 0.8, title) as made:
+        for ax, (name, group) in zip(made.subplots(len(curves), 1, sharex=True), curves.items(), strict=True):
+            for style, label, p, values, marker in group:
+                look = _MARKERS.get(marker, "-")
+                ax.plot(p, values, look, color=INKS[style], label=label or "_unnamed")
+            ax.legend(fontsize="small")
+            ax.set(ylabel=titles[name])
+            ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
+        ax.set(xlabel="period $p$ (bounces)")
+    return made
+
+
+def draw_counts(counts: Sequence[tuple[str, int]], of: str, title: str) -> Figure:
+    """Draw counts of words as labelled bars, from the top down."""
+    with figure(6.4, _LINE * len(counts) + 1.2, title) as made:
+        ax = made.add_subplot()
+        places = np.arange(len(counts))
+        ax.barh(places, [count for _, count in counts], color=BLUE)
+        ax.set_yticks(places, [label for label, _ in counts])
+        ax.invert_yaxis()
+        ax.set(xlabel="words", ylabel=of)
     return made

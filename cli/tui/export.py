@@ -136,9 +136,9 @@ def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> s
 
 
 def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
-    """Save the figure that `draw` makes with `orbitdb.cli.figures.shown`; return a message about it."""
+    """Save the figure that `draw` makes with `orbitdb.cli.figures.orbits`; return a message about it."""
     style = load("orbitdb.plots.style", "a figure", "plot")
-    made = draw(load("orbitdb.cli.figures.shown", "a figure", "plot"))
+    made = draw(load("orbitdb.cli.figures.orbits", "a figure", "plot"))
     said = str(made.get_label())
     with complete(path) as draft:
         style.save(made, draft, path.suffix[1:], said)

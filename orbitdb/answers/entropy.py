@@ -19,8 +19,7 @@ from orbitdb.answers.whole_periods import (
 )
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
-from orbitdb.averages.by_period import standing
-from orbitdb.averages.fixed_points import divisors, every_period, of_divisors
+from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.numerals import exact

@@ -20,9 +20,16 @@ from orbitdb.answers.whole_periods import (
 )
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
-from orbitdb.averages.by_period import Lyapunov, lyapunov_of_periods, standing
+from orbitdb.averages.by_period import (
+    Lyapunov,
+    Weight,
+    every_period,
+    lyapunov_of_periods,
+    of_divisors,
+    of_pairs,
+    standing,
+)
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.fixed_points import Weight, every_period, of_divisors, of_pairs
 from orbitdb.averages.sum_rules import SumRules
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError

@@ -15,10 +15,9 @@ from orbitdb.answers.completeness import gaps, nothing, without_births
 from orbitdb.answers.counts import Counted
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.averages import by_period
-from orbitdb.averages.by_period import faults_of
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, every_period, of_divisors
+from orbitdb.averages.by_period import ClassRows, PeriodSums, every_period, faults_of, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
-from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments
+from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.equality import ByValue
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError

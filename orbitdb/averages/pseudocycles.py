@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Places
-from orbitdb.averages.fixed_points import ClassRows, Weight
+from orbitdb.averages.by_period import ClassRows, Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
 

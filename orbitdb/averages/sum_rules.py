@@ -6,14 +6,14 @@ Per leg, lambda contains the terms ln D, ln K and c2, whose means are known exac
     lambda_l = E[ln D] + E[ln K] + E[c2] + sum w (lambda - ln D - ln K - c2) / sum w m,
 
 where m is the number of legs of an orbit. The weights w are the class size times e^-lambda, tilted so that as
-many of the three means as possible are exact (`orbitdb.averages.tilted`). If not all three can be exact, c2
+many of the three means as possible are exact (`orbitdb.averages.tilting`). If not all three can be exact, c2
 is dropped first, then ln D, then ln K.
 
 Such conditions on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
 
 If longer periods have been swept, the orbits up to `EXACT` are computed again, which takes a second. Each
-longer period has stored moments (`orbitdb.averages.tilt_moments`) around the tilts of all shorter periods. So
+longer period has stored moments (`orbitdb.averages.tilting`) around the tilts of all shorter periods. So
 the moments of a swept period depend on those of the shorter periods.
 """
 
@@ -27,8 +27,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Words
 from orbitdb.averages.exact_means import ExactMeans, exact_means
-from orbitdb.averages.tilt_moments import HELD, TiltedOrbits, TiltedSums, TiltMoments
-from orbitdb.averages.tilted import Tilted, exact_tilt, tilt
+from orbitdb.averages.tilting import HELD, Tilted, TiltedOrbits, TiltedSums, TiltMoments, exact_tilt, tilt
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue

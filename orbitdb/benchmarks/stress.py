@@ -15,7 +15,7 @@ import numpy as np
 
 from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats, Words
-from orbitdb.averages.fixed_points import HIGHEST, ClassRows, PeriodSums
+from orbitdb.averages.by_period import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
 from orbitdb.orbits.batch import Orbits

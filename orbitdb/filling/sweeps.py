@@ -13,9 +13,9 @@ import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums
+from orbitdb.averages.by_period import ClassRows, PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
-from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
+from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps

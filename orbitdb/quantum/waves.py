@@ -158,7 +158,7 @@ class Wave:
             Orbit to draw on top of psi^2.
         """
         title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
-        return drawn("waves.draw_wave", (self, orbit), title, ax)
+        return drawn("curves.draw_wave", (self, orbit), title, ax)
 
 
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:

@@ -8,7 +8,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.answers.whole_periods import read_classes
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums
+from orbitdb.averages.by_period import ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact

@@ -14,13 +14,13 @@ from quick import slow_but
 from scipy.optimize import brentq
 from solutions import class_rows, entropy, lyapunov, words_of
 
-from orbitdb.averages.by_period import lyapunov_of_periods
-from orbitdb.averages.fixed_points import (
+from orbitdb.averages.by_period import (
     ClassRows,
     PeriodSums,
     Weight,
     divisors,
     every_period,
+    lyapunov_of_periods,
     of_divisors,
     of_pairs,
 )

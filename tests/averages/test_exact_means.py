@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from quick import slow_but
 
-from orbitdb.averages.exact_means import LOG_KICK, exact_means, log_drift
-from orbitdb.averages.mean_coupling import mean_coupling
+from orbitdb.averages.exact_means import LOG_KICK, exact_means, log_drift, mean_coupling
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.legwise import next_leg, random_runs
 

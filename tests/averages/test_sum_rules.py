@@ -10,8 +10,7 @@ from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.averages import sum_rules as module
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponents, swept_sum_rules
-from orbitdb.averages.tilt_moments import TiltedOrbits, TiltMoments, from_bytes, to_bytes
-from orbitdb.averages.tilted import tilt
+from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, tilt, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import chosen_by

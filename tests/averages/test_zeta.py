@@ -13,8 +13,7 @@ from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
 from orbitdb.answers.whole_periods import why_missing
-from orbitdb.averages.by_period import faults_of
-from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.by_period import Weight, faults_of
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
 from orbitdb.cli.tui.statistics.statistics_screen import statistics

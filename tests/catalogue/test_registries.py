@@ -30,7 +30,7 @@ add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapu
 AVERAGE = """
 import numpy as np
 from orbitdb.answers.lyapunov import AVERAGES, Average
-from orbitdb.averages.fixed_points import of_divisors
+from orbitdb.averages.by_period import of_divisors
 
 def thirds(given):
     found = given.sums

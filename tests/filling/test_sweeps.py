@@ -16,7 +16,7 @@ from there import there
 
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.arithmetic import arithmetic
-from orbitdb.averages.fixed_points import PeriodSums
+from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import beginning
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError

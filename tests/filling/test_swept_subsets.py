@@ -15,7 +15,7 @@ from quick import slow_but
 from there import there
 
 from orbitdb.answers.results import PROVED
-from orbitdb.averages.fixed_points import PeriodSums
+from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.statistics.statistics_screen import statistics

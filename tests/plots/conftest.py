@@ -8,7 +8,7 @@ import pytest
 from contents import made
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.cli.figures import orbits, over_a
+from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.plots import style
@@ -47,5 +47,5 @@ def ax():
 def few_places(monkeypatch) -> None:
     """Draw curves over a with only a few points, because each point takes as long as an orbit."""
     monkeypatch.setattr(orbits, "PLACES", 12)
-    monkeypatch.setattr(over_a, "PLACES", 12)
-    monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)
+    monkeypatch.setattr(averages, "PLACES", 12)
+    monkeypatch.setattr(averages, "PLACES_OF_BOUNDS", 12)

@@ -26,7 +26,7 @@ from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.cli.advice import remember
 from orbitdb.cli.commands.maintenance.bench import draw_work_precision
-from orbitdb.cli.figures import averages, levels, subsets
+from orbitdb.cli.figures import averages, levels, orbits
 from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
@@ -43,7 +43,7 @@ def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
     remember(())  # the options of a command that another test ran in this process
     more = {"limit": limit} if kind == "sheet" else {}
-    module = averages if kind in ("entropy", "lyapunov") else subsets
+    module = averages if kind in ("entropy", "lyapunov") else orbits
     return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
 
 

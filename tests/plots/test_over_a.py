@@ -17,7 +17,7 @@ from there import there
 
 from orbitdb import Catalogue, Selection, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.cli.figures import orbits, over_a
+from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots.style import BLUE, ORANGE
@@ -46,7 +46,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
         " SELECT cycle, number + 1, 1.4 * a, error, 'died', run FROM change WHERE a > 0 AND cycle % 3 = 0",
     )
     mortal = Catalogue(path)
-    made: Any = answer(path, over_a.draw_births, Selection(1.6))
+    made: Any = answer(path, averages.draw_births, Selection(1.6))
     shares, entropies, changes = made.axes
     ends = {p: [e for life in mortal.births(p) for e in (life.born, life.dies) if e] for p in (5, 6)}
     assert all(any(life.dies for life in mortal.births(p)) for p in (5, 6))
@@ -78,7 +78,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
 def test_periods_without_births_are_refused(known):
     """Words of fewer than five bounces are orbits at every a or at no a."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
-        answer(known.path, over_a.draw_births, Selection(1.6, periods=((2, 4),)))
+        answer(known.path, averages.draw_births, Selection(1.6, periods=((2, 4),)))
 
 
 @pytest.mark.usefixtures("few_places")
@@ -123,7 +123,7 @@ def test_the_title_of_a_life_abbreviates_a_long_word():
 
 @pytest.mark.usefixtures("few_places")
 def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
-    made: Any = answer(known.path, over_a.draw_over_a, Selection(1.6))
+    made: Any = answer(known.path, averages.draw_over_a, Selection(1.6))
     (ax,) = made.axes
     curve = known.entropy_curve()
     ((_, _, (bars,)),) = ax.containers
@@ -154,6 +154,6 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
 def test_the_entropy_over_a_ends_before_the_first_period_without_births(known, tmp_path, lost):
     path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
     alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
-    made: Any = answer(path, over_a.draw_over_a, Selection(1.6))
+    made: Any = answer(path, averages.draw_over_a, Selection(1.6))
     drawn = [str(each.get_label()) for each in made.axes[0].get_lines()]
     assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births"] * (lost > 2)

@@ -4,8 +4,15 @@ from functools import cache
 
 import numpy as np
 
-from orbitdb.averages.by_period import Entropy, Lyapunov, entropy_of_counts, lyapunov_of_periods
-from orbitdb.averages.fixed_points import ClassRows, PeriodSums, Weight
+from orbitdb.averages.by_period import (
+    ClassRows,
+    Entropy,
+    Lyapunov,
+    PeriodSums,
+    Weight,
+    entropy_of_counts,
+    lyapunov_of_periods,
+)
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve

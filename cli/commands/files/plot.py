@@ -126,7 +126,7 @@ def plot(
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     if over_a:
-        made = _of_subset("over_a.draw_over_a", choice, USUAL_A, db, grid=values)
+        made = _of_subset("averages.draw_over_a", choice, USUAL_A, db, grid=values)
     elif takes is OF_WAVE:
         made = _of_wave(kind, codes, k, given, at, db)
     elif kind == "sheet" and (words or code):
@@ -207,7 +207,7 @@ def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure"
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise InputError("none of these words is an orbit that can be drawn")
-    return _draw("subsets.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
+    return _draw("orbits.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
 
 
 def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":

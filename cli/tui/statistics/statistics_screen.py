@@ -17,7 +17,7 @@ from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
 from orbitdb.answers.results import PROVED, Result
 from orbitdb.answers.whole_periods import read_noted
-from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.keys import STATISTICS, Keys, bindings

@@ -19,8 +19,8 @@ from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primit
 from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 
 if TYPE_CHECKING:
-    from orbitdb.averages.fixed_points import PeriodSums
-    from orbitdb.averages.tilt_moments import TiltMoments
+    from orbitdb.averages.by_period import PeriodSums
+    from orbitdb.averages.tilting import TiltMoments
     from orbitdb.orbits.sums import Tally
 
 
@@ -220,8 +220,8 @@ def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
 
 
 def _as_sweep(row: sa.Row[Any]) -> Sweep:
-    from orbitdb.averages.fixed_points import PeriodSums
-    from orbitdb.averages.tilt_moments import from_bytes
+    from orbitdb.averages.by_period import PeriodSums
+    from orbitdb.averages.tilting import from_bytes
     from orbitdb.orbits.sums import Tally
 
     values = row._mapping

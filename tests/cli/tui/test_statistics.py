@@ -7,7 +7,7 @@ from rich.console import Console
 from screens import LARGE, browsing, press, screen_lines, shown, until
 from textual import events
 
-from orbitdb.averages.fixed_points import Weight
+from orbitdb.averages.by_period import Weight
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs.keys import KeysDialog
 from orbitdb.cli.tui.main_screen import MainScreen

@@ -87,7 +87,7 @@ async def test_a_particle_runs_and_phase_space_compares_orbits(filled):
 
 
 def test_statistics_of_a_subset_count_only_its_words(filled):
-    from orbitdb.averages.fixed_points import ClassRows
+    from orbitdb.averages.by_period import ClassRows
     from orbitdb.cli.tui.statistics.statistics_screen import curves_of, statistics
 
     catalogue = Catalogue(filled)
