@@ -42,10 +42,8 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.newton import solve as solve
-    from orbitdb.orbits.batch import Orbits as Orbits
-    from orbitdb.orbits.orbit import Orbit as Orbit
-    from orbitdb.orbits.status import Status as Status
-    from orbitdb.orbits.single_word import existence as existence, solve_word as solve_word
+    from orbitdb.orbits.orbit import Orbit as Orbit, existence as existence, solve_word as solve_word
+    from orbitdb.orbits.status import Orbits as Orbits, Status as Status
     from orbitdb.quantum.assessment import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.spectrum import Spectrum as Spectrum
@@ -67,11 +65,9 @@ _HOMES = {
     "answers.subset": ("Subset",),
     "entropy.bounds": ("EntropyBounds",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.single_word": ("existence", "solve_word"),
     "orbits.newton": ("solve",),
-    "orbits.orbit": ("Orbit",),
-    "orbits.batch": ("Orbits",),
-    "orbits.status": ("Status",),
+    "orbits.orbit": ("Orbit", "existence", "solve_word"),
+    "orbits.status": ("Orbits", "Status"),
     "quantum.assessment": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
     "quantum.spectrum": ("Spectrum",),

@@ -167,7 +167,7 @@ class Catalogue:
     def _find_or_solve(self, word: str, a: float) -> Orbit:
         if (found := self.find(word, a)) is not None:
             return found
-        from orbitdb.orbits.single_word import solve_word
+        from orbitdb.orbits.orbit import solve_word
 
         return solve_word(word, a)
 

@@ -20,8 +20,7 @@ from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import code_text, note
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.store.file.database import check_file, driver
 from orbitdb.store.reading.lookup import born_with, certificate_of
 from orbitdb.store.reading.moment import Reader

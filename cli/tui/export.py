@@ -23,7 +23,7 @@ from orbitdb.export import complete, write_file
 from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.svg import orbit_svg
+from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.asking.limits import never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader

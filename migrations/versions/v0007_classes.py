@@ -14,8 +14,7 @@ from orbitdb.errors import StoreError
 from orbitdb.store.file.database import driver
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.schema import TABLES, VIEWS
-from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
-from orbitdb.symbols.symmetry import classify
+from orbitdb.symbols.symmetry import ELEMENT_ROWS, classify, joined_members, joined_words
 from orbitdb.symbols.words import MAX_KEYED, key, packed
 
 revision = "0007"

@@ -19,7 +19,7 @@ from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
 _COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
 """The columns of a fill that make up a `Tally`, in the order of its fields."""
@@ -95,7 +95,7 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 def _tally(fill: Fill) -> "Tally":
     """Return the counts of a filled period; raise if one is missing, rather than treat it as zero."""
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
     counts = [getattr(fill, name) for name in _COUNTS]
     if None in counts:

@@ -23,8 +23,8 @@ from orbitdb.averages.by_period import divisors, every_period, of_divisors, stan
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.numerals import exact
+from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection, written_periods
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment

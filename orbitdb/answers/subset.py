@@ -16,9 +16,8 @@ from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
 from orbitdb.formulas import with_formulas
-from orbitdb.orbits.batch import NUMBERS, finite
 from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.rows import COORDINATES
@@ -57,7 +56,7 @@ class Subset(ByValue):
         Period, number of words in the symmetry class, and number of straight bounces; the last two are 0 for
         words without a class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.batch.Orbits`; length and margin in units of the radius.
+        As in `orbitdb.orbits.status.Orbits`; length and margin in units of the radius.
     born, dies : ndarray, shape (N,)
         The values of a at the first birth and death; NaN if the orbit exists from a = 0 on or never dies, or
         if the births of its period are not stored.

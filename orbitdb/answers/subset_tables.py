@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from orbitdb.columns import kind_of
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
-from orbitdb.orbits.svg import small_svg
 from orbitdb.plaintext import shortened
 from orbitdb.store.reading.rows import COORDINATES
 
@@ -93,10 +93,10 @@ def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
 def _row(orbit: Orbit) -> str:
     points, stadium = None, Stadium(orbit.a)
     if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
-        from orbitdb.orbits.single_word import solve_word  # loads the solver
+        from orbitdb.orbits.orbit import solve_word  # loads the solver
 
         points = (orbit if orbit.coordinates is not None else solve_word(orbit.code, stadium)).points
-    picture = "" if points is None else small_svg(stadium, points)
+    picture = "" if points is None else import_module("orbitdb.plots.svg").small_svg(stadium, points)
     texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
              str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip

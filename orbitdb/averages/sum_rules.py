@@ -31,8 +31,8 @@ from orbitdb.averages.tilting import HELD, Tilted, TiltedOrbits, TiltedSums, Til
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.orbits.exponents import Exponents, exponents
 from orbitdb.orbits.newton import newton
-from orbitdb.orbits.sums import Exponents, exponents
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 

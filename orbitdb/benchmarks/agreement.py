@@ -13,10 +13,9 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.words import to_strings
 

@@ -18,9 +18,8 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.averages.by_period import HIGHEST, ClassRows, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import certificates, solve
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
@@ -66,7 +65,7 @@ def judge(case: str, asked: str, words: Words, stadium: Stadium) -> Outcome:
 
 def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: float) -> Outcome:
     """Compare solved orbits with their enclosures in ball arithmetic."""
-    from orbitdb.orbits.balls.enclosure import true_errors
+    from orbitdb.orbits.balls import true_errors
 
     truth = certificates(orbits.words, stadium, BITS)
     status = np.array([each.status.value for each in truth])

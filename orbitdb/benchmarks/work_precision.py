@@ -17,14 +17,13 @@ from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.batch import Orbits, assess
 from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status, assess
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.balls.enclosure import Enclosure
+    from orbitdb.orbits.balls import Enclosure
 
 
 REFERENCE_BITS = 256
@@ -170,7 +169,7 @@ def _row(
     method: str, setting: float, cases: Sample, orbits: Orbits, seconds: float, shared: bool = False
 ) -> WorkPrecision:
     """Compare the orbits that a method found with their enclosures, and return the row."""
-    from orbitdb.orbits.balls.enclosure import true_errors
+    from orbitdb.orbits.balls import true_errors
 
     status = np.array([each.status.value for each in cases.truth])
     kept = np.flatnonzero((status == Status.ORBIT) & np.isfinite(orbits.coordinates).all(axis=1))

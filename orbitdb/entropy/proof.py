@@ -24,7 +24,7 @@ from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import Windows, open_chains
-from orbitdb.orbits.balls.path import BallPath
+from orbitdb.orbits.ball_path import BallPath
 from orbitdb.progress import Tell
 
 PRECISION = 64

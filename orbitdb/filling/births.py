@@ -16,7 +16,7 @@ from orbitdb.arrays import Integers
 from orbitdb.filling.fill import cut
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work
-from orbitdb.orbits.births.changes import Changes, find_changes
+from orbitdb.orbits.births import Changes, find_changes
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.file.schema import BORN, DIED
 from orbitdb.store.file.tables import birth_fill
@@ -25,9 +25,8 @@ from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.classes import add_changes, add_classes, number_events
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words
-from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.pruning import count_admissible
-from orbitdb.symbols.symmetry import SIZES
+from orbitdb.symbols.symmetry import SIZES, joined_words
 from orbitdb.symbols.words import keys, unpack
 
 BLOCK = 1 << 17

@@ -22,11 +22,10 @@ from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.file import tables
 from orbitdb.store.reading.fills import counts_when_done, status_counts
@@ -34,9 +33,8 @@ from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
-from orbitdb.symbols.members import joined_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
-from orbitdb.symbols.symmetry import SIZES, class_of
+from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
 from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unpack
 
 
@@ -70,7 +68,7 @@ class SolvedBlock:
     span : Span
     stabiliser : ndarray of uint8, shape (N,)
     words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.members.joined_words`); None if they are already stored.
+        All words of each class (`orbitdb.symbols.symmetry.joined_words`); None if they are already stored.
     orbits : Orbits
     enumerating, solving : float
         Processor time in seconds for finding the classes, and for solving their orbits.

@@ -20,7 +20,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
-from orbitdb.orbits.sums import Exponents, Tally, exponents
+from orbitdb.orbits.exponents import Exponents, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges

@@ -22,14 +22,13 @@ from orbitdb.billiard.legs import (
     preceding,
     pressed_directions,
 )
+from orbitdb.billiard.stability import solve_cyclic
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.orbits.batch import Orbits, assess
-from orbitdb.orbits.cyclic import solve_cyclic
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status, assess
 from orbitdb.symbols.pruning import need_admissible
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.balls.enclosure import Enclosure
+    from orbitdb.orbits.balls import Enclosure
 
 
 TOLERANCE = 1e-16
@@ -91,7 +90,7 @@ def solve_admissible(
 
 def solve_in_balls(words: Words, stadium: Stadium) -> Orbits:
     """Find the orbits of N >= 1 admissible words in ball arithmetic, and round them to doubles."""
-    from orbitdb.orbits.balls.enclosure import as_orbits, enclose  # seldom needed, and takes 30 ms to import
+    from orbitdb.orbits.balls import as_orbits, enclose  # seldom needed, and takes 30 ms to import
 
     return as_orbits(words, stadium, [enclose(word, stadium) for word in words])
 
@@ -111,9 +110,9 @@ def certificates(words: Words, stadium: Stadium, precision: int | None = None) -
     """Prove the statuses of admissible words, shape (N, p), in ball arithmetic, from the words alone.
 
     Newton's method in double precision only provides starting points, on which the proof does not rest.
-    `precision` is the initial number of bits, by default `orbitdb.orbits.balls.enclosure.PRECISION`.
+    `precision` is the initial number of bits, by default `orbitdb.orbits.balls.PRECISION`.
     """
-    from orbitdb.orbits.balls.enclosure import PRECISION, enclose_all
+    from orbitdb.orbits.balls import PRECISION, enclose_all
 
     found: dict[int, Enclosure] = {}
     for rows, legs in cut(words):

@@ -1,25 +1,43 @@
-"""A word in a given stadium, with its orbit if it has one."""
+"""One word in a given stadium: its orbit, how it is solved, and the ranges of a in which it is an orbit."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
+from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
 from orbitdb.formulas import with_formulas
 from orbitdb.numerals import exact
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import NUMBERS, Status, finite
 from orbitdb.plaintext import shortened
-from orbitdb.symbols.members import ELEMENT_OF, STABILISER_OF
 from orbitdb.symbols.pruning import FAMILY, rules_of
-from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
-from orbitdb.symbols.words import from_strings, least_rotation, to_strings
+from orbitdb.symbols.symmetry import (
+    ELEMENT_OF,
+    REVERSE,
+    STABILISER_OF,
+    act_on_coordinates,
+    act_on_words,
+    class_of,
+    class_size,
+    label,
+    time_reversal,
+)
+from orbitdb.symbols.words import (
+    from_strings,
+    is_primitive,
+    least_rotation,
+    parse,
+    parse_primitive,
+    to_strings,
+)
 
 _SHOWN = 40
 
@@ -226,8 +244,7 @@ class Orbit(Drawn):
 
     def _repr_svg_(self) -> str | None:
         """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""
-        from orbitdb.orbits import svg
-
+        svg = import_module("orbitdb.plots.svg")
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
         return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
@@ -247,3 +264,100 @@ def pruned_word(word: str, a: float) -> Orbit | None:
         return Orbit(word, least, a, Status.FAMILY)
     rules = tuple(rules_of(word))
     return Orbit(word, least, a, Status.GEOMETRIC, rules) if rules else None
+
+
+LONGEST = 200
+"""Largest number of bounces of a word that is followed as a varies."""
+
+
+def existence(word: str) -> "list[tuple[float, float | None]]":
+    """Find the ranges of a in which a word is an orbit.
+
+    Parameters
+    ----------
+    word : str
+        Symbols 0..5, in any rotation. Pruned words, the family 02 and repetitions have no ranges.
+
+    Returns
+    -------
+    list of (float, float or None)
+        The ranges in ascending order. A range may begin at 0; its end is None if it extends to infinity.
+
+    Raises
+    ------
+    InputError
+        If the text is not a word, or has more than `LONGEST` bounces.
+
+    Examples
+    --------
+    >>> existence("013")
+    [(0.0, None)]
+    """
+    symbols = parse(word)
+    if len(symbols) > LONGEST:
+        raise InputError(
+            f"a word of {len(symbols)} bounces is too long to follow as a varies: give at most {LONGEST}"
+        )
+    if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
+        return []
+    from orbitdb.orbits.births import find_changes
+
+    return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
+
+
+def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
+    """Solve one primitive word of any period, in any rotation.
+
+    Parameters
+    ----------
+    word : str
+        Symbols 0..5 or run notation. Words that are geometrically pruned are not solved.
+    stadium : Stadium or float
+        The stadium, or its half length.
+    exists : bool, optional
+        Also find the ranges of a in which the word is an orbit (`existence`) and store them in
+        `Orbit.exists`; this takes a hundred times as long.
+
+    Returns
+    -------
+    Orbit
+        The orbit, with its coordinates in the order of the word.
+
+    Raises
+    ------
+    WordError
+        If the text is not a word, or is a repetition of a shorter word.
+    StadiumError
+        If the half length is not valid.
+    InputError
+        If ``exists`` is set and the word has more than `LONGEST` bounces.
+
+    Examples
+    --------
+    >>> solve_word("013", 1.6, exists=True).exists
+    ((0.0, None),)
+    """
+    word, stadium = parse_primitive(word), as_stadium(stadium)
+    lives = tuple(existence(word)) if exists else None
+    if (pruned := pruned_word(word, stadium.a)) is not None:
+        return replace(pruned, exists=lives)
+    family = class_of(word)
+    from orbitdb.orbits.newton import solve_admissible  # the solver takes time to load
+
+    found = solve_admissible(from_strings([word]), stadium)
+    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
+    status = Status(str(found.status[0]))
+    there = status in (Status.ORBIT, Status.BOUNDARY)
+    return Orbit(
+        code=word,
+        representative=family.representative,
+        a=stadium.a,
+        status=status,
+        time_reversal=time_reversal(family.stabiliser),
+        symmetry=label(family.stabiliser),
+        class_size=class_size(family.stabiliser),
+        coordinates=found.coordinates[0] if there else None,
+        solver="newton",
+        exists=lives,
+        **(numbers if there else {"margin": numbers["margin"]}),
+    )

@@ -18,8 +18,7 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.batch import Orbits
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 
 EPSILON = 1e-7
 """Force at which the dynamics stops, as in the paper."""

@@ -1,20 +1,33 @@
-"""The statuses of words, and how the directions of the legs decide them in double precision if possible.
+"""Statuses, and solved words as arrays: how the directions of the legs become orbits with error bounds.
 
-Words that remain undecided, including orbits through joints, go to `orbitdb.orbits.balls.enclosure`.
+Double precision decides the statuses if it can. Words that remain undecided, including orbits through joints,
+go to `orbitdb.orbits.balls`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats
-from orbitdb.billiard.bounces import slack_errors, slacks
-from orbitdb.billiard.legs import Chain, Derivatives, derivatives, direction_limits
-from orbitdb.equality import Batch
-from orbitdb.orbits.error_bounds import direction_errors
+from orbitdb.arrays import Floats, Integers, Marks, Places, Words
+from orbitdb.billiard.legs import (
+    Chain,
+    Derivatives,
+    Legs,
+    coordinates,
+    derivatives,
+    direction_limits,
+    length,
+    margin_distances,
+    slack_errors,
+    slacks,
+)
+from orbitdb.billiard.stability import exponent, forces
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.equality import Batch, ByValue
+from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
 
 
 class Status(StrEnum):
@@ -79,3 +92,116 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     undecided = np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
     status = np.where(outside, Status.DYNAMICAL.value, undecided)
     return Verdict(slopes, alpha_error, slack, slack_error, status)
+
+
+NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
+"""The attributes of `Orbits` with one number per word."""
+
+
+def finite(number: np.float64) -> float | None:
+    """Return a number as a float, or None if it is not finite."""
+    return float(number) if np.isfinite(number) else None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Orbits(ByValue):
+    """N words of the same period p, and the stationary points of their lengths.
+
+    Attributes
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words.
+    status : ndarray of str, shape (N,)
+        Values of `Status`.
+    coordinates : ndarray, shape (N, p)
+        x on a straight wall, radians on a semicircle, in the order of the word's symbols.
+    length, lyapunov : ndarray, shape (N,)
+        Total length in units of the radius, and lambda for one traversal.
+    margin : ndarray, shape (N,)
+        Least distance of a bounce from an end of its wall or semicircle, negative if it is outside.
+    residual : ndarray, shape (N,)
+        Largest violation of the law of reflection at a bounce, as a difference of cosines.
+    error, length_error, lyapunov_error : ndarray, shape (N,)
+        Bounds on the errors of every coordinate, of the length and of lambda.
+    iterations : ndarray of int, shape (N,)
+        Number of steps that the solver took.
+    """
+
+    words: Words
+    status: NDArray[np.str_]
+    coordinates: Floats
+    length: Floats
+    lyapunov: Floats
+    margin: Floats
+    residual: Floats
+    error: Floats
+    length_error: Floats
+    lyapunov_error: Floats
+    iterations: Integers
+
+    def __len__(self) -> int:
+        return len(self.words)
+
+    @classmethod
+    def empty(cls, words: Words) -> "Orbits":
+        """Return words that are not yet solved: their status is unresolved, and all numbers are NaN."""
+        n, p = words.shape
+        return cls(
+            words=words,
+            status=np.full(n, Status.UNRESOLVED.value, dtype="U10"),
+            coordinates=np.full((n, p), np.nan),
+            iterations=np.zeros(n, np.int64),
+            **{name: np.full(n, np.nan) for name in NUMBERS},
+        )
+
+    def rows(self, chosen: Places | Marks) -> "Orbits":
+        """Return the orbits of the chosen words."""
+        return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+
+    def place(self, rows: Places, part: "Orbits") -> None:
+        """Write the results of a part of the batch into the given rows, in place."""
+        for name in ("status", "coordinates", "iterations", *NUMBERS):
+            getattr(self, name)[rows] = getattr(part, name)
+
+
+def assess(
+    words: Words, legs: Legs, stadium: Stadium, found: tuple[Floats, Integers], every: bool = True
+) -> Orbits:
+    """Turn solved directions into orbits with error bounds, and with a status if doubles can decide it.
+
+    Parameters
+    ----------
+    words : ndarray of uint8, shape (N, p)
+        Admissible words.
+    legs : Legs
+        The runs and legs of these words.
+    found : (ndarray, ndarray)
+        The directions, as in `decide`, and the number of steps that the solver took.
+    every : bool, optional
+        If false, words that are proved not to be orbits only get a status, a margin and a number of steps.
+    """
+    alpha, iterations = found
+    verdict = decide(legs, stadium.a, alpha)
+    margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
+    orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
+    left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
+    if len(left):
+        here = legs.rows(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
+        orbits.place(left, _measured(orbits.rows(left), *here))
+    return orbits
+
+
+def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
+    """Complete orbits whose statuses are known with coordinates, length, lambda and their error bounds."""
+    a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
+    place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
+    return replace(
+        orbits,
+        coordinates=place,
+        length=length(legs, a, alpha),
+        lyapunov=lyapunov,
+        residual=np.abs(forces(stadium, orbits.words, place)).max(axis=1),
+        error=coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
+        length_error=length_error(legs, a, alpha, slopes, alpha_error),
+        lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
+    )

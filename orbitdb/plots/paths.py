@@ -15,8 +15,8 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.svg import number_labels
 from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
+from orbitdb.plots.svg import number_labels
 from orbitdb.symbols.words import run_notation
 
 Period = tuple[NDArray[np.uint8], Floats, Floats]

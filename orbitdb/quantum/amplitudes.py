@@ -31,8 +31,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.symbols.members import STABILISER_OF
-from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, STABILISER_OF
 
 
 class Parity(StrEnum):

@@ -1,7 +1,7 @@
 """Check births and deaths: their order, agreement with fills, brackets and bounces, and that none is missing.
 
 The status at both ends of the bracket around a birth or death is decided again, as in
-`orbitdb.orbits.births.brackets`. The stored bounce must pass through its joint there, at the stored speed.
+`orbitdb.orbits.births`. The stored bounce must pass through its joint there, at the stored speed.
 That none is missing is proved cell by cell in ln a, by another method than the one that found them.
 """
 
@@ -15,15 +15,13 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Marks, Words
-from orbitdb.billiard.bounces import slack_errors
-from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits
+from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.numerals import exact
-from orbitdb.orbits.births.brackets import signs
-from orbitdb.orbits.births.changes import JOINTS, events, joints
-from orbitdb.orbits.births.completeness import KnownChange, Verdict, prove_all
-from orbitdb.orbits.births.continuation import motion, slacks_and_slopes
+from orbitdb.orbits.births import JOINTS, events, joints, signs
+from orbitdb.orbits.continuation import motion, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
+from orbitdb.orbits.missing_births import KnownChange, Verdict, prove_all
 from orbitdb.orbits.newton import newton
 from orbitdb.plaintext import shortened
 from orbitdb.store.asking.selection import Selection

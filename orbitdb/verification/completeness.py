@@ -26,8 +26,8 @@ from orbitdb.store.reading.lives import birth_fills
 from orbitdb.store.reading.soundness import is_written, sound_words
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.enumeration import Span, least_words
-from orbitdb.symbols.members import ELEMENT_ROWS, joined_members, joined_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
+from orbitdb.symbols.symmetry import ELEMENT_ROWS, joined_members, joined_words
 from orbitdb.symbols.words import (
     MAX_KEYED,
     are_primitive,

@@ -17,8 +17,7 @@ from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.batch import Orbits
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.check import Check, judged, measured
 

@@ -11,7 +11,7 @@ from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
 from orbitdb.entropy.bounds import BALLS
 from orbitdb.numerals import exact
-from orbitdb.orbits.balls.enclosure import PRECISION
+from orbitdb.orbits.balls import PRECISION
 from orbitdb.plaintext import shortened
 from orbitdb.store.file.database import driver
 from orbitdb.store.file.guard import other_views

@@ -16,9 +16,8 @@ from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.numerals import exact
-from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import certificates
-from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate
 from orbitdb.store.reading.audit import (
@@ -36,7 +35,7 @@ from orbitdb.verification.check import Check, Checked, blocks, judged, measured
 from orbitdb.verification.invariants import rounding_of_places, with_bounds
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.balls.enclosure import Enclosure
+    from orbitdb.orbits.balls import Enclosure
 from collections.abc import Iterator
 
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
@@ -223,7 +222,7 @@ def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) ->
 
     The worst distance has the largest share of its bound, and is infinite if the status is wrong.
     """
-    from orbitdb.orbits.balls.enclosure import distance
+    from orbitdb.orbits.balls import distance
 
     if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
         return 0.0, np.inf, 1.0

@@ -12,9 +12,9 @@ from orbitdb.averages.by_period import ClassRows, PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
+from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.status import Status
-from orbitdb.orbits.sums import Tally
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import chosen_words, within_ranges
 from orbitdb.store.file.schema import DONE

@@ -21,9 +21,8 @@ from orbitdb.errors import AlteredError
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.status import EXISTING
+from orbitdb.orbits.status import EXISTING, Orbits
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection

@@ -18,7 +18,7 @@ from orbitdb.benchmarks.work_precision import (
     stage_times,
 )
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.balls.enclosure import true_errors
+from orbitdb.orbits.balls import true_errors
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.relaxation import EPSILON, relax, slowest_rates
 from orbitdb.orbits.status import Status

@@ -17,9 +17,8 @@ from orbitdb.benchmarks.stress import (
     small_margins,
 )
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 
 

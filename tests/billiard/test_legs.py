@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from solutions import words_of
 
-from orbitdb.billiard.bounces import slack_errors, slacks
 from orbitdb.billiard.legs import (
     Chain,
     Legs,
@@ -14,6 +13,8 @@ from orbitdb.billiard.legs import (
     direction_limits,
     gradient_rounding,
     length,
+    slack_errors,
+    slacks,
     summation_rounding,
 )
 from orbitdb.billiard.stadium import STRAIGHT

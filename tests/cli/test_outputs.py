@@ -26,7 +26,7 @@ from orbitdb.benchmarks import work_precision as methods
 from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
-from orbitdb.orbits.births.changes import find_changes
+from orbitdb.orbits.births import find_changes
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from quick import slow_but
 from solutions import words_of
 
-from orbitdb.billiard.bounces import slacks
-from orbitdb.billiard.legs import cut, half_turns
+from orbitdb.billiard.legs import cut, half_turns, slacks
 from orbitdb.entropy import verdicts
 from orbitdb.entropy.verdicts import Verdict, corner, decide, solve_corner
 from orbitdb.entropy.windows import (

@@ -22,9 +22,9 @@ from orbitdb.cli.tui.statistics.statistics_screen import statistics
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.orbits.exponents import exponents
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.status import Status
-from orbitdb.orbits.sums import exponents
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import SWEPT_MEASURES, selection_of, swept_text, within_ranges

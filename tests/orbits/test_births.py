@@ -13,16 +13,14 @@ from reference import birth_error
 from solutions import representatives
 
 from orbitdb import existence, solve_word
-from orbitdb.billiard.bounces import slack_changes, slacks, smooth_slacks
-from orbitdb.billiard.legs import cut, direction_limits
+from orbitdb.billiard.legs import cut, direction_limits, slack_changes, slacks, smooth_slacks
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
-from orbitdb.orbits.births import changes as births
-from orbitdb.orbits.births.changes import JOINTS, Changes, events, find_changes
-from orbitdb.orbits.births.continuation import between, follow, motion
-from orbitdb.orbits.births.crossings import candidates, refine
+from orbitdb.orbits import births
+from orbitdb.orbits.births import JOINTS, Changes, events, find_changes
+from orbitdb.orbits.continuation import between, candidates, follow, motion, refine
 from orbitdb.orbits.newton import newton, solve
-from orbitdb.orbits.single_word import LONGEST
+from orbitdb.orbits.orbit import LONGEST
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, to_strings
 
@@ -212,7 +210,7 @@ def test_the_grid_is_extended_below_its_usual_end(monkeypatch):
 
 
 def test_balls_decide_what_doubles_leave_open(found, monkeypatch):
-    undecided = "orbitdb.orbits.births.brackets.statuses"
+    undecided = "orbitdb.orbits.births.statuses"
     monkeypatch.setattr(undecided, lambda legs, a, alpha: np.zeros(len(a), np.int8))
     words, plain = found[5]
     changes = find_changes(words)

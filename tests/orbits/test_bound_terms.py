@@ -28,10 +28,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from solutions import random_word
 
-from orbitdb.billiard import bounces, legs, stability
+from orbitdb.billiard import legs, stability
 from orbitdb.billiard.legs import add_up, direction_limits
-from orbitdb.orbits.balls.enclosure import distance
-from orbitdb.orbits.balls.path import BallPath
+from orbitdb.orbits.ball_path import BallPath
+from orbitdb.orbits.balls import distance
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ THREE = "1^100 3^100"
 ])  # fmt: skip
 def test_bounds_hold_and_are_sharp_for_the_worst_rounding(row, monkeypatch):
     alpha = np.array(row.at)[:, None]
-    for module in (legs, bounces, stability):
+    for module in (legs, stability):
         monkeypatch.setattr(module, "np", Worse(*row.ways))
     with ctx.workprec(BITS):
         path = path_at(row.word, row.a, alpha)
@@ -265,7 +265,7 @@ def test_no_bound_is_smaller_than_the_error(seed, order, a, size):
     errors, allowed = errors_of(path, word, a, alpha), bounds_of(word, a, alpha)
     for number in ("direction", "slack", "length", "lambda"):
         assert share(errors[number], allowed[number]) <= 1, number
-    if (bounces.slacks(chain(word)[1], alpha) > 0).all() and all(
+    if (legs.slacks(chain(word)[1], alpha) > 0).all() and all(
         x > 0 for each in slacks_of(path)[:2] for x in each
     ):
         assert share(errors["place"], allowed["place"]) <= 1

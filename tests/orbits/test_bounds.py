@@ -12,12 +12,11 @@ from solutions import real, representatives, solved, words_of
 
 from orbitdb.billiard.legs import centre_directions, cut, derivatives
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.balls.enclosure import enclose, true_errors
-from orbitdb.orbits.batch import Orbits
+from orbitdb.orbits.balls import enclose, true_errors
 from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.orbits.newton import solve, solve_in_doubles
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 VALUES = [0.5, 1.6, 5.0]

@@ -8,10 +8,22 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.orbits.births.cells import ROUNDING, Kind, Reach, displaced, firmness, forcing, judge, reach_of
-from orbitdb.orbits.births.changes import find_changes
-from orbitdb.orbits.births.completeness import Verdict, prove_all, stretches, walk
-from orbitdb.orbits.births.continuation import motion
+from orbitdb.orbits.births import find_changes
+from orbitdb.orbits.continuation import motion
+from orbitdb.orbits.missing_births import (
+    ROUNDING,
+    Kind,
+    Reach,
+    Verdict,
+    displaced,
+    firmness,
+    forcing,
+    judge,
+    prove_all,
+    reach_of,
+    stretches,
+    walk,
+)
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.symbols.words import from_strings
 

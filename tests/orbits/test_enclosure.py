@@ -11,10 +11,9 @@ from solutions import representatives, words_of
 from orbitdb.billiard.legs import cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.balls import enclosure
-from orbitdb.orbits.balls.enclosure import as_orbits, distance, enclose
-from orbitdb.orbits.balls.joints import ExactPath, Field, joins
-from orbitdb.orbits.balls.path import BallPath
+from orbitdb.orbits import balls
+from orbitdb.orbits.ball_path import BallPath
+from orbitdb.orbits.balls import ExactPath, Field, as_orbits, distance, enclose, joins
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
@@ -145,7 +144,7 @@ def test_an_orbit_that_shadows_one_through_a_joint_is_an_orbit():
 
 
 def test_a_word_that_no_precision_decides_is_unresolved(monkeypatch):
-    monkeypatch.setattr(enclosure, "MAX_PRECISION", 256)
+    monkeypatch.setattr(balls, "MAX_PRECISION", 256)
     assert enclosed(parse("(02021133)^80 13"), 2.5).status == Status.UNRESOLVED
 
 

@@ -12,8 +12,8 @@ from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
-from orbitdb.orbits.svg import number_labels
 from orbitdb.plots import paths, style
+from orbitdb.plots.svg import number_labels
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orbitdb.errors import StoreError
-from orbitdb.orbits.batch import NUMBERS
+from orbitdb.orbits.status import NUMBERS
 from orbitdb.store.reading.soundness import are_whole, coordinates_of, is_whole, need_words, sound_words
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()

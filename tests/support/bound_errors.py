@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 from flint import arb, ctx
 
-from orbitdb.billiard import bounces, legs, stability
+from orbitdb.billiard import legs, stability
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits, gradient_rounding
 from orbitdb.billiard.stability import exponent
 from orbitdb.orbits import error_bounds as bounds
-from orbitdb.orbits.balls.path import BallPath, Balls
+from orbitdb.orbits.ball_path import BallPath, Balls
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import from_strings, parse
 
@@ -46,7 +46,7 @@ def maximum(word: str, a: float) -> BallPath:
 
 
 def slacks_of(path: BallPath) -> list[Balls]:
-    """Recompute the slacks of `orbitdb.billiard.bounces.slacks`; they are 0 for a leg without walls."""
+    """Recompute the slacks of `orbitdb.billiard.legs.slacks`; they are 0 for a leg without walls."""
     half_pi, (first, last) = arb.pi() / 2, path.ends()
     found: list[Balls] = [[half_pi - abs(t) for t in ends] for ends in (first, last)]
     for sign, ends in ((-1, last), (1, first[1:] + first[:1])):
@@ -66,7 +66,7 @@ def errors_of(path: BallPath, word: str, a: float, alpha: Floats) -> Errors:
     """Return the errors of all numbers computed at directions alpha, compared with those of a path."""
     _, own = chain(word)
     slopes = derivatives(own, a, alpha)
-    slack = bounces.slacks(own, alpha)[:, :, 0]
+    slack = legs.slacks(own, alpha)[:, :, 0]
     with ctx.workprec(BITS):
         there = np.isfinite(slack)
         slack = np.where(there, slack, 0)
@@ -74,7 +74,7 @@ def errors_of(path: BallPath, word: str, a: float, alpha: Floats) -> Errors:
             "gradient": apart(path.gradient, slopes.gradient[:, 0]),
             "direction": apart(path.alpha, alpha[:, 0]),
             "slack": there * [apart(*each) for each in zip(slacks_of(path), slack, strict=True)],
-            "place": apart(path.coordinates(own), bounces.coordinates(own, a, alpha)[0]),
+            "place": apart(path.coordinates(own), legs.coordinates(own, a, alpha)[0]),
             "length": apart([path.length()], legs.length(own, a, alpha)),
             "lambda": apart([path.exponent()], stability.exponent(slopes)),
         }  # fmt: skip
@@ -85,7 +85,7 @@ def bounds_of(word: str, a: float, alpha: Floats, moved: Floats | None = None) -
     _, own = chain(word)
     slopes = derivatives(own, a, alpha)
     direction = bounds.direction_errors(own, a, alpha, slopes) if moved is None else moved
-    slack = bounces.slack_errors(own, direction)
+    slack = legs.slack_errors(own, direction)
     return {
         "gradient": gradient_rounding(own, a, alpha)[:, 0],
         "direction": direction[:, 0],

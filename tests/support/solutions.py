@@ -14,9 +14,8 @@ from orbitdb.averages.by_period import (
     lyapunov_of_periods,
 )
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.batch import Orbits
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols import enumeration as classes
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.symmetry import all_images

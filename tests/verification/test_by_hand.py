@@ -9,7 +9,7 @@ import pytest
 from contents import ask, checks
 from processes import run_here
 
-from orbitdb.orbits.births.changes import find_changes
+from orbitdb.orbits.births import find_changes
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.classes import add_changes, add_class

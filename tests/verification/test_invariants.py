@@ -10,9 +10,8 @@ from there import there
 
 from orbitdb.billiard.stability import Links, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.status import EXISTING
+from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.verification.check import Check
 from orbitdb.verification.invariants import check_consistency, with_bounds
 

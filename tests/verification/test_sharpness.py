@@ -13,9 +13,8 @@ from quick import slow_but
 from solutions import representatives
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.batch import NUMBERS, Orbits
 from orbitdb.orbits.newton import solve
-from orbitdb.orbits.status import EXISTING
+from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.invariants import check_consistency
 from orbitdb.verification.recomputation import BOUNDED, check_against, check_bits, prove, restart

@@ -17,7 +17,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.orbits.births.changes import events
+from orbitdb.orbits.births import events
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection

@@ -212,7 +212,7 @@ def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure"
 
 def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbit of a single word, stored or solved now."""
-    from orbitdb.orbits.single_word import solve_word
+    from orbitdb.orbits.orbit import solve_word
     from orbitdb.store.reading.lookup import with_existence
 
     if len(codes) != 1:

@@ -13,7 +13,7 @@ from orbitdb.errors import StoreError
 from orbitdb.store.file.database import check_file, data_folder, to_write, writing_engine
 from orbitdb.store.file.guard import plain_errors
 from orbitdb.store.file.schema import APPLICATION_ID, REVISIONS, SCHEMA_VERSION, TABLES, VIEWS
-from orbitdb.symbols.members import ELEMENT_ROWS
+from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 
 class Migration(NamedTuple):

@@ -36,7 +36,7 @@ BORN, DIED = "born", "died"
 """The two kinds of change."""
 
 SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
-"""The columns with the counts of a sweep, in the order of `orbitdb.orbits.sums.Tally`."""
+"""The columns with the counts of a sweep, in the order of `orbitdb.orbits.exponents.Tally`."""
 
 
 _TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.arrays import Integers, Marks
-from orbitdb.orbits.batch import NUMBERS, Orbits
+from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import certificate, change, cycle, fill, orbit, stadium
 from orbitdb.store.reading import question

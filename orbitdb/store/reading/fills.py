@@ -21,7 +21,7 @@ from orbitdb.symbols.words import MAX_PACKED, key, keys_of_period
 if TYPE_CHECKING:
     from orbitdb.averages.by_period import PeriodSums
     from orbitdb.averages.tilting import TiltMoments
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
 
 @dataclass(frozen=True)
@@ -222,7 +222,7 @@ def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
 def _as_sweep(row: sa.Row[Any]) -> Sweep:
     from orbitdb.averages.by_period import PeriodSums
     from orbitdb.averages.tilting import from_bytes
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
     values = row._mapping
     p, counts = values["p"], [values[name] for name in SWEPT]

@@ -28,7 +28,7 @@ from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
 
 def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     """Count the orbits of a period at a given a; the births of the period must be complete."""
-    from orbitdb.orbits.sums import Tally
+    from orbitdb.orbits.exponents import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
     query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)

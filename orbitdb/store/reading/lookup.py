@@ -13,9 +13,8 @@ import numpy as np
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.batch import NUMBERS
 from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import NUMBERS, Status
 from orbitdb.store.file.database import asking
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.reading.soundness import is_whole, unsound
@@ -123,7 +122,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.single_word import solve_word
+    from orbitdb.orbits.orbit import solve_word
 
     return solve_word(word, a)
 
@@ -131,11 +130,11 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
 
-    The ranges stay unknown for words longer than `orbitdb.orbits.single_word.LONGEST`.
+    The ranges stay unknown for words longer than `orbitdb.orbits.orbit.LONGEST`.
     """
     if orbit.exists is not None:
         return orbit
-    from orbitdb.orbits.single_word import LONGEST, existence
+    from orbitdb.orbits.orbit import LONGEST, existence
 
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 

@@ -15,10 +15,17 @@ from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.tables import cycle, pruned
 from orbitdb.store.reading.rows import ALL, Chosen, listed, orders_of
 from orbitdb.store.reading.soundness import need_words, stabiliser_of
-from orbitdb.symbols.members import ELEMENT_OF, places_of_elements
 from orbitdb.symbols.patterns import Like, Pattern
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.symmetry import all_images, class_of, classify, members, packed_images
+from orbitdb.symbols.symmetry import (
+    ELEMENT_OF,
+    all_images,
+    class_of,
+    classify,
+    members,
+    packed_images,
+    places_of_elements,
+)
 from orbitdb.symbols.words import MAX_KEYED, key, packed
 
 if TYPE_CHECKING:

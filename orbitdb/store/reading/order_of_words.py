@@ -11,8 +11,7 @@ from orbitdb.arrays import Integers
 from orbitdb.store.file.ids import LONG
 from orbitdb.store.reading.matching import long_words, stabilisers_of_classes
 from orbitdb.store.reading.rows import ALL, Chosen, orders_of
-from orbitdb.symbols.members import BITS_OF, ELEMENT_OF, packed_members
-from orbitdb.symbols.symmetry import ELEMENTS
+from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, ELEMENTS, packed_members
 from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 _TEXTS = ("code", "word")

@@ -27,8 +27,7 @@ from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
 from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
 from orbitdb.store.reading.order_of_words import in_order_of_words
 from orbitdb.store.reading.rows import Chosen, as_array
-from orbitdb.symbols.members import places_of_elements
-from orbitdb.symbols.symmetry import ELEMENTS
+from orbitdb.symbols.symmetry import ELEMENTS, places_of_elements
 
 _OF_WORDS = ("code", "word", "element")
 """Columns whose values differ between the words of a class."""

@@ -23,8 +23,7 @@ from orbitdb.store.file.ids import LONG
 from orbitdb.store.file.schema import OF_WORD, SHARED
 from orbitdb.store.file.tables import classes, pruned_rows
 from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
-from orbitdb.symbols.members import BITS_OF, ELEMENT_OF
-from orbitdb.symbols.symmetry import image_coordinates
+from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)

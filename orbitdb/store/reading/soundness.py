@@ -8,11 +8,10 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Marks, Places
 from orbitdb.errors import AlteredError
-from orbitdb.orbits.batch import NUMBERS
-from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.orbits.status import EXISTING, NUMBERS, Status
 from orbitdb.plaintext import printable, shortened
-from orbitdb.symbols.members import STABILISER_OF
 from orbitdb.symbols.pruning import RULES, rules_broken
+from orbitdb.symbols.symmetry import STABILISER_OF
 from orbitdb.symbols.words import are_primitive, from_strings
 
 StoredRow = Mapping[str, Any]

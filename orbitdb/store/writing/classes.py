@@ -12,16 +12,15 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Marks
-from orbitdb.orbits.batch import NUMBERS, Orbits
-from orbitdb.orbits.births.changes import JOINTS, Changes, events
-from orbitdb.orbits.status import EXISTING
+from orbitdb.orbits.births import JOINTS, Changes, events
+from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.store.file.database import driver
 from orbitdb.store.file.ids import id_of_class, ids_of_pruned
 from orbitdb.store.file.schema import BORN, DIED, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, fill, orbit, pruned
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.members import joined_members
+from orbitdb.symbols.symmetry import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
 
 NULL = float("nan")
@@ -38,7 +37,7 @@ def add_classes(
 ) -> None:
     """Store N classes, given their ids, representatives, shape (N, p), stabilisers and words.
 
-    The words of each class are joined to one text, as by `orbitdb.symbols.members.joined_words`.
+    The words of each class are joined to one text, as by `orbitdb.symbols.symmetry.joined_words`.
     """
     p, masks = least.shape[1], stabilisers.tolist()
     sizes, reversals, labels = (

@@ -24,7 +24,7 @@ from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.table import position
 from orbitdb.cli.tui.table.pages import NONE, Ordering
 from orbitdb.errors import InputError
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 

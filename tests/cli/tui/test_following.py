@@ -20,7 +20,7 @@ from orbitdb.cli.tui.orbit.facts import bar
 from orbitdb.cli.tui.table.following import next_a, told
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_geometric, fill_periods
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.symbols.words import least_rotation

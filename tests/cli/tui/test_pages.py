@@ -18,7 +18,7 @@ from orbitdb.cli.tui.table.paged_table import PagedTable
 from orbitdb.cli.tui.table.pages import Ordering, Pages
 from orbitdb.cli.tui.table.position import place_of
 from orbitdb.errors import StoreError
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.limits import CancelledError

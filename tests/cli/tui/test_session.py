@@ -33,7 +33,7 @@ from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.cli.tui.table.panel import RowsPanel
 from orbitdb.cli.tui.table.position import Position
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.orbits.single_word import solve_word
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of

@@ -12,7 +12,7 @@ import numpy as np
 from flint import arb, ctx
 
 from orbitdb.billiard.legs import Chain, Legs
-from orbitdb.orbits.cyclic import solve_cyclic
+from orbitdb.billiard.stability import solve_cyclic
 
 Balls = list[arb]
 

@@ -1,1 +1,0 @@
-"""Orbits enclosed in ball arithmetic, with proof, for words that doubles cannot decide."""
