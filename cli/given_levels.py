@@ -15,7 +15,7 @@ from orbitdb.numerals import real
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
-    from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.quantum.weyl import Parity
     from orbitdb.store.reading.moment import Moment
 
 Table = list[tuple[str | None, float]]
@@ -75,9 +75,9 @@ class GivenLevels:
 
     def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
         """Return the levels of each parity, from the file or the catalogue."""
-        from orbitdb.answers.spectrum import levels_from_zero
+        from orbitdb.answers.levels import levels_from_zero
         from orbitdb.billiard.stadium import Stadium
-        from orbitdb.quantum.spectrum import check_levels
+        from orbitdb.quantum.missing_levels import check_levels
 
         named = read_parities(self.parity)
         if self.levels is None:
@@ -128,7 +128,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
 
 def read_parities(text: str | None) -> "list[Parity]":
     """Parse the parities in a text, by default all four, or raise."""
-    from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.quantum.weyl import Parity
 
     if text is None:
         return list(Parity)

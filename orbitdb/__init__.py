@@ -44,9 +44,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.orbits.newton import solve as solve
     from orbitdb.orbits.orbit import Orbit as Orbit, existence as existence, solve_word as solve_word
     from orbitdb.orbits.status import Orbits as Orbits, Status as Status
-    from orbitdb.quantum.assessment import Assessment as Assessment
+    from orbitdb.quantum.missing_levels import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
-    from orbitdb.quantum.spectrum import Spectrum as Spectrum
+    from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.asking.selection import Selection as Selection
     from orbitdb.store.reading.fills import Fill as Fill, Sweep as Sweep
@@ -68,9 +68,9 @@ _HOMES = {
     "orbits.newton": ("solve",),
     "orbits.orbit": ("Orbit", "existence", "solve_word"),
     "orbits.status": ("Orbits", "Status"),
-    "quantum.assessment": ("Assessment",),
+    "quantum.missing_levels": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
-    "quantum.spectrum": ("Spectrum",),
+    "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.asking.selection": ("Selection",),
     "store.reading.fills": ("Fill", "Sweep"),

@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from orbitdb.answers.counts import Counted
     from orbitdb.answers.identification import Candidate, Trajectory
     from orbitdb.answers.results import Result
-    from orbitdb.answers.scarring import Scar
+    from orbitdb.answers.scars import Scar
     from orbitdb.answers.subset import Subset
     from orbitdb.answers.whole_periods import ChosenClasses
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.filling.workers import Workers
-    from orbitdb.quantum.amplitudes import Parity
-    from orbitdb.quantum.assessment import Assessment
+    from orbitdb.quantum.length_spectrum import Spectrum
     from orbitdb.quantum.levels import Levels
-    from orbitdb.quantum.spectrum import Spectrum
+    from orbitdb.quantum.missing_levels import Assessment
+    from orbitdb.quantum.weyl import Parity
     from orbitdb.store.reading.fills import Fill, Sweep
     from orbitdb.store.reading.lives import BirthFill, Life
     from orbitdb.trajectories.ensemble import Reference
@@ -499,7 +499,7 @@ class Catalogue:
         InputError
             If no orbits are stored, or an argument is invalid.
         """
-        from orbitdb.answers.spectrum import read_spectrum
+        from orbitdb.answers.length_spectrum import read_spectrum
 
         with self._file.moment() as moment:
             return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
@@ -725,7 +725,8 @@ class Catalogue:
             As for `fill`.
         """
         from orbitdb.filling import records
-        from orbitdb.quantum.levels import Levels, parities_of
+        from orbitdb.quantum.levels import Levels
+        from orbitdb.quantum.weyl import parities_of
 
         at = Stadium(self._at(a))
         with telling(progress, "levels") as tell:
@@ -760,10 +761,8 @@ class Catalogue:
         InputError
             If the levels are not stored up to ``k_max``, or too few orbits are stored.
         """
-        from orbitdb.answers.judging import levels_from_orbits
-        from orbitdb.answers.spectrum import levels_from_zero
-        from orbitdb.quantum.amplitudes import Parity
-        from orbitdb.quantum.levels import parities_of
+        from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
+        from orbitdb.quantum.weyl import Parity, parities_of
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
@@ -799,8 +798,8 @@ class Catalogue:
         InputError
             If the values cannot be levels of the stadium, or too few orbits are stored.
         """
-        from orbitdb.answers.judging import assess_levels
-        from orbitdb.quantum.levels import parities_of
+        from orbitdb.answers.assessment import assess_levels
+        from orbitdb.quantum.weyl import parities_of
 
         of = None if parity is None else parities_of([parity])[0]
         with self._file.moment() as moment:
@@ -834,8 +833,8 @@ class Catalogue:
         InputError
             If the range is invalid, or the word is not an orbit.
         """
-        from orbitdb.answers.scarring import scars_of, scars_of_shortest
-        from orbitdb.quantum.levels import parities_of
+        from orbitdb.answers.scars import scars_of, scars_of_shortest
+        from orbitdb.quantum.weyl import parities_of
 
         named, at = parities_of(parities), self._at(a)
         if word is not None:

@@ -14,8 +14,8 @@ import orbitdb
 from orbitdb import Catalogue, Orbit, Selection, solve, solve_word
 from orbitdb.billiard.legs import Chain, cut
 from orbitdb.equality import ByValue
-from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import LevelWindow
+from orbitdb.quantum.weyl import Parity
 from orbitdb.symbols.words import from_strings
 
 

@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from orbitdb.answers.judging import assess_levels, orbits_for, told_missing
-from orbitdb.answers.spectrum import levels_from_zero, read_classes, read_spectrum
+from orbitdb.answers.assessment import assess_levels, orbits_for, told_missing
+from orbitdb.answers.length_spectrum import read_classes, read_spectrum
+from orbitdb.answers.levels import levels_from_zero
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels
@@ -16,12 +17,19 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves
 from orbitdb.plots.curves import short
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
-from orbitdb.quantum.amplitudes import Parity, weyl
-from orbitdb.quantum.lengths import family_count
-from orbitdb.quantum.spectrum import check_levels
-from orbitdb.quantum.statistics import FAMILY_TO, delta3, goe_delta3, goe_variance, number_variance, unfolded
+from orbitdb.quantum.level_statistics import (
+    FAMILY_TO,
+    delta3,
+    goe_delta3,
+    goe_variance,
+    number_variance,
+    unfolded,
+)
+from orbitdb.quantum.missing_levels import check_levels
+from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
+from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 

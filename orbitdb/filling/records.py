@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.answers.spectrum import missing_levels, stored_levels
+from orbitdb.answers.levels import ranges_not_stored, stored_levels
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
@@ -16,8 +16,8 @@ from orbitdb.errors import InputError
 from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact, with_error
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import LevelWindow, in_order, windows
+from orbitdb.quantum.weyl import Parity
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds, keep_levels
 from orbitdb.trajectories.ensemble import Reference
@@ -75,7 +75,7 @@ def find_levels(
     tasks = in_order(
         task
         for parity in parities
-        for gap in missing_levels(found[parity], low, high)
+        for gap in ranges_not_stored(found[parity], low, high)
         for task in windows(stadium, parity, *gap)
     )
     if not tasks:

@@ -13,14 +13,14 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plaintext import shortened
 from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE
-from orbitdb.quantum.amplitudes import weyl
+from orbitdb.quantum.weyl import weyl
 from orbitdb.symbols.words import run_notation
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
-    from orbitdb.quantum.assessment import Assessment
+    from orbitdb.quantum.length_spectrum import Peak, Spectrum
     from orbitdb.quantum.levels import Levels
-    from orbitdb.quantum.spectrum import Peak, Spectrum
+    from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.waves import Wave
 
 _ROOM = 0.12

@@ -22,10 +22,9 @@ from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
-from orbitdb.quantum.elements import grid
-from orbitdb.quantum.mesh import quarter_stadium
+from orbitdb.quantum.elements import grid, quarter_stadium
+from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
 
 if TYPE_CHECKING:
     import pandas
@@ -243,14 +242,6 @@ class Levels(ByValue, Drawn):
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         return "curves.draw_levels", (self,), repr(self).strip("<>")
-
-
-def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
-    """Return the parities with the given names, without repetitions; raise `InputError` for other names."""
-    try:
-        return list(dict.fromkeys(map(Parity, names)))
-    except ValueError:
-        raise InputError(f"unknown parity {names!r:.40}: use ee, eo, oe or oo") from None
 
 
 def levels(

@@ -1,6 +1,6 @@
 """The number of levels below k from orbits alone, and the levels that follow from it.
 
-With the terms Re(A exp(i k l)) of all orbits (`orbitdb.quantum.amplitudes`) and of the bouncing balls,
+With the terms Re(A exp(i k l)) of all orbits (`orbitdb.quantum.trace_formula`) and of the bouncing balls,
 
     N_X(k) = smooth number + sum of Im(A exp(i k l)) / l * exp(-(l / X)^2 / 2).
 
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Classes, Parity, orbit_terms, weyl
-from orbitdb.quantum.lengths import family
+from orbitdb.quantum.trace_formula import Classes, family, orbit_terms
+from orbitdb.quantum.weyl import Parity, weyl
 
 CUTOFFS = (6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0)
 """Cutoffs X from which the levels are computed, in units of the radius."""

@@ -14,22 +14,24 @@ A. Baecker, S. Fuerstberger, R. Schubert, Phys. Rev. E 70 (2004) 036204 (Husimi 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike
+from numpy.polynomial.legendre import leggauss, legvander
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import drawn
 from orbitdb.numerals import exact
-from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
-from orbitdb.quantum.interpolation import INSIDE, Cells
-from orbitdb.quantum.levels import parities_of, windows
+from orbitdb.quantum.elements import nodes
+from orbitdb.quantum.levels import windows
+from orbitdb.quantum.weyl import Parity, parities_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,6 +39,11 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
 
 
+_NEAREST = 12
+"""Number of nearest nodes whose cells are tried in the search for the cell that contains a point."""
+_NEWTON, _SETTLED = 20, 1e-12
+INSIDE = 1e-7
+"""Maximum distance outside a cell, in the coordinates of the cell, at which a point counts as inside."""
 _BLOCK = 1 << 13
 """Number of points evaluated together, small enough for their data to stay in the cache."""
 _MORE_NODES = 24
@@ -61,7 +68,7 @@ class Wave:
     parity: Parity
     k: float
     values: Floats
-    _cells: Cells = field(repr=False)
+    _cells: "Cells" = field(repr=False)
 
     def __repr__(self) -> str:
         return f"<wave {self.parity} at k = {self.k:.6g}, a = {exact(self.stadium.a)}>"
@@ -214,3 +221,96 @@ def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
         places.append(one + (x[:, None] + 1) / 2 * (other - one))
         weights.append(weight * length / 2)
     return np.concatenate(places), np.concatenate(weights)
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """The cells that all waves of a window share, given by their nodes `points`, shape (E, n, n, 2)."""
+
+    points: Floats
+
+    @cached_property
+    def _tree(self) -> cKDTree:
+        return cKDTree(self.points.reshape(-1, 2))
+
+    def at(self, points: Floats) -> "Places":
+        """Find the cell that contains each point, shape (N, 2), and the point's coordinates in the cell."""
+        n = self.points.shape[1]
+        x, _, slope = nodes(n - 1)
+        _, near = self._tree.query(points, k=_NEAREST)
+        cell, inside = np.full(len(points), -1), np.zeros((len(points), 2))
+        closest = np.full(len(points), np.inf)
+        for nearest in near.T:
+            open_ = np.flatnonzero(closest > 0)
+            if not len(open_):
+                break
+            which, node = np.divmod(nearest[open_], n * n)
+            place = np.stack([x[node // n], x[node % n]], axis=-1)
+            place = self._newton(points[open_], which, place, slope)
+            beyond = np.maximum(np.abs(place).max(axis=-1) - 1, 0.0)
+            beyond[beyond < INSIDE] = 0.0
+            better = beyond < closest[open_]
+            rows = open_[better]
+            cell[rows], inside[rows], closest[rows] = which[better], place[better], beyond[better]
+        return Places(cell, inside, self.points)
+
+    def _newton(self, points: Floats, which: NDArray[np.intp], place: Floats, slope: Floats) -> Floats:
+        place, moving = place.copy(), np.arange(len(points))
+        for _ in range(_NEWTON):
+            at = Places(which[moving], place[moving], self.points)
+            off = points[moving] - at.interpolated(self.points[at.cell])
+            step = np.linalg.solve(at.jacobian(), off[..., None])[..., 0]
+            place[moving] = np.clip(at.inside + step, -1.5, 1.5)
+            moving = moving[np.abs(step).max(axis=-1) > _SETTLED]
+            if not len(moving):
+                break
+        return place
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """N points, each given by its cell and by its coordinates in that cell, which run from -1 to 1."""
+
+    cell: NDArray[np.intp]
+    inside: Floats
+    points: Floats
+
+    @cached_property
+    def _bases(self) -> tuple[Floats, Floats]:
+        order = self.points.shape[1] - 1
+        return _lagrange(self.inside[:, 0], order), _lagrange(self.inside[:, 1], order)
+
+    def interpolated(self, nodal: Floats) -> Floats:
+        """Interpolate at each point, given the nodal values of its cell, shape (N, n, n, ...)."""
+        one, other = self._bases
+        return _contracted(one, other, nodal)
+
+    def jacobian(self) -> Floats:
+        """Return the Jacobian of x and y with respect to the coordinates in the cell, shape (N, 2, 2)."""
+        return np.stack(self._derivatives(self.points[self.cell]), axis=-1)
+
+    def _derivatives(self, nodal: Floats) -> tuple[Floats, Floats]:
+        slope = nodes(self.points.shape[1] - 1)[2]
+        one, other = self._bases
+        return _contracted(one @ slope, other, nodal), _contracted(one, other @ slope, nodal)
+
+    def values(self, function: Floats) -> Floats:
+        """Return the values of a function at the points, given its nodal values, shape (E, n, n)."""
+        return self.interpolated(function[self.cell])
+
+    def slopes(self, function: Floats) -> Floats:
+        """Return the gradient of a function at the points, shape (N, 2), given its nodal values."""
+        by = np.stack(self._derivatives(function[self.cell]), axis=-1)
+        found = np.linalg.solve(np.swapaxes(self.jacobian(), -1, -2), by[..., None])[..., 0]
+        return np.asarray(found, np.float64)
+
+
+def _contracted(one: Floats, other: Floats, nodal: Floats) -> Floats:
+    """Return the sum of one_i other_j nodal_ij for each point, shape (N, ...)."""
+    found: Floats = np.einsum("pi,pi...->p...", one, np.einsum("pj,pij...->pi...", other, nodal))
+    return found
+
+
+def _lagrange(x: Floats, order: int) -> Floats:
+    """Return the Lagrange polynomials of the nodes at each x, shape (N, n), from Legendre polynomials."""
+    return legvander(x, order) @ np.linalg.inv(legvander(nodes(order)[0], order))

@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.answers.spectrum import stored_levels
+from orbitdb.answers.levels import stored_levels
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, levels
 from orbitdb.errors import InputError, StoreError
 from orbitdb.numerals import exact
-from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.levels import ROUNDING, LevelWindow, windows
+from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, stadium, trajectory
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.records import bounds_stored, is_sound

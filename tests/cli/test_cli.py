@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.results import TABLE
-    from orbitdb.answers.scarring import Scar
+    from orbitdb.answers.scars import Scar
     from orbitdb.cli.commands.ask.identify import LENGTH_KEYS
     from orbitdb.cli.commands.ask.query import WORD_KEYS
     from orbitdb.cli.commands.average.assess import COLUMNS as GAP_KEYS
@@ -32,8 +32,8 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
     from orbitdb.cli.commands.make.simulate import COLUMNS as SIMULATED
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
-    from orbitdb.quantum.spectrum import COLUMNS as SPECTRUM_KEYS
-    from orbitdb.quantum.statistics import Statistics
+    from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
+    from orbitdb.quantum.level_statistics import Statistics
     from orbitdb.store.asking.conditions import COLUMNS
     from orbitdb.store.file.schema import LIFE
 

@@ -11,7 +11,7 @@ from there import there
 
 from orbitdb import Catalogue, InputError, Stadium
 from orbitdb.cli.given_levels import GivenLevels
-from orbitdb.quantum.amplitudes import Parity, weyl
+from orbitdb.quantum.weyl import Parity, weyl
 
 KNOWN = {
     "ee": [1.6968700531, 2.4751285339, 3.5221245323, 4.6281147069, 4.7689782892, 5.1744043795, 5.7253817965,

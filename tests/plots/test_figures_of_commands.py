@@ -19,8 +19,8 @@ from solutions import entropy, lyapunov
 from there import there
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
-from orbitdb.answers.judging import orbits_for
-from orbitdb.answers.spectrum import read_classes
+from orbitdb.answers.assessment import orbits_for
+from orbitdb.answers.length_spectrum import read_classes
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
@@ -31,9 +31,9 @@ from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
-from orbitdb.quantum.amplitudes import weyl
-from orbitdb.quantum.lengths import family_count
-from orbitdb.quantum.spectrum import Spectrum
+from orbitdb.quantum.length_spectrum import Spectrum
+from orbitdb.quantum.trace_formula import family_count
+from orbitdb.quantum.weyl import weyl
 from orbitdb.symbols.words import from_strings
 
 WHOLE = Selection(1.6, periods=((2, 5),))

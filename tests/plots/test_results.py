@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.levels import Levels, LevelWindow
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 matplotlib.use("agg")
 from matplotlib import pyplot

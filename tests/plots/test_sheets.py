@@ -11,7 +11,7 @@ from there import there
 
 from orbitdb import Catalogue
 from orbitdb.plots.curves import times as times_of
-from orbitdb.quantum.spectrum import Peak
+from orbitdb.quantum.length_spectrum import Peak
 
 matplotlib.use("agg")
 

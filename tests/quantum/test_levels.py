@@ -13,11 +13,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import jv
 
 from orbitdb import InputError, Stadium
-from orbitdb.quantum.amplitudes import Parity, weyl
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
-from orbitdb.quantum.elements import grid
+from orbitdb.quantum.elements import grid, quarter_disc, quarter_stadium
 from orbitdb.quantum.levels import LevelTask, levels, windows
-from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
+from orbitdb.quantum.weyl import Parity, weyl
 
 
 @pytest.mark.slow

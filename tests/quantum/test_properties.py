@@ -12,13 +12,13 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
-from orbitdb.answers.spectrum import missing_levels
-from orbitdb.quantum.amplitudes import Parity, Terms, wavenumber, weyl
-from orbitdb.quantum.elements import grid, nodes
-from orbitdb.quantum.lengths import counted, family, family_count, family_terms, of_terms, peak_of_each
+from orbitdb.answers.levels import ranges_not_stored
+from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
+from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, counted, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
-from orbitdb.quantum.mesh import quarter_disc, quarter_stadium
-from orbitdb.quantum.spectrum import COLUMNS, Spectrum, check_levels
+from orbitdb.quantum.missing_levels import check_levels
+from orbitdb.quantum.trace_formula import Terms, family, family_count, family_terms
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])
 EDGE = np.linspace(0, 1, 200)
@@ -137,7 +137,7 @@ def test_missing_levels_are_in_the_ranges_that_no_window_covers(cuts, low, high)
     none = np.zeros(0)
     windows = [pair for n, pair in enumerate(pairwise(cuts)) if n % 2 == 0 or n == len(cuts) - 2]
     known = [LevelWindow(1.6, Parity.EE, *window, 0, none, none, 0.0) for window in windows]
-    found = list(missing_levels(known, low, high))
+    found = list(ranges_not_stored(known, low, high))
     assert all(one < other for one, other in found)
     for one, other in pairwise(sorted({*cuts, low, high})):
         missing = low <= one < high and (one, other) not in windows

@@ -8,15 +8,13 @@ import pytest
 from there import there
 
 from orbitdb import InputError, solve_word, waves
-from orbitdb.answers.scarring import NEIGHBOURS, scars_of
+from orbitdb.answers.scars import NEIGHBOURS, scars_of
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Parity
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
-from orbitdb.quantum.elements import grid
-from orbitdb.quantum.interpolation import Cells
+from orbitdb.quantum.elements import grid, quarter_disc, rectangle
 from orbitdb.quantum.levels import levels
-from orbitdb.quantum.mesh import quarter_disc, rectangle
-from orbitdb.quantum.waves import Wave, boundary
+from orbitdb.quantum.waves import Cells, Wave, boundary
+from orbitdb.quantum.weyl import Parity
 
 A = 1.6
 

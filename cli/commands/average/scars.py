@@ -16,7 +16,7 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.amplitudes import Parity
+    from orbitdb.quantum.weyl import Parity
 
 EXAMPLES = ("scars 13 --k 20:22", "scars --k 20:20.5 --parity ee", "scars 0123 --k 10:20 --format csv")
 
@@ -39,7 +39,7 @@ def scars(
     side, in standard deviations. With WORD, you see all levels, the most scarred first. Without WORD, you see
     for each level the five of the twenty shortest stored orbits that scar it most.
     """
-    from orbitdb.answers.scarring import Scar
+    from orbitdb.answers.scars import Scar
 
     low, high = read_range("--k", k)
     with progress("waves"):
@@ -53,7 +53,7 @@ def scars(
 def _found(
     word: str | None, low: float, high: float, parities: "list[Parity]", asked: float | None, db: Path
 ) -> list[tuple[object, ...]]:
-    from orbitdb.answers.scarring import scars_of, scars_of_shortest
+    from orbitdb.answers.scars import scars_of, scars_of_shortest
     from orbitdb.store.reading.lookup import find_or_solve
     from orbitdb.store.reading.moment import reading
 

@@ -43,8 +43,8 @@ def spectrum(
 
     Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max).
     """
-    from orbitdb.answers.judging import told_missing
-    from orbitdb.answers.spectrum import read_spectrum
+    from orbitdb.answers.assessment import told_missing
+    from orbitdb.answers.length_spectrum import read_spectrum
 
     low, high = read_range("--range", lengths)
     if given.levels is None:
@@ -57,7 +57,7 @@ def spectrum(
     if peaks:
         output.write(PEAKS, found.peaks())
     else:
-        from orbitdb.quantum.spectrum import COLUMNS
+        from orbitdb.quantum.length_spectrum import COLUMNS
 
         output.write(COLUMNS, found.rows())
     for said in [*found.notes(), *judged]:

@@ -69,8 +69,8 @@ def _from_elements(
 
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.records import find_levels
-    from orbitdb.quantum.amplitudes import weyl
     from orbitdb.quantum.levels import Levels, windows
+    from orbitdb.quantum.weyl import weyl
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), read_parities(parity)
@@ -96,7 +96,7 @@ def _from_elements(
 
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
     """Show the levels computed from the stored orbits; return their number."""
-    from orbitdb.answers.judging import beside, levels_from_orbits
+    from orbitdb.answers.levels import beside, levels_from_orbits
     from orbitdb.store.reading.moment import reading
 
     low, high = (0.0, None) if k is None else read_range("--k", k)

@@ -9,13 +9,13 @@ import sqlalchemy as sa
 
 from orbitdb.answer_columns import OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
 from orbitdb.answers.entropy import table
+from orbitdb.answers.levels import stored_levels
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov
 from orbitdb.answers.results import Result
-from orbitdb.answers.spectrum import stored_levels
 from orbitdb.column import Column
 from orbitdb.columns import EVERY, WRITTEN
 from orbitdb.numerals import exact
-from orbitdb.quantum.amplitudes import Parity
+from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import cycle
 from orbitdb.store.reading.moment import Moment

@@ -9,15 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.judging import beside, levels_from_orbits
-from orbitdb.answers.spectrum import read_classes
+from orbitdb.answers.length_spectrum import read_classes
+from orbitdb.answers.levels import beside, levels_from_orbits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Parity, orbit_terms, weyl
-from orbitdb.quantum.assessment import CUTOFF, WIDEST, assess
-from orbitdb.quantum.lengths import family
+from orbitdb.quantum.level_numbers import numbered
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
-from orbitdb.quantum.missing_levels import numbered
+from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
+from orbitdb.quantum.trace_formula import family, orbit_terms
+from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.store.asking.selection import Selection
 
 

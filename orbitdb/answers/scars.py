@@ -12,8 +12,8 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
-from orbitdb.quantum.amplitudes import Parity, wavenumber, weyl
 from orbitdb.quantum.waves import waves
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 

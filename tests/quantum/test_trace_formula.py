@@ -8,12 +8,13 @@ from contents import alter, answer
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.answers.spectrum import read_classes
+from orbitdb.answers.length_spectrum import read_classes
 from orbitdb.billiard.stability import bounce_matrices
 from orbitdb.orbits.least_values import least_length
-from orbitdb.quantum.amplitudes import Parity, orbit_terms
-from orbitdb.quantum.lengths import EDGE, family, of_family, of_levels, of_terms
+from orbitdb.quantum.length_spectrum import of_family, of_levels, of_terms
 from orbitdb.quantum.levels import levels
+from orbitdb.quantum.trace_formula import EDGE, family, orbit_terms
+from orbitdb.quantum.weyl import Parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.symbols.words import from_strings
 

@@ -10,9 +10,7 @@ from scipy.linalg import eigvalsh
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Parity, weyl
-from orbitdb.quantum.lengths import family
-from orbitdb.quantum.statistics import (
+from orbitdb.quantum.level_statistics import (
     delta3,
     expected,
     gap_ratios,
@@ -22,6 +20,8 @@ from orbitdb.quantum.statistics import (
     statistics,
     unfolded,
 )
+from orbitdb.quantum.trace_formula import family
+from orbitdb.quantum.weyl import Parity, weyl
 
 
 @pytest.fixture

@@ -1,12 +1,7 @@
-"""The density of levels, of all parities or of one: its smooth part (Weyl's law) and the orbit terms.
+"""Gutzwiller's trace formula: the terms of the periodic orbits and of the bouncing balls.
 
-The density d(k) is the smooth part plus the sum of Re(A exp(i k l)) over all terms, where the A are
-Gutzwiller's amplitudes.
-
-The levels of one parity are those of a quarter of the stadium. Its outer walls are Dirichlet edges; each of
-its axes is a Dirichlet or a Neumann edge, depending on the parity. To the number of levels below k, a
-Dirichlet edge contributes -length k / (4 pi), a Neumann edge +length k / (4 pi), the curvature of the arc
-1/24, and a right angle 1/16 if its edges are of the same kind or -1/16 if they are not.
+The density of levels d(k) is its smooth part (`orbitdb.quantum.weyl`) plus the sum of Re(A exp(i k l)) over
+all terms, where the A are Gutzwiller's amplitudes.
 
 A cyclic word of length L, exponent lambda and Maslov index mu has one term for each number of repetitions
 r = 1, 2, ..., with l = r L and
@@ -17,59 +12,20 @@ The square root is 2 sinh(r lambda / 2), or 2 cosh(r lambda / 2) if r times the 
 odd. For one parity, a word contributes a quarter of each term. If a mirror or the half turn maps the word to
 itself, half the orbit takes its place, with weight 1/2 (docs/spectrum.md).
 
-Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128;
-H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
+Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Rev. A 40 (1989) 2128.
 """
 
 import math
-from enum import StrEnum
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats, Integers
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.weyl import Parity
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, STABILISER_OF
-
-
-class Parity(StrEnum):
-    """Parity of a wave: even or odd under x -> -x (first letter) and under y -> -y (second letter)."""
-
-    EE = "ee"
-    EO = "eo"
-    OE = "oe"
-    OO = "oo"
-
-    @property
-    def signs(self) -> tuple[int, int]:
-        """Signs by which x -> -x and y -> -y multiply the wave: +1 if it is even, -1 if it is odd."""
-        return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
-
-
-def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
-    """Return Weyl's law, the smooth number of levels below k (in 1/radius), as a polynomial in k.
-
-    It counts the levels of the given parity, or all levels if the parity is None.
-    """
-    if parity is None:
-        return Polynomial([1 / 6, -stadium.perimeter / (4 * math.pi), stadium.area / (4 * math.pi)])
-    x, y = parity.signs
-    edge = stadium.perimeter / 4 - x - y * (stadium.a + 1)
-    corners = (x * y - x - y) / 16
-    return Polynomial([1 / 24 + corners, -edge / (4 * math.pi), stadium.area / (16 * math.pi)])
-
-
-def wavenumber(smooth: Polynomial, number: float) -> float:
-    """Return the k at which the smooth number of levels reaches `number`.
-
-    If the smooth number is larger at every k, return the k >= 0 at which it has its minimum.
-    """
-    constant, linear, quadratic = smooth.coef.tolist()
-    root = linear**2 - 4 * quadratic * (constant - number)
-    return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
-
 
 _LARGEST = 700.0
 _BOTH = MIRROR_X | MIRROR_Y
@@ -173,3 +129,51 @@ def _spatial(of: Classes) -> tuple[Integers, Integers]:
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]
     return kind, np.array([each[0] if each else 0 for each in spatial])[which]
+
+
+EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
+        -0.1268 - 0.1103j, -0.1372 - 0.1005j, -0.1452 - 0.0928j, -0.1513 - 0.0870j)  # fmt: skip
+"""Correction E_j for the end of the bouncing-ball family at a joint, after j = 1, 2, .. round trips.
+
+E_j is the trace of j steps of the quantum map of the transverse coordinate s, minus the contribution of the
+bouncing balls at s < 0. Each step is a drift over the length 2, and for s > 0 the phase -k s^2. E_j does not
+depend on k."""
+
+
+def family(
+    stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None
+) -> Iterator[tuple[int, Complexes]]:
+    """Yield each length l of the bouncing balls, with A exp(i k l) at each k as for the orbits (`Terms`).
+
+    Notes
+    -----
+    For the levels of one parity, a ball that goes up and down j times in a quarter has the length l = 2j, and
+    A is (-chi_y)^j times the sum of three terms: (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4) for the family,
+    chi_x / (2 pi) for the axis x = 0, and (2 / pi) E_j (`EDGE`) for the edge at the joint. For the levels of
+    all parities, only even j remain, and the family and edge terms are four times as large.
+    """
+    x, y = (0, -1) if parity is None else parity.signs
+    step, share = (2, 4) if parity is None else (1, 1)
+    for j in range(step, math.floor(longest / 2) + 1, step):
+        edge = EDGE[j - 1] * 2 / math.pi if j <= len(EDGE) else 0.0
+        balls = stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.exp(-0.25j * math.pi) + edge
+        yield 2 * j, (-y) ** j * (share * balls + x / (2 * math.pi)) * np.exp(2j * j * k)
+
+
+def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
+    """Return the bouncing balls as terms whose amplitudes are right in the middle of the window."""
+    middle = np.array([k_max / 2])
+    balls = list(family(stadium, middle, longest, parity))
+    length = np.array([each for each, _ in balls], np.float64)
+    waves = np.array([wave[0] for _, wave in balls], np.complex128)
+    once = 4 if parity is None else 2
+    amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once
+    return Terms(length, amplitude, np.full(len(balls), -1), times, np.full(len(balls), 4 // once))
+
+
+def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
+    """Return the contribution of the bouncing balls to the number of levels below each k.
+
+    To leading order, integrating a term over k delays its phase by a quarter turn and divides it by l.
+    """
+    return sum((wave.imag / length for length, wave in family(stadium, k, longest, parity)), np.zeros_like(k))

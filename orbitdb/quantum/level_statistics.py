@@ -12,8 +12,8 @@ from scipy.special import sici
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.amplitudes import Parity, weyl
-from orbitdb.quantum.lengths import family_count
+from orbitdb.quantum.trace_formula import family_count
+from orbitdb.quantum.weyl import Parity, weyl
 
 LENGTHS = (1, 5, 20)
 """Lengths L for the number variance and Delta_3, in mean spacings."""

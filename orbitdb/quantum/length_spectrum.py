@@ -1,4 +1,9 @@
-"""The length spectrum of a stadium, from its orbits and from its levels."""
+"""The length spectrum: the Fourier transform of the fluctuating density of levels, from levels or orbits.
+
+F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, where the window is
+w = sin^4(pi k / K). From levels, F is the sum of w exp(i k x) over the levels minus the transform of the
+smooth density. From orbits, each term Re(A exp(i k l)) gives a peak at x = l and a small image of it at -l.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,22 +16,16 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
-from orbitdb.plaintext import several
-from orbitdb.quantum.amplitudes import Parity, Terms, weyl
-from orbitdb.quantum.lengths import peak_of_each
+from orbitdb.quantum.trace_formula import Terms, family
+from orbitdb.quantum.weyl import Parity, weyl
 
 if TYPE_CHECKING:
     import pandas
-    from numpy.typing import ArrayLike
 
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
-_LEAST_LEVELS = 10
-_OFF, _FEW = 0.2, 4
-"""Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
 _FAMILY = "02"
 
 
@@ -157,44 +156,101 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
     return values.real.tolist(), values.imag.tolist()
 
 
-def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -> Floats:
-    """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
+BLOCK = 1 << 20
 
-    Raises
-    ------
-    InputError
-        If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
+
+def reach(k_max: float) -> float:
+    """Return the distance from its centre, in units of the radius, beyond which a peak is below 1e-5."""
+    return 30 * math.pi / k_max
+
+
+def of_levels(
+    k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
+) -> Complexes:
+    """Return F at the lengths x, computed from levels.
+
+    Parameters
+    ----------
+    k : ndarray, shape (N,)
+        All levels below `k_max`, in 1/radius; higher levels are ignored.
+    x : ndarray, shape (n,)
+        Lengths, in units of the radius.
+    k_max : float
+        The end K of the window, in 1/radius.
+    stadium : Stadium
+    parity : Parity, optional
+        Parity of the levels; by default, levels of all parities.
+
+    Returns
+    -------
+    ndarray of complex128, shape (n,)
     """
-    k = np.sort(np.asarray(levels, np.float64), axis=-1)
-    if k.ndim != 1:
-        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
-    if len(k) < _LEAST_LEVELS:
-        raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
-    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
-        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
-    if not _plausible(len(k), k[-1], stadium, parity):
-        of = " of all parities" if parity is None else f" of parity {parity}"
-        expected = max(0.0, float(weyl(stadium, parity)(k[-1])))
-        raise InputError(
-            f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: {_remedy(len(k), k[-1], stadium, parity)}"
-        )
-    return k
+    inside = k[k < k_max]
+    nodes, weights = _quadrature(k_max, x)
+    smooth = weights * weyl(stadium, parity).deriv()(nodes)
+    return _transform(inside, _window(inside, k_max), x) - _transform(nodes, smooth, x)
 
 
-def _plausible(count: int, end: float, stadium: Stadium, parity: Parity | None) -> bool:
-    expected = float(weyl(stadium, parity)(end))
-    return abs(count - expected) <= _OFF * expected + _FEW
+def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
+    """Return F from terms, at lengths x in ascending order, shape (n,)."""
+    found = np.zeros(len(x), np.complex128)
+    far = reach(k_max)
+    ordered = terms.rows(np.argsort(terms.length))
+    for first in range(0, len(x), _POINTS):
+        here = x[first : first + _POINTS]
+        low, high = np.searchsorted(ordered.length, [here[0] - far, here[-1] + far])
+        step = BLOCK // len(here)
+        for at in range(low, high, step):
+            some = ordered.rows(np.arange(at, min(at + step, high)))
+            found[first : first + len(here)] += peak_of_each(some, here, k_max).sum(axis=1)
+    return found
 
 
-def _remedy(count: int, end: float, stadium: Stadium, parity: Parity | None) -> str:
-    """Return a message that says what may be wrong with a list that has too many or too few levels."""
-    if _plausible(count, math.sqrt(end), stadium, parity):
-        return "they look like energies: give --energies"
-    if _plausible(count, end**2, stadium, parity):
-        return "they look like wavenumbers: leave out --energies"
-    if parity is not None and _plausible(count, end, stadium, None):
-        return "they look like the levels of all parities: leave out --parity"
-    if parity is None and any(_plausible(count, end, stadium, each) for each in Parity):
-        return "they look like the levels of one parity: name it with --parity"
-    return "check --parity, --a and the unit: k is in 1/radius, frequencies need --frequency and --radius"
+_POINTS = 64
+
+
+def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
+    """Return the contribution of each term to F at each of the lengths x, shape (n, N)."""
+    at, length, amplitude = x[:, None], terms.length, terms.amplitude
+    found: Complexes = (
+        _peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude
+    ) / 2
+    return found
+
+
+def _peak(y: Floats, k_max: float) -> Complexes:
+    """Return the integral of w(k) exp(i k y) in closed form, because w is a sum of cosines."""
+    z = k_max * y / (2 * math.pi)
+    sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
+    found: Complexes = k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z)
+    return found
+
+
+def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
+    """Return the contribution of the bouncing-ball orbits (`family`) to F, at lengths x."""
+    k, weights = _quadrature(k_max, x)
+    balls = family(stadium, k, x[-1] + reach(k_max), parity)
+    return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
+
+
+def counted(terms: Terms, k: Floats) -> Floats:
+    """Return what the terms add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
+    return _transform(terms.length, terms.amplitude / terms.length, k).imag
+
+
+def _window(k: Floats, k_max: float) -> Floats:
+    return np.sin(math.pi * k / k_max) ** 4
+
+
+def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
+    """Return nodes in 0..K that resolve the oscillations exp(i k x), and weights that include the window."""
+    count = math.ceil(k_max * (2 * float(np.abs(x).max()) + reach(k_max)) / 2) + 100
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    k = (nodes + 1) * k_max / 2
+    return k, weights * k_max / 2 * _window(k, k_max)
+
+
+def _transform(k: Floats, weights: Floats | Complexes, x: Floats) -> Complexes:
+    """Return the sum of weights times exp(i k x) at each x."""
+    parts = np.array_split(x, max(1, len(x) * len(k) // BLOCK))
+    return np.concatenate([np.exp(1j * part[:, None] * k) @ weights for part in parts])

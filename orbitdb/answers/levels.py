@@ -1,0 +1,176 @@
+"""The levels of a catalogue: the stored ones, and those that follow from its orbits."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from orbitdb.arrays import Floats
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact
+from orbitdb.orbits.status import Status
+from orbitdb.plaintext import several
+from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
+from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
+from orbitdb.quantum.trace_formula import Classes
+from orbitdb.quantum.weyl import Parity, parities_of
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.tables import level, level_fill
+from orbitdb.store.reading.moment import Moment
+from orbitdb.store.reading.soundness import unsound
+
+_LEAST, _ENOUGH = 8, 12
+"""Levels need all orbits up to the first of these periods, and improve up to the second."""
+
+_MOST_K = 300.0
+_COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
+
+
+def levels_from_zero(
+    moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
+) -> Levels:
+    """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
+    parities = list(Parity) if parity is None else parities_of([parity])
+    found = {each: stored_levels(moment.connection, a, each) for each in parities}
+    ends = {}
+    for each, windows in found.items():
+        end = 0.0
+        for window in windows:
+            end = window.high if window.low == end else end
+        ends[each] = end
+    last = min(ends.values())
+    high = last if k_max is None else k_max
+    if not 0 < high <= last:
+        asked = 30 if k_max is None else k_max
+        of = "" if parity is None else f" of parity {parity}"
+        known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
+        command = f"'orbitdb levels --k 0:{asked:g} --a {exact(a)}'"
+        if any(ends.values()) and not last:
+            some = ", ".join(each for each, end in ends.items() if end)
+            raise InputError(
+                f"only {some} levels are stored at a = {exact(a)}: choose one parity with --parity, or find "
+                f"the others with {command}"
+            )
+        raise InputError(f"{known} at a = {exact(a)}: {command} finds them")
+    return Levels.joined(a, 0.0, high, found)
+
+
+def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+    """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
+    try:
+        found = levels_from_zero(moment, a, parity)
+    except InputError:
+        return None
+    return found.k, found.high
+
+
+def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
+    """Return the stored windows of levels of one parity."""
+    fills, levels = level_fill.c, level.c
+    query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
+        fills.a == a, fills.parity == str(parity)
+    )
+    rows = sa.select(levels.number, levels.k, levels.error).where(levels.a == a, levels.parity == str(parity))
+    known = np.array([tuple(row) for row in connection.execute(rows)], np.float64).reshape(-1, 3)
+    found = []
+    for low, high, below, seconds in connection.execute(query):
+        number, k, error = known[(known[:, 1] >= low) & (known[:, 1] < high)].T
+        if not np.array_equal(number, np.arange(below + 1, below + 1 + len(k))) or (np.diff(k) < 0).any():
+            raise unsound(f"levels {parity} at a = {exact(a)} in a window from k =", low)
+        found.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
+    for one, other in pairwise(found):
+        whole = one.below + len(one.k) == other.below
+        if one.high > other.low or (one.high == other.low and not whole):
+            raise unsound(f"levels {parity} at a = {exact(a)} in a window from k =", other.low)
+    if sum(len(each.k) for each in found) != len(known):
+        raise unsound(f"levels {parity} outside all windows at a =", a)
+    return found
+
+
+def ranges_not_stored(known: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
+    """Yield the ranges of k between `low` and `high` that no window covers."""
+    for each in known:
+        if low < min(each.low, high):
+            yield low, min(each.low, high)
+        low = max(low, each.high)
+    if low < high:
+        yield low, high
+
+
+def levels_from_orbits(
+    moment: Moment,
+    a: float,
+    k_max: float | None = None,
+    parities: Iterable[Parity] = tuple(Parity),
+) -> Levels:
+    """Return the levels computed from the stored orbits (`Catalogue.levels`)."""
+    stadium, named = Stadium(a), tuple(parities)
+    classes, highest = classes_for_levels(moment, stadium.a)
+    reliable = min(reliable_end(stadium, parity) for parity in named)
+    end = math.floor(reliable * 10) / 10 if k_max is None else k_max
+    if not 0 < end <= _MOST_K:
+        raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
+    found = {}
+    for parity in named:
+        k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
+        found[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
+    basis = [
+        f"from {several(len(classes.length), 'class', 'classes')} of orbits up to period {highest}, "
+        f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
+    ]
+    if highest < _ENOUGH:
+        basis.append(
+            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {exact(stadium.a)}'"
+        )
+    if end > reliable:
+        basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
+    return replace(Levels.joined(stadium.a, 0.0, end, found), basis="; ".join(basis))
+
+
+def beside(moment: Moment, found: Levels) -> list[float | None]:
+    """Return, for each level from orbits, the stored level with the same number, or None."""
+    known: dict[tuple[str, int], float] = {}
+    for parity in found.parities:
+        for window in stored_levels(moment.connection, found.a, parity):
+            known.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
+    numbers = dict.fromkeys(map(str, found.parities), 0)
+    values = []
+    for parity in found.parity.tolist():
+        numbers[parity] += 1
+        values.append(known.get((parity, numbers[parity])))
+    return values
+
+
+def classes_for_levels(moment: Moment, a: float) -> tuple[Classes, int]:
+    """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
+    if not LEAST_A <= a <= LARGEST_A:
+        raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
+    classes, _, highest = read_classes(moment, Selection(a))
+    if highest < _LEAST:
+        raise InputError(
+            f"periods are complete only up to {highest} at a = {exact(a)}, but levels need {_LEAST} or more: "
+            f"'orbitdb fill --p {_ENOUGH} --a {exact(a)}' finds their orbits"
+        )
+    return classes, highest
+
+
+def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
+    """Return the chosen orbits by class, their representatives, and the period up to which all are filled."""
+    found = moment.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
+    filled = {fill.p for fill in moment.fills(chosen.a) if fill.whole and not fill.unresolved}
+    if not len(found.ids):
+        raise InputError(
+            f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
+        )
+    highest = 1
+    while highest + 1 in filled:
+        highest += 1
+    values, words = found.values, found.counts.astype(np.int64)
+    maslov, walls = (values[name].astype(np.int64) for name in ("maslov", "walls"))
+    classes = Classes(maslov, walls, words, values["length"], values["lyapunov"], values["symmetry"])
+    return classes, values["representative"], highest
