@@ -16,7 +16,7 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import Criteria, chosen_by, chosen_periods, with_criteria
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import default_path
-from orbitdb.store.reading.lookup import meant
+from orbitdb.store.reading.lookup import find_or_solve, meant
 from orbitdb.store.reading.moment import Moment, Reader
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 
@@ -164,13 +164,6 @@ class Catalogue:
         with self._file.moment() as moment:
             return moment.find(symbols, self._at(a))
 
-    def _find_or_solve(self, word: str, a: float) -> Orbit:
-        if (found := self.find(word, a)) is not None:
-            return found
-        from orbitdb.orbits.orbit import solve_word
-
-        return solve_word(word, a)
-
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
         try:
@@ -193,7 +186,7 @@ class Catalogue:
         symbols = parse(word)
         if not is_primitive(symbols):
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
-        return self._find_or_solve(symbols, self.a)
+        return find_or_solve(self.path, symbols, self.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""
@@ -237,6 +230,8 @@ class Catalogue:
         SelectionError
             If a column is unknown or ``where`` is refused.
         """
+        if offset < 0 or (limit is not None and limit < 0):
+            raise InputError(f"limit {limit}, offset {offset}: give 0 or more")
         with self._question(selection, criteria) as (moment, chosen):
             most = None if limit is None else limit + offset
             yield from moment.rows(moment.choose(chosen, order, most=most), columns, offset, most)
@@ -251,11 +246,12 @@ class Catalogue:
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
         """Return the counts of the paper's Table 1, taken from a fill, a sweep, or births.
 
-        Of the parameters of `select`, only ``a`` and ``p`` matter; by default, it counts all stored periods.
+        The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
         """
-        from orbitdb.answers.counts import count
+        from orbitdb.answers.counts import count, need_periods_alone
 
         with self._question(selection, criteria) as (moment, chosen):
+            need_periods_alone(chosen)
             return count(moment, chosen)
 
     @with_criteria
@@ -325,8 +321,8 @@ class Catalogue:
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        Of the parameters of `select`, only ``a`` and ``p`` matter. If a period is not filled, its counts come
-        from a sweep or from births.
+        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
+        is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -434,7 +430,7 @@ class Catalogue:
         from orbitdb.answers.identification import identify_trajectory
 
         at = Stadium(self._at(a))
-        find = partial(self._find_or_solve, a=at.a)
+        find = partial(find_or_solve, self.path, a=at.a)
         return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
 
     def with_length(
@@ -565,6 +561,8 @@ class Catalogue:
         at, wanted, single = self._at(a), _periods(periods), list(words)
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
+        if geometric and not wanted:
+            raise InputError("geometric=True stores the pruned words of periods: name periods, too")
         if wanted:
             with telling(progress, "fill") as tell:
                 fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
@@ -637,8 +635,7 @@ class Catalogue:
         self,
         bounces: int = 20_000_000,
         *,
-        seed: int = 0,
-        rng: "np.random.Generator | None" = None,
+        seed: "int | np.random.Generator" = 0,
         legwise: bool = False,
         progress: Tell | None = None,
         a: float | None = None,
@@ -649,10 +646,8 @@ class Catalogue:
         ----------
         bounces : int, optional
             Total number of bounces.
-        seed : int, optional
-            The same seed gives the same result.
-        rng : numpy.random.Generator, optional
-            Generator that draws the seed; ``seed`` is then ignored.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same result; a generator draws one.
         legwise : bool, optional
             Whether to sample leg by leg and use exact means, which makes the errors much smaller.
         progress, a : optional
@@ -662,7 +657,7 @@ class Catalogue:
 
         at = Stadium(self._at(a))
         with telling(progress, "trajectories") as tell:
-            found = records.simulate(at, bounces, _seed(seed, rng), legwise, tell)
+            found = records.simulate(at, bounces, _seed(seed), legwise, tell)
         records.keep_simulated(self.path, at.a, found)
         return found
 
@@ -838,7 +833,7 @@ class Catalogue:
 
         named, at = parities_of(parities), self._at(a)
         if word is not None:
-            return scars_of(self._find_or_solve(parse_primitive(word), at), k_min, k_max, named)
+            return scars_of(find_or_solve(self.path, parse_primitive(word), at), k_min, k_max, named)
         with self._file.moment() as moment:
             return scars_of_shortest(moment, at, k_min, k_max, named)
 
@@ -849,8 +844,7 @@ class Catalogue:
         *,
         sample: int | None = None,
         restarts: int = 0,
-        seed: int = 0,
-        rng: "np.random.Generator | None" = None,
+        seed: "int | np.random.Generator" = 0,
         births: bool = False,
         rigorous: bool = False,
         jobs: int | None = 1,
@@ -867,7 +861,7 @@ class Catalogue:
             Check only this many classes, drawn at random.
         restarts : int, optional
             Number of random starts from which every word is solved again.
-        seed, rng : optional
+        seed : optional
             Seed of the sample and the restarts, as for `simulate`.
         births : bool, optional
             Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
@@ -886,7 +880,7 @@ class Catalogue:
         everywhere = selection is None and criteria.get("a") is None
         chosen = self._chosen(selection, criteria)
         selections = [replace(chosen, a=at) for at in self.a_values()] if everywhere else [chosen]
-        drawn = _seed(seed, rng)
+        drawn = _seed(seed)
         work = verification_steps(self.path, selections, sample, restarts, drawn, births, rigorous, jobs=jobs)
         with telling(progress, "verify") as tell, closing(work) as steps:
             return Verification(tuple(report(told(steps, tell))))
@@ -986,6 +980,5 @@ def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
     return () if periods is None else chosen_periods(periods)
 
 
-def _seed(seed: int, rng: "np.random.Generator | None") -> int:
-    """Return the given seed or, if a generator is given, one drawn from it."""
-    return seed if rng is None else int(rng.integers(2**63))
+def _seed(seed: "int | np.random.Generator") -> int:
+    return int(seed.integers(2**63)) if hasattr(seed, "integers") else seed

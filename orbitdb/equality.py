@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 class ByValue:
     """Base of dataclasses with ``eq=False`` that are equal if all fields are equal bit by bit.
 
-    NaN equals NaN at the same position, but 0.0 in an array differs from -0.0. The hash depends on the
+    Fields with ``compare=False`` do not count. NaN equals NaN at the same position, but 0.0 in an array
+    differs from -0.0. The hash depends on the
     arrays, so do not change them while the object is a key of a dictionary.
     """
 
     def __eq__(self, other: object) -> bool:
         if other.__class__ is not self.__class__:
             return NotImplemented
-        return bool(_key(_values(self)) == _key(_values(other)))
+        return bool(_key(_compared(self)) == _key(_compared(other)))
 
     def __hash__(self) -> int:
-        return hash(_key(_values(self)))
+        return hash(_key(_compared(self)))
 
     def __repr__(self) -> str:
         """Return one line with the fields, or shapes of arrays; for dataclasses with ``repr=False``."""
@@ -64,6 +65,10 @@ def _brief(value: Any) -> str:
 def _values(record: Any) -> list[Any]:
     """Return the values of a dataclass's fields."""
     return [getattr(record, field.name) for field in fields(record)]
+
+
+def _compared(record: Any) -> list[Any]:
+    return [getattr(record, field.name) for field in fields(record) if field.compare]
 
 
 def _key(value: Any) -> Any:

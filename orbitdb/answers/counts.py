@@ -12,7 +12,7 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
 from orbitdb.store.asking.limits import never
-from orbitdb.store.asking.selection import Selection, written_periods
+from orbitdb.store.asking.selection import Selection, SelectionError, written_periods
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment
@@ -91,6 +91,15 @@ def count(moment: Moment, selection: Selection) -> Counted:
     known.update((p, counts_at(moment.connection, selection.a, p)) for p in needed)
     return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
                    tuple(p for p in swept if selection.includes(p)))  # fmt: skip
+
+
+def need_periods_alone(chosen: Selection) -> None:
+    """Raise `SelectionError` if a selection has criteria other than ``a`` and periods."""
+    if chosen != Selection(chosen.a, chosen.periods):
+        raise SelectionError(
+            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
+            "with select(...).table()"
+        )
 
 
 def _tally(fill: Fill) -> "Tally":

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from orbitdb.answers.completeness import gaps
-from orbitdb.answers.counts import count
+from orbitdb.answers.counts import count, need_periods_alone
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
@@ -35,6 +35,7 @@ _EDGES = 10
 
 def table(moment: Moment, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
+    need_periods_alone(chosen)
     counted = count(moment, chosen)
     notes = gaps(moment, chosen, left_out=True, counted=counted)
     for p in counted.chosen:

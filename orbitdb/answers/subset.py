@@ -1,8 +1,9 @@
 """`Subset`: chosen words as arrays."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
@@ -19,6 +20,7 @@ from orbitdb.formulas import with_formulas
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.rows import COORDINATES
 from orbitdb.store.reading.soundness import unsound
@@ -69,6 +71,8 @@ class Subset(ByValue):
         The chosen periods that are completely filled; averages use only these.
     total : int or None
         Number of all chosen words if the subset is only a part of them, else None.
+    path : Path or None
+        The file that the rows were read from; orbits read their coordinates there when asked.
 
     Examples
     --------
@@ -104,6 +108,7 @@ class Subset(ByValue):
     unfilled: str | None = None
     filled: tuple[int, ...] = ()
     total: int | None = None
+    path: Path | None = field(default=None, compare=False)
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -155,12 +160,16 @@ class Subset(ByValue):
         return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return word n as an orbit, with coordinates if they were read, but without `exists`."""
+        """Return word n as an orbit, without `exists`; coordinates that were not read are read when asked."""
         word, a = str(self.codes[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
         status = Status(str(self.status[n]))
-        exists = status in EXISTING
+        coordinates: Any = None
+        if status in EXISTING and self.coordinates is not None:
+            coordinates = self.coordinates_of(n)
+        elif status in EXISTING and self.path is not None:
+            coordinates = partial(_read_coordinates, self.path, word, a)
         known: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
         known |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
         return Orbit(
@@ -168,7 +177,7 @@ class Subset(ByValue):
             a=a,
             status=status,
             class_size=int(self.class_size[n]),
-            coordinates=self.coordinates_of(n) if self.coordinates is not None and exists else None,
+            coordinates=coordinates,
             stored=True,
             **known,
         )
@@ -255,7 +264,7 @@ class Subset(ByValue):
         Parameters
         ----------
         kind : str, optional
-            A sheet shows each orbit in its own picture. Sheets and the phase space need coordinates
+            A sheet shows each orbit in its own picture. The phase space needs coordinates
             (``select(..., coordinates=True)``).
         ax : matplotlib.axes.Axes, optional
             Axes to draw in; by default those of a new figure.
@@ -274,8 +283,6 @@ class Subset(ByValue):
         if kind == "lengths":
             return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
         if kind == "sheet":
-            if orbits.coordinates is None:
-                raise ValueError("a sheet needs coordinates: select(..., coordinates=True)")
             return drawn("paths.draw_sheet", (list(orbits),), title, ax)
         periods = np.unique(orbits.p).tolist()
         parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
@@ -292,7 +299,7 @@ class Subset(ByValue):
 
 
 _TOLD = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
-_, *OF_ROWS, _, _, _, _ = (each.name for each in fields(Subset))
+_, *OF_ROWS, _, _, _, _, _ = (each.name for each in fields(Subset))
 
 
 def read_subset(moment: Moment, selection: Selection, order: str, coordinates: bool) -> Subset:
@@ -306,9 +313,12 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
         columns[name] = [block[place] for block in blocks]
     places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
     arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
-    return Subset(
-        selection, arrays.pop("code"), coordinates=places, unfilled=missing, filled=filled, **arrays
-    )
+    arrays |= {"coordinates": places, "unfilled": missing, "filled": filled, "path": moment.path}
+    return Subset(selection, arrays.pop("code"), **arrays)
+
+
+def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
+    return find_or_solve(path, word, a).coordinates
 
 
 def _array(name: str, parts: list[Any]) -> NDArray[Any]:

@@ -76,10 +76,7 @@ def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarro
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
-    """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown.
-
-    Orbits whose coordinates were not read are solved to draw their pictures.
-    """
+    """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown."""
     if not orbits:
         return f"<p>{escape(title)}</p>"
     head = _cells("th", _HEADINGS)
@@ -93,9 +90,7 @@ def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:
 def _row(orbit: Orbit) -> str:
     points, stadium = None, Stadium(orbit.a)
     if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
-        from orbitdb.orbits.orbit import solve_word  # loads the solver
-
-        points = (orbit if orbit.coordinates is not None else solve_word(orbit.code, stadium)).points
+        points = orbit.points
     picture = "" if points is None else import_module("orbitdb.plots.svg").small_svg(stadium, points)
     texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),

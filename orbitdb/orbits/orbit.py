@@ -1,7 +1,7 @@
 """One word in a given stadium: its orbit, how it is solved, and the ranges of a in which it is an orbit."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
@@ -42,6 +42,24 @@ from orbitdb.symbols.words import (
 _SHOWN = 40
 
 
+class _Coordinates:
+    """The coordinates of an orbit: given, or read by a function when they are first asked for; read-only."""
+
+    def __get__(self, orbit: Any, kind: type | None = None) -> Floats | None:
+        if orbit is None:
+            return None  # the default of the field
+        if callable(orbit.__dict__["_coordinates"]):
+            orbit.__dict__["_coordinates"] = orbit.__dict__["_coordinates"]()
+        if (places := orbit.__dict__["_coordinates"]) is None:
+            return None
+        locked: Floats = places.view()
+        locked.flags.writeable = False
+        return locked
+
+    def __set__(self, orbit: Any, places: Floats | Callable[[], Floats | None] | None) -> None:
+        orbit.__dict__["_coordinates"] = places
+
+
 @with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit(Drawn):
@@ -71,7 +89,8 @@ class Orbit(Drawn):
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
     coordinates : ndarray, shape (p,), or None
-        Coordinates in the order of ``code``; read-only, so that an orbit can be a dictionary key.
+        Coordinates in the order of ``code``; read-only, so that an orbit can be a dictionary key. An orbit
+        of a `Subset` reads them from the file when they are asked for.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
@@ -96,20 +115,16 @@ class Orbit(Drawn):
     error: float | None = None
     length_error: float | None = None
     lyapunov_error: float | None = None
-    coordinates: Floats | None = None
+    if TYPE_CHECKING:
+        coordinates: Floats | None = None
+    else:
+        coordinates: Any = _Coordinates()
     solver: str | None = None
     stored: bool = False
     exists: tuple[tuple[float, float | None], ...] | None = None
 
-    def __post_init__(self) -> None:
-        if self.coordinates is not None:
-            locked = self.coordinates.view()
-            locked.flags.writeable = False
-            object.__setattr__(self, "coordinates", locked)
-
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        self.__dict__.update(state)
-        self.__post_init__()  # unpickled arrays are writable
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_coordinates": self.coordinates}
 
     @property
     def p(self) -> int:

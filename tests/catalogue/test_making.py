@@ -132,7 +132,7 @@ def test_the_seed_is_drawn_from_a_given_generator(tmp_path):
     import numpy as np
 
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
-    found = catalogue.simulate(5_000, rng=np.random.default_rng(7))
+    found = catalogue.simulate(5_000, seed=np.random.default_rng(7))
     assert found.seed == int(np.random.default_rng(7).integers(2**63))
     assert catalogue.reference() == found
     swept = catalogue.sweep(3)[0]

@@ -15,7 +15,7 @@ import pytest
 from processes import run
 from there import there
 
-from orbitdb import Catalogue, Selection, Status, solve_word
+from orbitdb import Catalogue, InputError, Selection, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.asking.criteria import chosen_by
@@ -57,6 +57,41 @@ def test_coordinates_that_were_not_read_are_none(catalogue):
     assert subset.coordinates is None
     with pytest.raises(ValueError, match="coordinates=True"):
         subset.coordinates_of(0)
+
+
+def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
+    """Copies and images have them, too."""
+    read, later = (catalogue.select(p=5, status="orbit,dynamical", coordinates=now) for now in (True, False))
+    assert read != later
+    assert later == pickle.loads(pickle.dumps(later))
+    for one, other in zip(read, later, strict=True):
+        for name in ("coordinates", "points", "arclength", "sine", "monodromy"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        assert (one.points is None) == (one.status != "orbit")
+    orbit = catalogue.select(p=5, status="orbit")[3]
+    np.testing.assert_array_equal(orbit.reverse().points, orbit.points[::-1])
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(orbit)).points, orbit.points)
+    with pytest.raises(ValueError, match="read-only"):
+        orbit.coordinates[0] = 0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda c: c.table(status="dynamical"),
+        lambda c: c.table(Selection(time_reversal="self")),
+        lambda c: c.counts(lambda_c=(0.3, None)),
+        lambda c: c.select(parameters={"cut": 3}),
+        lambda c: c.select(Selection(), p=3),
+        lambda c: c.identify(points=[(0, 1), (0, -1), (1, 1)], bounces=3),
+        lambda c: c.fill(words=["13"], geometric=True),
+        lambda c: next(c.rows(p=2, offset=-5)),
+        lambda c: next(c.rows(p=2, limit=-5)),
+    ],
+)
+def test_nothing_given_is_ignored(catalogue, ask):
+    with pytest.raises(InputError, match=r"only a and p|not given|not both|a start|name periods|0 or more"):
+        ask(catalogue)
 
 
 def test_words_are_keys_in_any_rotation(catalogue):

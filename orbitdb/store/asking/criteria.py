@@ -91,6 +91,10 @@ def chosen_by(
     pairs = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
+    if parameters and where is None:
+        raise SelectionError(
+            f"{', '.join(parameters)}: parameters are for names in where, which is not given"
+        )
     return Selection(
         a=Stadium(USUAL_A if a is None else a).a,
         periods=() if p is None else parse_periods(_listed(p)),
