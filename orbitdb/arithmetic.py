@@ -9,6 +9,9 @@ with arguments close to pi/2, where a careless reduction of the argument would s
 
 import platform
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 
@@ -67,6 +70,22 @@ HARD = {
 """Exact arguments, and the correctly rounded results (from 300-bit arithmetic)."""
 
 
+_balls = threading.RLock()
+
+
+@contextmanager
+def ball_precision(bits: int) -> Iterator[None]:
+    """Compute with balls of the given precision, one thread at a time; then restore the caller's precision.
+
+    Flint has one precision for the whole process, so a thread that changed it would change the digits of
+    others.
+    """
+    from flint import ctx
+
+    with _balls, ctx.workprec(bits):
+        yield
+
+
 class RoundingError(WorkError):
     """This machine's elementary functions are less accurate than the error bounds assume."""
 
@@ -79,12 +98,11 @@ def arithmetic() -> str:
     """
     import numpy as np
 
-    found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
+    vectors = np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])  # absent if there are none
     libraries = " ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "python-flint"))
     library = " ".join(part for part in platform.libc_ver() if part)
-    return (
-        f"bounds {BOUNDS}, {libraries}, {platform.system()} {platform.machine()} {' '.join(found)}, {library}"
-    )
+    machine = f"{platform.system()} {platform.machine()} {' '.join(vectors)}"
+    return f"bounds {BOUNDS}, {libraries}, {machine}, {library}"
 
 
 @cache

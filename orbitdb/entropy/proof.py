@@ -16,9 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb
 from numpy.typing import NDArray
 
+from orbitdb.arithmetic import ball_precision
 from orbitdb.arrays import Marks
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
@@ -43,19 +44,20 @@ def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | 
     found = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
     done = 0
-    with ctx.workprec(PRECISION):
+    with ball_precision(PRECISION):
         if not limits_hold(windows.edges, a):
             return found
-        for first in range(0, len(decided), BATCH):
-            batch = decided[first : first + BATCH]
-            for rows, chains in open_chains(windows.rows(batch)):
-                way = np.where(verdict[batch[rows]] == Verdict.FORBIDDEN, 1.0, -1.0)
-                pushed = corner(chains, a, way * chains.sense, way * chains.lean)
-                start = solve_corner(pushed, a, np.zeros(len(rows))).alpha.T.tolist()
-                for column, row in enumerate(batch[rows].tolist()):
-                    if tell and done % _OFTEN == 0:
-                        tell(done, len(decided), f"{windows.edges} letters: ball arithmetic")
-                    done += 1
+    for first in range(0, len(decided), BATCH):
+        batch = decided[first : first + BATCH]
+        for rows, chains in open_chains(windows.rows(batch)):
+            way = np.where(verdict[batch[rows]] == Verdict.FORBIDDEN, 1.0, -1.0)
+            pushed = corner(chains, a, way * chains.sense, way * chains.lean)
+            start = solve_corner(pushed, a, np.zeros(len(rows))).alpha.T.tolist()
+            for column, row in enumerate(batch[rows].tolist()):
+                if tell and done % _OFTEN == 0:
+                    tell(done, len(decided), f"{windows.edges} letters: ball arithmetic")
+                done += 1
+                with ball_precision(PRECISION):
                     f = condition_in_balls(pushed, column, a, start[column])
                     found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
     return found

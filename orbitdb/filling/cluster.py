@@ -19,7 +19,7 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import Answer, Task, Workers, answered, begun_ahead
+from orbitdb.filling.workers import Answer, Task, Workers, begun_ahead
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -83,10 +83,12 @@ class Cluster(Workers):
         begun = map(self._begun, blocks)
         for task in begun_ahead(begun, lambda: _AHEAD * max(self.size()[1], 1)):
             try:
-                version, found = task.result()
+                version, answer = task.result()
             except Exception as error:
                 raise _failure(error) from error
-            yield answered(version, found)
+            if version != __version__:
+                raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
+            yield answer
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of workers and of all their threads; each worker solves one block at a time."""

@@ -21,7 +21,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
-from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
@@ -143,7 +143,7 @@ def fill(
     """Fill the given periods at the given a (`Catalogue.fill`)."""
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    coming = need(path, a, periods, workers.jobs if workers else jobs or cores(), method)
+    coming = need(path, a, periods, workers.jobs if workers else number_of(jobs), method)
     check_room(path, coming)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}

@@ -19,7 +19,7 @@ from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_b
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
-from orbitdb.filling.workers import HERE, Task, Workers, at_work, cores
+from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import Exponents, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
@@ -51,7 +51,7 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep the given periods at the a of a selection, and sum over the chosen orbits (`Catalogue.sweep`)."""
-    coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else jobs or cores(), chosen)
+    coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else number_of(jobs), chosen)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = sweep_periods(path, chosen.a, periods, solving, chosen)

@@ -3,23 +3,21 @@
 Results come in the order of the blocks. The number of blocks in progress is limited, to limit the memory.
 """
 
-import multiprocessing
 import os
-import pickle
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
-from traceback import format_exc
-from types import TracebackType
+from concurrent.futures import Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing import connection, parent_process, resource_tracker
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import ModuleType, TracebackType
 from typing import Any, Self, TypeAlias, TypeVar
 
-from orbitdb import __version__
-from orbitdb.errors import WorkError
+from orbitdb.errors import InputError, WorkError
 
 Begun = TypeVar("Begun")
 Answer = TypeVar("Answer")
@@ -32,10 +30,10 @@ _WORTH_PROCESSES = 1.0
 _STARTING = 0.1
 """Approximate time in seconds to start processes."""
 
-_DEATHS = 3
-"""A block is given up when this many workers have died on it."""
+_BETWEEN_LOOKS = 1.0
+"""Seconds between two looks at whether all processes are alive."""
 
-_HELD_BACK = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 
 Task: TypeAlias = Callable[[], Answer]
@@ -68,49 +66,32 @@ def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Be
     next may be in progress; it is called each time, because the number of workers may grow.
     """
     waiting: deque[Begun] = deque()
-    for each in begun:
-        waiting.append(each)
+    for future in begun:
+        waiting.append(future)
         while len(waiting) > ahead():
             yield waiting.popleft()
     yield from waiting
 
 
-def answered(version: str, result: Answer) -> Answer:
-    """Return the result of a worker; raise `WorkError` if it runs another version of orbitdb."""
-    if version != __version__:
-        raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
-    return result
-
-
 class Processes(Workers):
-    """Context manager that solves blocks in processes that it starts.
-
-    If a process dies, only its block is lost, and a new process solves it again.
+    """Context manager that solves blocks in processes that it starts, and ends them at once after use.
 
     Parameters
     ----------
     jobs : int
         Number of processes.
-
-    Notes
-    -----
-    For each process, a thread sends blocks through a pipe that no other process shares. A killed process
-    therefore holds no lock that others wait for, and its end of the pipe closes.
     """
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        self._threads = ThreadPoolExecutor(jobs)
-        self._own = threading.local()
-        self._all: list[_Process] = []
-        self._ended = False
+        self._context = _Context()
+        self._pool = ProcessPoolExecutor(jobs, self._context, _begin)
 
     def __enter__(self) -> Self:
         """Start the processes now, because that takes a few tenths of a second."""
         try:
-            with _signals_held_back():  # or threads and processes could be left half started
-                for _ in range(self.jobs):
-                    self._threads.submit(self._process)
+            for _ in range(self.jobs):
+                self._pool.submit(int)
         except BaseException:
             self._end()
             raise
@@ -122,11 +103,9 @@ class Processes(Workers):
         self._end()
 
     def _end(self) -> None:
-        """End all processes at once, without waiting for blocks in progress."""
-        self._ended = True
-        for process in self._all:
-            process.end()
-        self._threads.shutdown(cancel_futures=True)
+        """End all processes without waiting for blocks in progress."""
+        self._context.kill()
+        self._pool.shutdown(cancel_futures=True)
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of the blocks in order.
@@ -134,108 +113,108 @@ class Processes(Workers):
         Raises
         ------
         WorkError
-            If several processes die on the same block.
+            If a process dies.
         """
-        begun = (self._threads.submit(self._answer, block) for block in blocks)
-        for answer in begun_ahead(begun, lambda: _AHEAD * self.jobs):
-            found = answered(*pickle.loads(answer.result()))
-            if isinstance(found, Exception):
-                raise found
-            yield found
+        try:
+            begun = (self._pool.submit(_solve, block) for block in blocks)
+            for future in begun_ahead(begun, lambda: _AHEAD * self.jobs):
+                self._wait(future)
+                yield future.result()
+        except BrokenProcessPool:
+            raise _died() from None
 
-    def _answer(self, block: Task[Any]) -> bytes:
-        """Let the process of this thread solve a block; start a new process if it dies."""
-        for _ in range(_DEATHS):
-            process = self._process()
-            try:
-                return process.answer(block)
-            except (EOFError, OSError):
-                process.end()
-                if self._ended:
-                    raise
-                del self._own.process
-        raise WorkError(
-            f"worker processes died {_DEATHS} times on the same block: if memory is short, use fewer with "
-            "--jobs"
-        )
+    def _wait(self, future: Future[Any]) -> None:
+        """Wait for a result; raise `WorkError` if a process died.
 
-    def _process(self) -> "_Process":
-        if not hasattr(self._own, "process"):
-            self._own.process = _Process()
-            self._all.append(self._own.process)
-            if self._ended:  # while it was starting
-                self._own.process.end()
-        process: _Process = self._own.process
-        return process
+        The pool itself would wait forever for a process that died while it was sending a result.
+        """
+        while not wait([future], _BETWEEN_LOOKS).done:
+            if connection.wait(self._context.sentinels(), 0):
+                raise _died()
 
 
-class _Process:
-    """A process that solves blocks, started by a thread other than the main thread.
+def _died() -> WorkError:
+    return WorkError(
+        "a worker process died; what was stored is safe, and the same command goes on from there: if memory "
+        "is short, use fewer processes with --jobs"
+    )
 
-    The thread blocks Ctrl-C and similar signals, so that they cannot reach the process while it starts.
-    """
+
+class _Context(SpawnContext):
+    """Keeps the processes that a pool starts, and the pipe through which they send results."""
 
     def __init__(self) -> None:
-        if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)  # inherited by the tracker
-            resource_tracker.ensure_running()  # which unblocks signals when it starts
-            signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
-        fresh = multiprocessing.get_context("spawn")  # a fork would share open databases
-        self._line, other = fresh.Pipe()
-        self._process = fresh.Process(target=_work, args=(other,), daemon=True)
-        self._process.start()
-        other.close()
+        super().__init__()
+        self._made: list[_Process] = []
 
-    def answer(self, block: Task[Any]) -> bytes:
-        """Return the answer of `_work` for a block; raise EOFError or OSError if the process died."""
-        self._line.send_bytes(pickle.dumps(block))
-        return self._line.recv_bytes()
+    def Process(self, *given: Any, **named: Any) -> "_Process":  # type: ignore[override]  # noqa: N802
+        """Return a new process."""
+        self._made.append(_Process(*given, **named))
+        return self._made[-1]
 
-    def end(self) -> None:
-        """End the process at once."""
-        self._process.kill()
-        self._process.join()
+    def SimpleQueue(self) -> Any:  # noqa: N802
+        """Return the pipe of the results, which is all that a pool uses a simple queue for."""
+        self._results = super().SimpleQueue()
+        return self._results
+
+    def sentinels(self) -> list[Any]:
+        """Return objects that become ready when a process ends."""
+        return [process.sentinel for process in self._made if process.pid is not None]
+
+    def kill(self) -> None:
+        """Kill all processes, and let no thread wait for the rest of a result that one was sending."""
+        for process in self._made:
+            if process.pid is not None:
+                process.kill()
+        self._results._writer.close()
+
+
+class _Process(SpawnProcess):
+    """A process that does not run the user's script, and that signals do not reach while it starts."""
+
+    def start(self) -> None:
+        """Start the process."""
+        with _apart():
+            super().start()
+
+
+_one_at_a_time = threading.Lock()
 
 
 @contextmanager
-def _signals_held_back() -> Iterator[None]:
-    """Delay Ctrl-C and similar signals until the end of a block."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _HELD_BACK)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+def _apart() -> Iterator[None]:
+    """Hide the user's script, which a new process would run, and let it start with signals blocked."""
+    masked = hasattr(signal, "pthread_sigmask")
+    with _one_at_a_time:
+        main = sys.modules["__main__"]
+        if masked:
+            resource_tracker.ensure_running()  # it unblocks signals when it starts
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
+        try:
+            sys.modules["__main__"] = ModuleType("__main__")
+            yield
+        finally:
+            sys.modules["__main__"] = main
+            if masked:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _work(line: Connection) -> None:
-    """Solve block after block; answer each with the version of orbitdb, and the result or an error.
-
-    Signals are left to the process that stores the results. If it is killed, this process ends at once.
-    """
-    for number in _HELD_BACK:  # except SIGTERM, with which Python ends children at exit
-        signal.signal(number, signal.SIG_DFL if number == signal.SIGTERM else signal.SIG_IGN)
-    if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _HELD_BACK)  # the mask of the thread that started it
+def _begin() -> None:
+    """Leave signals to the process that stores the results, and end as soon as it does."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, OSError):  # the other end is gone
-        while True:
-            data = line.recv_bytes()
-            try:
-                found = pickle.loads(data)()
-            except Exception as error:
-                error.add_note(format_exc())
-                found = error
-            line.send_bytes(pickle.dumps((__version__, found)))
 
 
 def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
+    parent = parent_process()
     if parent is not None:
         parent.join()
         os._exit(1)
+
+
+def _solve(block: Task[Answer]) -> Answer:
+    return block()
 
 
 def cores() -> int:
@@ -243,6 +222,13 @@ def cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def number_of(jobs: int | None) -> int:
+    """Return the number of processes to use, by default one per core; raise `InputError` if it is below 1."""
+    if jobs is not None and jobs < 1:
+        raise InputError(f"jobs = {jobs}: give 1 or more, or None for one per core")
+    return jobs or cores()
 
 
 @contextmanager
@@ -254,8 +240,8 @@ def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = N
     if workers is not None:
         yield workers
         return
-    count = jobs or (cores() if seconds >= _WORTH_PROCESSES else 1)
-    if count == 1 or seconds < _STARTING:
+    count = number_of(jobs)
+    if count == 1 or seconds < (_STARTING if jobs else _WORTH_PROCESSES):
         yield HERE
         return
     with Processes(count) as processes:

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb, arb_poly, ctx, fmpq, fmpq_poly, fmpz_mat
 
+from orbitdb.arithmetic import ball_precision
 from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
@@ -33,6 +34,9 @@ from orbitdb.orbits.status import Orbits, Status
 
 PRECISION, MAX_PRECISION = 128, 16384
 """Initial and maximum number of bits of the arithmetic."""
+
+_DOUBLE = 53
+"""Number of bits that is enough for a distance between a ball and a double."""
 
 _ENOUGH = 1024
 """A word stays unresolved after this many bits in addition to those that lambda requires."""
@@ -89,7 +93,7 @@ def enclose_all(
 def _enclosed(path: BallPath, legs: Legs, start: Balls, precision: int) -> Enclosure:
     conditions = path.conditions()
     while True:
-        with ctx.workprec(precision):
+        with ball_precision(precision):
             path.go_to(start)
             steps = path.climb()
             start = path.alpha
@@ -144,7 +148,8 @@ def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Flo
 
 def distance(ball: arb, value: float) -> float:
     """Return the largest distance of a number from any point of a ball, rounded up."""
-    return math.nextafter(float((ball - value).abs_upper()), math.inf)
+    with ball_precision(_DOUBLE):
+        return math.nextafter(float((ball - value).abs_upper()), math.inf)
 
 
 def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:

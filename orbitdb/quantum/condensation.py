@@ -10,8 +10,9 @@ Sources: E. V. Haynsworth, Linear Algebra Appl. 1 (1968) 73; W. H. Wittrick and 
 Appl. Math. 24 (1971) 263.
 """
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,12 +36,17 @@ _UNSURE = 1e-12
 """Relative distance from a shift within which rounding decides whether an eigenvalue is counted below it."""
 
 
-def one_thread() -> AbstractContextManager[object]:
-    """Keep linear algebra on one thread.
+_linear_algebra = threading.RLock()
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Keep linear algebra on one thread, for one caller at a time; then restore the caller's limit.
 
     Several threads are slower for matrices of this size, and their number would change the last bits.
     """
-    return threadpool_limits(1, "blas")
+    with _linear_algebra, threadpool_limits(1, "blas"):
+        yield
 
 
 class Interiors:
