@@ -40,7 +40,7 @@ PANELS = {
         "scars": "Measure how strongly orbits scar quantum levels",
     },
     "Files and figures": {
-        "export": "Write rows to a csv, jsonl, parquet or npz file",
+        "export": "Write rows to a file for other tools",
         "plot": "Draw an orbit, or a figure of a chosen subset",
     },
     "Maintenance": {
@@ -69,7 +69,7 @@ _OPTIONS = {
     ),
     "Output": (
         "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json",
-        "mark_words", "output", "force",
+        "output", "force",
     ),
     "Other": ("help",),
 }  # fmt: skip

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
-from typing import Any, TextIO
+from typing import Any
 
 from orbitdb.cli.advice import completed
 from orbitdb.cli.progress import aside
-from orbitdb.export import json_object, write_csv, write_jsonl
+from orbitdb.export import TEXT_WRITERS
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
 
@@ -104,20 +104,7 @@ def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -
         lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
         sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
         return len(texts)
-    return write_data(sys.stdout, columns, rows, form)
-
-
-def write_data(file: TextIO, columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows in a machine-readable format, with all digits; return their number."""
-    if form is Format.JSONL:
-        return write_jsonl(file, columns, rows)
-    if form is not Format.JSON:
-        return write_csv(file, columns, rows, "\t" if form is Format.TSV else ",")
-    count = 0
-    for count, row in enumerate(rows, 1):
-        file.write(("[\n" if count == 1 else ",\n") + json_object(columns, row))
-    file.write("\n]\n" if count else "[]\n")
-    return count
+    return TEXT_WRITERS[form](sys.stdout, columns, rows)
 
 
 def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:

@@ -1,8 +1,8 @@
-"""Write rows for other tools, with all digits, as csv, jsonl, parquet or npz.
+"""Write files for other tools, with all digits: rows as csv, tsv, json, jsonl or parquet.
 
-A file appears under its name only when it is complete. Parquet and npz files contain their provenance. csv
-and jsonl files are pure data, which every tool can read; their provenance is in a second file, named as in
-the W3C's "CSV on the Web": ``orbits.csv-metadata.json``.
+A file appears under its name only when it is complete, and no catalogue is ever replaced. Parquet files
+contain their provenance. The others are pure data, which every tool can read; their provenance is in a second
+file, named as in the W3C's "CSV on the Web": ``orbits.csv-metadata.json``.
 """
 
 import contextlib
@@ -10,18 +10,29 @@ import csv
 import json
 import math
 import os
-import stat
+import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import Any, TextIO
+from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from orbitdb.column import Row
 from orbitdb.columns import kind_of
 from orbitdb.errors import ExportError, StoreError
+from orbitdb.extras import load
 from orbitdb.plaintext import cell
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from orbitdb.arrays import Values
+
 Metadata = Mapping[str, Any]
+
+_ROWS = 20_000
+"""Number of rows that are written to a parquet file at a time."""
 
 
 def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimiter: str = ",") -> int:
@@ -47,6 +58,15 @@ def write_jsonl(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> in
     return count
 
 
+def write_json(file: TextIO, columns: Sequence[str], rows: Iterable[Row]) -> int:
+    """Write one JSON array of objects, one per row; return the number of rows."""
+    count = 0
+    for count, row in enumerate(rows, 1):
+        file.write(("[\n" if count == 1 else ",\n") + json_object(columns, row))
+    file.write("\n]\n" if count else "[]\n")
+    return count
+
+
 def json_object(columns: Sequence[str], row: Row) -> str:
     """Return a row as a JSON object in ASCII, with null for NaN and infinities."""
     values = (None if isinstance(value, float) and not math.isfinite(value) else value for value in row)
@@ -55,9 +75,13 @@ def json_object(columns: Sequence[str], row: Row) -> str:
 
 TEXT_WRITERS: dict[str, Callable[[TextIO, Sequence[str], Iterable[Row]], int]] = {
     "csv": write_csv,
+    "tsv": partial(write_csv, delimiter="\t"),
+    "json": write_json,
     "jsonl": write_jsonl,
 }
-FORMATS = (*TEXT_WRITERS, "parquet", "npz")
+"""The formats that are written row by row, and thus to stdout, too."""
+
+FORMATS = (*TEXT_WRITERS, "parquet")
 """The formats in which rows can be written."""
 
 FIGURES = ("png", "svg", "pdf")
@@ -86,10 +110,8 @@ def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS)
     return found
 
 
-def write_file(
-    path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata
-) -> None:
-    """Write rows to a file that appears only when it is complete.
+def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> int:
+    """Write rows to a file that appears only when it is complete; return their number.
 
     Parameters
     ----------
@@ -114,41 +136,96 @@ def write_file(
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
         with complete(path) as data, complete(metadata_path(path), path) as beside:
             with open(data, "w", encoding="utf-8", newline="") as file:
-                TEXT_WRITERS[form](file, columns, rows)
+                count = TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
-        return
-    from orbitdb.column_files import write_npz, write_parquet
-
+        return count
     with complete(path) as data, open(data, "wb") as binary:
-        (write_parquet if form == "parquet" else write_npz)(binary, columns, rows, metadata)
+        return write_parquet(binary, columns, rows, metadata)
+
+
+def write_parquet(
+    file: IO[bytes],
+    columns: Sequence[str],
+    rows: Iterable[Row],
+    metadata: Mapping[str, Any],
+    compression: str = "snappy",
+) -> int:
+    """Write typed columns, with the metadata in the schema (`arrow_schema`); return the number of rows."""
+    parquet = load("pyarrow.parquet", "a parquet file", "parquet")
+    schema, count = arrow_schema(columns, metadata), 0
+    rows = iter(rows)
+    with parquet.ParquetWriter(file, schema, compression=compression) as writer:
+        while block := list(islice(rows, _ROWS)):
+            writer.write_batch(arrow_batch(list(zip(*block, strict=True)), schema))
+            count += len(block)
+    return count
+
+
+def arrow_schema(columns: Sequence[str], metadata: Mapping[str, Any]) -> "pa.Schema":
+    """Return the Arrow schema of the named columns, with each part of the metadata as JSON."""
+    import pyarrow as pa
+
+    types = {
+        "number": pa.float64(),
+        "integer": pa.int64(),
+        "text": pa.string(),
+        "numbers": pa.list_(pa.float64()),
+        "integers": pa.list_(pa.int64()),
+    }
+    notes = {name: json.dumps(value) for name, value in metadata.items()}
+    return pa.schema([(name, types[kind_of(name)]) for name in columns], metadata=notes)
+
+
+def arrow_batch(block: "Sequence[Values]", schema: "pa.Schema") -> "pa.RecordBatch":
+    """Return columns as an Arrow record batch."""
+    import pyarrow as pa
+
+    arrays = [
+        pa.array(values, type=field.type, from_pandas=hasattr(values, "dtype"))  # NaN becomes null
+        for values, field in zip(block, schema, strict=True)
+    ]
+    return pa.record_batch(arrays, schema=schema)
 
 
 def check_target(path: Path, replace: bool = True) -> None:
     """Raise an error unless a path is a new or, if `replace` is true, an existing ordinary file.
 
+    A catalogue or another SQLite file is never replaced.
+
     Raises
     ------
     ExportError
-        If there is a folder or a device at the path, or a file that is not to be replaced.
+        If there is a folder, a device or an SQLite file at the path, or a file that is not to be replaced.
     StoreError
         If the folder does not exist, or the path cannot be examined.
     """
     try:
-        mode = path.stat().st_mode
+        if path.exists() and not path.is_file():
+            raise ExportError(f"{path} is a folder or a device: name a file")
+        with open(path, "rb") as file:
+            start = file.read(len(_SQLITE[0]))
     except FileNotFoundError as error:
-        if not path.parent.is_dir():
-            raise StoreError(f"there is no folder {path.parent}: make it first") from error
+        folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
+        if not folder.is_dir():
+            raise StoreError(f"there is no folder {folder}: make it first") from error
         return
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from error
-    if not stat.S_ISREG(mode):
-        raise ExportError(f"{path} is a folder or a device: name a file")
+    if start.startswith(_SQLITE):
+        raise ExportError(
+            f"{path} is an SQLite file, such as a catalogue, and is never replaced: name another"
+        )
     if not replace:
         raise ExportError(f"{path} already exists: --force replaces it")
 
 
+_LOGS = ("d9d505f920a163d7", "377f0682", "377f0683")
+_SQLITE = (b"SQLite format 3\0", *map(bytes.fromhex, _LOGS))
+"""What an SQLite file, its journal or its write-ahead log begins with."""
+
+
 def metadata_path(path: Path) -> Path:
-    """Return the path of the file with the provenance of a csv or jsonl file."""
+    """Return the path of the file with the provenance of a file of rows other than parquet."""
     return path.with_name(path.name + "-metadata.json")
 
 
@@ -156,24 +233,28 @@ def metadata_path(path: Path) -> Path:
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
-    A path that cannot be written is refused at once. Errors name `wanted`, if it is given, instead of `path`.
+    A path that cannot be written is refused at once. A link stays: the file to which it leads is replaced
+    and keeps its permissions. Errors name `wanted`, if it is given, instead of `path`.
 
     Raises
     ------
     ExportError
-        If the path is a folder or a device.
+        If the path is a folder, a device or an SQLite file.
     StoreError
         If the system refuses to write the file.
     """
     check_target(path)
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
+    target = Path(os.path.realpath(path))
+    draft = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         try:
             draft.touch()
             yield draft
             with open(draft, "rb") as file:
                 os.fsync(file.fileno())
-            os.replace(draft, path)
+            if target.exists():
+                shutil.copymode(target, draft)
+            os.replace(draft, target)
         except OSError as error:
             raise StoreError(
                 f"{wanted or path} cannot be written ({error.strerror or error}); nothing was saved"

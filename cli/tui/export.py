@@ -13,13 +13,13 @@ from textual.message import Message
 from orbitdb.answers.completeness import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import provenance
-from orbitdb.cli.render import Format, code_text, write_data
+from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs.lines import LineDialog
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.table.pages import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.export import complete, write_file
+from orbitdb.export import TEXT_WRITERS, complete, write_file
 from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
@@ -112,7 +112,7 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
                 write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-                write_data(file, WRITTEN, rows, Format(path.suffix[1:]))
+                TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
         said = f"{len(chosen):,} rows written to {path}"
         partial = partial_fills(moment, selection)
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.column_files import arrow_batch, arrow_schema
 from orbitdb.columns import kind_of
+from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING

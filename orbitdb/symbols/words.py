@@ -22,9 +22,6 @@ MAX_KEYED = 20
 
 BITS = 3
 
-MARK = "w"
-"""Optional prefix of a word, which keeps other programs from reading the word as a number."""
-
 _RUN = re.compile(r"(.{1,8}?)\1{2,}")
 _TOKEN = re.compile(r"\s*(?:([0-5]+(?!\s*\^)|[0-5])|(\()|(\))|\^\s*([0-9]+))")
 
@@ -39,8 +36,7 @@ def parse(text: str) -> str:
     Parameters
     ----------
     text : str
-        Symbols 0..5; ``^k`` repeats the preceding symbol or bracket k times. Spaces and a leading `MARK`
-        are ignored.
+        Symbols 0..5; ``^k`` repeats the preceding symbol or bracket k times. Spaces are ignored.
 
     Returns
     -------
@@ -60,7 +56,6 @@ def parse(text: str) -> str:
     stack: list[list[str]] = [[]]
     size = 0
     place = len(text) - len(text.lstrip())
-    place += text.startswith(MARK, place)
     end = len(text.rstrip())
     while place < end:
         token = _TOKEN.match(text, place)

@@ -47,9 +47,9 @@ ASKING = {
 EXPORTS = {
     "csv": ["export", "all.csv"],
     "jsonl": ["export", "all.jsonl"],
-    "json": ["query", "--json"],
+    "json": ["export", "all.json"],
     "parquet": ["export", "all.parquet"],
-    "npz with coordinates of orbits": ["export", "orbits.npz", "--status", "orbit", "--coordinates"],
+    "parquet with coordinates": ["export", "orbits.parquet", "--status", "orbit", "--coordinates"],
 }
 VERIFY = {"one process": ["verify", "--jobs", "1"], "two processes": ["verify", "--jobs", "2"]}
 PARTS = {"asking": ASKING, "exports": EXPORTS, "verify": VERIFY}

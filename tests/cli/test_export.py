@@ -1,6 +1,5 @@
 """Exported files keep every bit and their provenance, or are not written at all."""
 
-import io
 import json
 import subprocess
 import sys
@@ -18,17 +17,17 @@ from orbitdb import export as files
 def test_every_format_records_its_provenance(varied, tmp_path, cli):
     from pyarrow import parquet
 
-    paths = {form: tmp_path / f"orbits.{form}" for form in ("csv", "jsonl", "parquet", "npz")}
+    paths = {form: tmp_path / f"orbits.{form}" for form in ("csv", "tsv", "json", "jsonl", "parquet")}
     chosen = ("--p", "2-5", "--status", "orbit,dynamical", "--coordinates", "--db", str(varied))
     for path in paths.values():
         done = cli("export", str(path), *chosen)
         assert done.code == 0, done.err
         assert "dynamically pruned words of period 2 to 5 at a = 1.6" in done.err
-    kept = [json.loads(files.metadata_path(paths[form]).read_text()) for form in ("csv", "jsonl")]
+    kept = [
+        json.loads(files.metadata_path(paths[form]).read_text()) for form in ("csv", "tsv", "json", "jsonl")
+    ]
     of_table = parquet.read_table(paths["parquet"]).schema.metadata
     kept.append({name.decode(): json.loads(value) for name, value in of_table.items()})
-    with np.load(paths["npz"]) as archive:
-        kept.append(json.loads(str(archive["metadata"])))
     for metadata in kept:
         assert metadata["orbitdb"] == __version__
         assert metadata["selection"].endswith("of period 2 to 5 at a = 1.6")
@@ -38,11 +37,13 @@ def test_every_format_records_its_provenance(varied, tmp_path, cli):
 
 
 def test_exported_bounces_are_where_the_orbit_hits_the_boundary(varied, tmp_path, cli):
-    target = tmp_path / "bounces.npz"
+    from pyarrow import parquet
+
+    target = tmp_path / "bounces.parquet"
     chosen = ("--p", "5", "--status", "orbit,dynamical", "--bounces", "-c", "code,error", "--db", str(varied))
     assert cli("export", str(target), *chosen).code == 0
-    with np.load(target) as archive:
-        found = dict(archive)
+    table = parquet.read_table(target)
+    found = {name: table[name].to_numpy() for name in table.column_names}
     subset = Catalogue(varied).select(p=5, status="orbit", coordinates=True)
     assert [str(code) for code in found["code"]] == np.repeat(subset.codes, 5).tolist()
     assert "".join(map(str, found["symbol"])) == "".join(subset.codes)
@@ -72,23 +73,9 @@ def test_bounces_of_one_word_equal_those_of_the_export(varied, cli):
     assert here == [there[-1], *there[:-1]]
 
 
-def test_marked_words_are_never_read_as_numbers(varied, cli):
-    import pandas as pd
-
-    chosen = ("--p", "3", "--status", "orbit,geometric", "--mark-words", "-c", "code,representative,length",
-              "--order", "code", "--db", str(varied))  # fmt: skip
-    exported = cli("export", "--format", "csv", *chosen)
-    table = pd.read_csv(io.StringIO(exported.out))
-    assert table["code"][1] == "w002"
-    assert table["representative"].isna()[1]  # pruned geometrically
-    assert exported.out == cli("query", "--format", "csv", *chosen).out
-    (row,) = json.loads(cli("query", "--code", table["code"].iloc[-1], "--json", "--db", str(varied)).out)
-    assert f"w{row['code']}" == table["code"].iloc[-1]
-
-
 @pytest.mark.parametrize(
     ("command", "name", "begins"),
-    [("export --p 3 -o", "x.csv", "code,"), ("plot orbit --code 13 -o", "x.svg", "<?xml")],
+    [("export --p 3", "x.csv", "code,"), ("plot orbit --code 13 -o", "x.svg", "<?xml")],
 )
 def test_an_existing_file_is_kept_without_force(varied, tmp_path, cli, command, name, begins):
     target = tmp_path / name
@@ -99,6 +86,43 @@ def test_an_existing_file_is_kept_without_force(varied, tmp_path, cli, command, 
     assert "--force" in done.err
     assert cli(*asked, "--force").code == 0
     assert target.read_text().startswith(begins)
+
+
+def through_links(target):
+    """A path, an absolute link, and a relative link to that link."""
+    target.with_name("link").symlink_to(target)
+    target.with_name("links").symlink_to("link")
+    return target, target.with_name("link"), target.with_name("links")
+
+
+@pytest.mark.parametrize("command", ["export --format csv", "plot orbit 13 --format png -o"])
+def test_no_output_replaces_a_catalogue(own, tmp_path, cli, command):
+    others = [tmp_path / name for name in ("other.db", "orbits.db-wal", "orbits.db-journal")]
+    for path, start in zip(
+        others, ("53514c69746520666f726d6174203300", "377f0682", "d9d505f920a163d7"), strict=True
+    ):
+        path.write_bytes(bytes.fromhex(start) + bytes(4096))
+    before = {path: path.read_bytes() for path in (own, *others)}
+    for path in (*through_links(own), *others):
+        for force in ((), ("--force",)):
+            done = cli(*command.split(), str(path), *force, "--db", str(others[0] if path == own else own))
+            assert done.says(2, "is an SQLite file, such as a catalogue"), (
+                path,
+                force,
+                done,
+            )
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize("command", ["export --format csv", "plot orbit 13 --format svg -o"])
+def test_an_output_through_a_link_replaces_its_target_and_keeps_the_mode(varied, tmp_path, cli, command):
+    target = tmp_path / "x"
+    target.write_text("old")
+    target.chmod(0o640)
+    *_, link = through_links(target)
+    assert cli(*command.split(), str(link), "--force", "--db", str(varied)).code == 0
+    assert (link.is_symlink(), target.stat().st_mode & 0o777) == (True, 0o640)
+    assert target.read_text() != "old"
 
 
 @pytest.mark.slow

@@ -104,15 +104,15 @@ plot lyapunov -o x.svg --status orbit,unresolved | 2 | leave out status unresolv
 export x.xlsx | 2 | xlsx
 export orbits | 2 | --format
 export - | 2 | name a file
-export z.npz --format csv | 2 | z.npz ends in .npz, but --format says csv: leave one
-export z.parquet --mark-words | 2 | --mark-words is for csv and tsv; parquet keeps words
+export z.json --format csv | 2 | z.json ends in .json, but --format says csv: leave one
+export x.npz | 2 | format 'npz' of x.npz: end the name in .csv
 export orbits.csv -c colour | 2 | colour
 fill --p 3 --db nowhere/new.db | 3 | no folder nowhere
 fill --p 3 --db orbits.db/new.db | 3 | no folder orbits.db
 simulate --db nowhere/such/new.db | 3 | no folder nowhere/such
 bounds --store --db nowhere/new.db | 3 | no folder nowhere
 migrate --db nowhere/new.db | 3 | no folder nowhere
-export nowhere/orbits.npz | 3 | no folder nowhere
+export nowhere/orbits.json | 3 | no folder nowhere
 table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
@@ -138,7 +138,6 @@ sweep --db new.db --p 3 --cut 9 | 2 | No such option: --cut
 identify --start 0,0 | 2 | three numbers
 identify --start 0,0,½ | 2 | '½' is not a number
 identify --points - --bounces 5 | 2 | --bounces does nothing with --points
-identify --length 3 --mark-words | 2 | --mark-words is for csv and tsv
 identify --points nowhere | 2 | nowhere cannot be read
 identify --points - | 2 | no points
 identify --points /dev/zero | 2 | more than 1000000 characters

@@ -83,7 +83,7 @@ lyapunov
 lyapunov --cut 9
 export {folder}/x.csv
 export {folder}/x.parquet
-export {folder}/x.npz
+export {folder}/x.json
 export {folder}/x.jsonl
 """
 WRITING = """

@@ -139,7 +139,7 @@ def test_the_altered_value_is_named(own, statement, question, message):
 
 
 def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
-    target = tmp_path / "rows.npz"
+    target = tmp_path / "rows.parquet"
     last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
     alter(own, "UPDATE pruned SET rules = '7' WHERE p = 3", f"UPDATE cycle SET symmetry = 'ξ' WHERE {last}")
     for asked, told in (

@@ -109,7 +109,7 @@ def test_a_migration_without_room_for_its_copy_changes_nothing(filled, disk, siz
 
 
 @pytest.mark.parametrize(
-    "name", fuzz_but(["new.csv", "new.npz"], ["new.csv", "new.jsonl", "new.parquet", "new.npz"])
+    "name", fuzz_but(["new.csv", "new.parquet"], ["new.csv", "new.tsv", "new.jsonl", "new.parquet"])
 )
 def test_an_export_without_room_leaves_no_file(filled, disk, name):
     folder = disk(40)

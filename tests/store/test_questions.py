@@ -7,7 +7,6 @@ import itertools
 import json
 import math
 from collections import Counter
-from itertools import pairwise
 
 import model
 import numpy as np
@@ -148,17 +147,10 @@ def read_back(path, form, names):
         return [tuple(json.loads(line).values()) for line in path.read_text().splitlines()]
     if form == "csv":
         return [tuple(row) for row in list(csv.reader(io.StringIO(path.read_text())))[1:]]
-    if form == "parquet":
-        from pyarrow import parquet
+    from pyarrow import parquet
 
-        table = parquet.read_table(path)
-        return list(zip(*(table[name].to_pylist() for name in names), strict=True))
-    with np.load(path) as archive:
-        columns = {name: archive[name].tolist() for name in archive.files}
-    for name in {"rules", "coordinates"} & set(names):
-        ends = columns[f"{name}_start"]
-        columns[name] = [columns[name][low:high] for low, high in pairwise(ends)]
-    return list(zip(*(columns[name] for name in names), strict=True))
+    table = parquet.read_table(path)
+    return list(zip(*(table[name].to_pylist() for name in names), strict=True))
 
 
 def as_written(value, name, form):
@@ -166,14 +158,10 @@ def as_written(value, name, form):
     if form == "csv":
         cell = " ".join(map(str, value)) if isinstance(value, list) else value
         return "" if value is None else str(cell)
-    if form == "npz" and value is None:
-        return (
-            "" if name in model.TEXTS else -1 if name in model.INTEGERS else [] if name in LISTS else math.nan
-        )
     return value
 
 
-@pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "jsonl", "parquet", "npz"]))
+@pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "jsonl", "parquet"]))
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, names=NAMES)
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @example({"p": "2-5", "status": "orbit,geometric"}, "p", None, ("rules", "code", "element", "coordinates"))

@@ -10,7 +10,7 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import parse_start, read_points
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.options import count_option, number_option
-from orbitdb.cli.output import MarkedOutput
+from orbitdb.cli.output import Output
 from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
 from orbitdb.cli.render import code_text, note, write_facts
 from orbitdb.errors import InputError
@@ -67,7 +67,7 @@ def identify(
         ),
     ] = None,
     a: options.StoredHalfLength = None,
-    output: MarkedOutput,
+    output: Output,
     db: options.Database,
 ) -> None:
     """Find the orbits near a trajectory, or the orbits of a given length.
@@ -94,7 +94,7 @@ def identify(
         raise typer.Exit(1)
 
 
-def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: MarkedOutput) -> int:
+def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: Output) -> int:
     """Write the orbits that a trajectory shadows; return the number of rows."""
     from orbitdb.answers.identification import SHADOWED, identify_trajectory
     from orbitdb.billiard.stadium import Stadium
@@ -147,7 +147,7 @@ def _show_length(
     limit: int | None,
     a: float | None,
     db: Path,
-    output: MarkedOutput,
+    output: Output,
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
     from orbitdb.answers.completeness import describe_fills

@@ -11,7 +11,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, many_a, primitive
 from orbitdb.cli.choice import Choice
-from orbitdb.cli.output import MarkedOutput
+from orbitdb.cli.output import Output
 from orbitdb.cli.reading import (
     asked_columns,
     described,
@@ -81,7 +81,7 @@ def query(
             "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine of the angle."
         ),
     ] = False,
-    output: MarkedOutput,
+    output: Output,
     db: options.Database,
 ) -> None:
     """Show an orbit by its code, or rows of the catalogue.
@@ -90,7 +90,7 @@ def query(
     see the words of every status except geometric, unless you choose others with --status.
     """
     if words or code:
-        options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces", "mark_words")
+        options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces")
         if not _show_words(list(given_codes(words, code)), a, db, columns, bounces, output):
             raise typer.Exit(1)
         return
@@ -126,7 +126,7 @@ def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: MarkedOutput
+    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: Output
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
@@ -145,7 +145,7 @@ def _show_words(
     return len(found)
 
 
-def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: MarkedOutput) -> int:
+def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: Output) -> int:
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 
     rows = (
@@ -199,7 +199,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
         )
 
 
-def _value(orbit: "Orbit", key: str, output: MarkedOutput | None = None) -> Any:
+def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
     """Return the value of a key for a word; with `output`, in the form that its format needs."""
     match key:
         case "exists" if orbit.exists is not None and output is not None:

@@ -13,7 +13,6 @@ from orbitdb.cli import options
 from orbitdb.cli.arguments import ALL, many_a
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
-from orbitdb.cli.output import MarkWords, check_marks, with_marks
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
     asked_columns,
@@ -28,6 +27,7 @@ from orbitdb.cli.render import note
 from orbitdb.column import Row
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
+from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
@@ -55,11 +55,8 @@ def export(
         Path | None,
         typer.Argument(
             metavar="[FILE]",
-            help="Name ending in .csv, .jsonl, .parquet or .npz; without FILE or with -, write to stdout.",
+            help="Name ending in .csv, .tsv, .json, .jsonl or .parquet; none or - writes to stdout.",
         ),
-    ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", metavar="FILE", help="Same as FILE.")
     ] = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
@@ -77,30 +74,26 @@ def export(
     ] = False,
     form: Annotated[
         str | None,
-        typer.Option("--format", help="csv, jsonl, parquet or npz, if the file name does not say which."),
+        typer.Option("--format", help="csv, tsv, json, jsonl or parquet, if the name does not say which."),
     ] = None,
-    mark_words: MarkWords = False,
     dataset: Annotated[
         bool, typer.Option("--dataset", help="Write FILE as a folder that others can load and cite.")
     ] = False,
     force: options.Force = False,
     db: options.Database,
 ) -> None:
-    """Write rows of the catalogue, with all digits, to a csv, jsonl, parquet or npz file.
+    """Write rows of the catalogue, with all digits, to a file or to stdout.
 
-    The file itself (parquet, npz) or FILE-metadata.json beside it says where the rows come from, and which of
+    The file itself (parquet) or FILE-metadata.json beside it says where the rows come from, and which of
     their periods were only partly filled. With --dataset, FILE is a folder that follows the Frictionless
     standard. It contains the chosen words of every completely filled period, with coordinates; its classes,
     births, counts, averages, bounds and levels are not limited to these words.
     """
     from orbitdb import export as files
 
-    if file is not None and output is not None:
-        raise InputError(f"{file} and -o {output} both name the output: give only one")
-    file = output if file is None else file
     if dataset:
         choosing = (each.name for each in fields(Choice))
-        options.takes_only(context, "with --dataset", "file", "output", "dataset", "a", *choosing)
+        options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
         _write_dataset(file, a, choice, force, db)
         return
     if file is None or file == files.STDOUT:
@@ -109,7 +102,6 @@ def export(
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
-    check_marks(mark_words, kind)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
@@ -121,7 +113,6 @@ def export(
         rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
-        rows = with_marks(names, rows) if mark_words else rows
         first = next(rows, None)
         if first is None:
             _note_nothing(moment, stadiums, sum(map(len, subsets)), limit)
@@ -131,8 +122,8 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
-    note(f"{described(stadiums)}, in {file}")
+            count = files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
+    note(f"{several(count, 'row')} written: {described(stadiums)}, in {file}")
 
 
 def _write_dataset(
@@ -140,7 +131,7 @@ def _write_dataset(
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     from orbitdb.answers.completeness import gaps
-    from orbitdb.answers.dataset.writing import write_dataset
+    from orbitdb.answers.dataset import write_dataset
 
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
@@ -184,7 +175,7 @@ def _form_of_stdout(form: str | None) -> str:
         return str(form)
     said = "" if form is None else f"{form} is for files: " if form in FORMATS else f"no format {form!r}: "
     raise InputError(
-        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv or jsonl"
+        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv, tsv, json or jsonl"
     )
 
 

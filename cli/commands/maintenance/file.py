@@ -1,11 +1,7 @@
 """``orbitdb info`` and ``migrate``: describe the catalogue, and update its schema."""
 
-import json
 from operator import attrgetter
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
@@ -17,7 +13,7 @@ if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = {
-    "info": ("info", "info --json", "info --datasette > metadata.json"),
+    "info": ("info", "info --json"),
     "migrate": ("migrate --db old.db",),
 }
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
@@ -33,9 +29,6 @@ _FEW = 4
 
 def info(
     *,
-    datasette: Annotated[
-        bool, typer.Option("--datasette", help="Instead, write a metadata.json for Datasette to stdout.")
-    ] = False,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -47,9 +40,6 @@ def info(
     """
     from orbitdb.store.reading.moment import reading
 
-    if datasette:
-        _write_metadata(db)
-        return
     with reading(db) as moment:
         rows = [row for a in moment.a_values() for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
@@ -66,14 +56,6 @@ def info(
         output.write(
             (*COLUMNS[:shown], *last), [(*row[:shown], *row[len(row) - len(last) :]) for row in rows]
         )
-
-
-def _write_metadata(db: Path) -> None:
-    from orbitdb.answers.datasette import datasette_metadata
-    from orbitdb.store.reading.moment import reading
-
-    with reading(db) as moment:
-        print(json.dumps(datasette_metadata(moment.path), indent=1))
 
 
 def migrate(db: options.Database) -> None:

@@ -131,7 +131,7 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset.checking import wrong_files
+    from orbitdb.answers.dataset import wrong_files
 
     found = list(wrong_files(folder))
     wrong = [f"{name} {what}" for name, what in found if what]

@@ -1,0 +1,331 @@
+"""Export catalogues as datasets, and check them: a folder of tables for any tool, with README and licence.
+
+It is a Data Package, version 2 (https://datapackage.org). The same catalogue always gives the same bytes.
+"""
+
+import hashlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, replace
+from importlib.resources import files
+from itertools import chain
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import sqlalchemy as sa
+
+from orbitdb import __version__
+from orbitdb.answer_columns import OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
+from orbitdb.answers.entropy import table
+from orbitdb.answers.levels import stored_levels
+from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov
+from orbitdb.answers.results import Result
+from orbitdb.column import Column
+from orbitdb.columns import EVERY, WRITTEN
+from orbitdb.errors import ExportError, StoreError
+from orbitdb.export import write_csv, write_parquet
+from orbitdb.numerals import exact
+from orbitdb.progress import Tell, nobody
+from orbitdb.quantum.weyl import Parity
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.tables import cycle, run
+from orbitdb.store.reading.moment import Moment
+from orbitdb.store.reading.rows import COORDINATES
+
+PACKAGE = "datapackage.json"
+_NAME = "stadium-orbits"
+_PROFILES = "https://datapackage.org/profiles/2.0/"
+_TEXTS = ("README.md", "LICENSE.txt", "CITATION.cff")
+
+Resource = dict[str, Any]
+"""The description of a file, with the keys that the standard prescribes."""
+
+_TYPES = {"text": "string", "numbers": "any"}
+"""The standard's types where they differ from our kinds of columns; its own type "array" means JSON."""
+
+_OF_FILE, _OF_WORD, _OF_BOUNCE = 8_000, 20, 4
+"""Maximum number of bytes for a file, for each word in it, and for each bounce of a word."""
+
+_ORBITS = [EVERY[name] for name in (*WRITTEN, COORDINATES) if name != "rules"]
+_OF_CLASS = [EVERY[name] for name in ("representative", "p", "class_size")]
+_CLASSES = [*_OF_CLASS, *(EVERY[name] for name in ("symmetry", "time_reversal", "walls"))]
+_LEVELS = [each for each in OF_LEVELS if each.name in ("k", "parity", "number", "error")]
+_COUNTS = [EVERY["p"], *OF_COUNTS]
+_AVERAGES = [EVERY["p"]] + [
+    Column(
+        name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
+    )
+    for average in AVERAGES
+    for exponent, unit in zip(EXPONENTS, ("1", "1/radius"), strict=True)
+    for name, part in (
+        (average.of(exponent), ""),
+        (f"{average.of(exponent)}_error", "estimated error of the "),
+    )
+    if name in average.columns
+]
+
+
+class Table(NamedTuple):
+    """A table of a dataset, whose file ends in ``.parquet`` or ``.csv``.
+
+    `words` is the number of words of the period of a table of orbits, chosen or not; None for other tables.
+    """
+
+    path: str
+    title: str
+    columns: Sequence[Column]
+    rows: Iterable[Sequence[Any]]
+    words: int | None = None
+
+
+def write_dataset(
+    moment: Moment, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
+) -> str:
+    """Write a dataset; return a description of its orbits, or '' if no word of a complete period is chosen.
+
+    Parameters
+    ----------
+    moment : Moment
+    folder : Path
+        The folder to create; it appears only when it is complete.
+    chosen : sequence of Selection
+        One for each a; they differ only in a. They choose the periods, and the words in the tables of orbits;
+        the other tables do not depend on which words are chosen.
+    force : bool, optional
+        Replace a folder that holds a dataset and nothing else.
+    tell : callable, optional
+        Called with the progress.
+
+    Raises
+    ------
+    ExportError
+        If the folder exists, unless it is such a dataset and `force` is true.
+    StoreError
+        If the disk has too little space, or the folder cannot be written.
+    """
+    whole = [(each, fill) for each in chosen for fill in moment.fills(each.a) if fill.whole]
+    whole = [
+        (replace(each, periods=((fill.p, fill.p),)), fill) for each, fill in whole if each.includes(fill.p)
+    ]
+    subsets = [(moment.choose(each), fill) for each, fill in whole]
+    if not (total := sum(len(subset) for subset, _ in subsets)):
+        return ""
+    need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
+    _check(folder, force, need)
+    selection = chosen[0].describe(sorted({each.a for each, _ in whole}), total)
+    orbits = (_orbits(moment, subset, fill.words) for subset, fill in subsets)
+    resources, done = list[Resource](), 0
+    with _replacing(folder.resolve()) as draft:
+        (draft / "orbits").mkdir()
+        for made in chain(orbits, _others(moment, chosen, {fill.p for _, fill in whole})):
+            tell(done, total, made.path)
+            rows = _write(draft / made.path, made)
+            if rows or made.words:
+                resources.append(_described(draft, made, rows))
+            else:
+                (draft / made.path).unlink()
+            done += rows if made.words else 0
+        version = f"1.0.0+{hashlib.sha256(json.dumps(resources).encode()).hexdigest()[:12]}"
+        for name in _TEXTS:
+            text = (files(__package__) / f"dataset-{name}").read_text(encoding="utf-8")
+            for mark, value in (("SELECTION", selection), ("VERSION", version), ("PROGRAM", __version__)):
+                text = text.replace(f"@{mark}@", value)
+            (draft / name).write_text(text, encoding="utf-8")
+            resources.append(_file(draft, name))
+        package = _package(moment, selection, version, resources)
+        (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
+    return selection
+
+
+def _orbits(moment: Moment, subset: Any, words: int) -> Table:
+    """Return the table of the chosen words of one period at one a, ordered by class and element."""
+    a, ((p, _),) = subset.selection.a, subset.selection.periods
+    rows = moment.rows(subset, [column.name for column in _ORBITS])
+    title = subset.selection.describe(count=len(subset))
+    return Table(f"orbits/a={exact(a)}_p={p:02d}.parquet", title, _ORBITS, rows, words)
+
+
+def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
+    """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
+    born = [each.p for each in moment.birth_fills() if each.whole and chosen[0].includes(each.p)]
+    names = ("word", *(column.name for column in _CLASSES[1:]))
+    in_periods = cycle.c.p.in_(filled.union(born))
+    query = sa.select(*(cycle.c[name] for name in names)).where(in_periods).order_by(cycle.c.id)
+    classes = map(tuple, moment.connection.execute(query))
+    lives = (astuple(life) for p in born for life in moment.births(p))
+    yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
+    yield Table("births.parquet", "Births and deaths of all classes", [*_OF_CLASS, *OF_LIVES], lives)
+
+    counts, averages, ensembles, bounds, levels = (list[tuple[Any, ...]]() for _ in range(5))
+    for each in chosen:
+        every = Selection(each.a)
+        counts += _by_period(table(moment, every), _COUNTS, each)
+        averages += _by_period(lyapunov(moment, every), _AVERAGES, each)
+        if (ensemble := moment.reference(each.a)) is not None:
+            ensembles.append((each.a, *astuple(ensemble)))
+        if (proved := moment.entropy_bounds(each.a)) is not None:
+            bounds.append(astuple(proved))
+        levels += _levels(moment, each.a)
+    at = [EVERY["a"]]
+    yield Table("counts.csv", "Counts of all words by period", at + _COUNTS, counts)
+    yield Table("averages.csv", "Averages over all orbits by period", at + _AVERAGES, averages)
+    yield Table("trajectories.csv", "Averages over random trajectories", [*at, *OF_ENSEMBLES], ensembles)
+    yield Table("bounds.csv", "Bounds on the topological entropy", [*at, *OF_BOUNDS], bounds)
+    yield Table("levels.csv", "Quantum levels", at + _LEVELS, levels)
+
+
+def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> Iterator[tuple[Any, ...]]:
+    """Yield the rows of a result for the chosen periods, with a first."""
+    for row in result.rows([column.name for column in columns]) if len(result) else ():
+        if chosen.includes(row[0]):
+            yield (chosen.a, *row)
+
+
+def _levels(moment: Moment, a: float) -> Iterator[tuple[Any, ...]]:
+    for parity in Parity:
+        for window in stored_levels(moment.connection, a, parity):
+            pairs = zip(window.k.tolist(), window.error.tolist(), strict=True)
+            for number, (k, error) in enumerate(pairs, window.below + 1):
+                yield a, k, str(parity), number, error
+
+
+def _write(path: Path, made: Table) -> int:
+    """Write a table, and return its number of rows."""
+    names = [column.name for column in made.columns]
+    if path.suffix == ".parquet":
+        with open(path, "wb") as binary:
+            return write_parquet(binary, names, made.rows, {}, "zstd")
+    with open(path, "w", encoding="utf-8", newline="") as text:
+        return write_csv(text, names, made.rows)
+
+
+def _file(draft: Path, path: str) -> Resource:
+    name, _, form = path.lower().rpartition(".")
+    of_file = {"name": re.sub("[/=_]", "-", name), "path": path, "format": form}
+    return of_file | {"hash": f"sha256:{_sha256(draft / path)}"}
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _described(draft: Path, made: Table, rows: int) -> Resource:
+    """Return the description of a written table, with the meaning, unit and error bound of each column."""
+    columns = []
+    for each in made.columns:
+        texts = {"description": each.means, "unit": each.unit, "bound": each.bound}
+        texts["empty"] = each.empty if each.empty != "never" else ""
+        kind = {"name": each.name, "type": _TYPES.get(each.kind, each.kind)}
+        columns.append(kind | {key: text for key, text in texts.items() if text})
+    schema = {"$schema": f"{_PROFILES}tableschema.json", "fields": columns}
+    of_table = {"title": made.title, "type": "table", "rows": rows, "schema": schema}
+    return _file(draft, made.path) | of_table | ({"complete": rows == made.words} if made.words else {})
+
+
+def _package(moment: Moment, selection: str, version: str, resources: Sequence[Resource]) -> dict[str, Any]:
+    """Return the contents of ``datapackage.json``."""
+    runs = moment.connection.execute(sa.select(run.c.version, run.c.parameters).order_by(run.c.id))
+    licence = "https://creativecommons.org/licenses/by/4.0/"
+    return {
+        "$schema": f"{_PROFILES}datapackage.json",
+        "name": _NAME,
+        "title": "Periodic orbits of the stadium billiard",
+        "description": selection,
+        "version": version,
+        "licenses": [{"name": "CC-BY-4.0", "title": "Creative Commons Attribution 4.0", "path": licence}],
+        "sources": [{"title": "O. Biham and M. Kvale, Phys. Rev. A 46, 6334 (1992)"}],
+        "contributors": [{"title": "The orbitdb founders", "roles": ["creator"]}],
+        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs],
+        "resources": resources,
+    }
+
+
+def _check(folder: Path, force: bool, need: int) -> None:
+    """Raise if the folder exists, unless it is a dataset to replace, or if the disk has too little space."""
+    parent = folder.resolve().parent
+    if not parent.is_dir():
+        raise StoreError(f"there is no folder {parent}: make it first")
+    if folder.exists() and not force:
+        raise ExportError(f"{folder} already exists: --force replaces a dataset")
+    if folder.exists():
+        names = [each["path"] for each in read_package(folder)]
+        if others := _other_files(folder, names):
+            raise ExportError(
+                f"{folder} also holds {others[0]}, which is not part of a dataset: move it away"
+            )
+    if (free := shutil.disk_usage(parent).free) < need:
+        raise StoreError(
+            f"no room for {folder}: it takes up to {need / 1e6:.1f} MB, but only {free / 1e6:.1f} MB is free"
+        )
+
+
+@contextmanager
+def _replacing(folder: Path) -> Iterator[Path]:
+    """Yield a temporary folder; move it into place at the end, or remove it after a failure."""
+    draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
+    try:
+        draft.mkdir()
+        yield draft
+        if folder.exists():
+            os.rename(folder, before)
+        os.rename(draft, folder)
+    except OSError as error:
+        raise StoreError(
+            f"{folder} cannot be written ({error.strerror or error}); nothing was saved"
+        ) from error
+    finally:
+        if before.exists() and not folder.exists():
+            os.rename(before, folder)
+        for rest in (draft, before):
+            shutil.rmtree(rest, ignore_errors=True)
+
+
+def read_package(folder: Path) -> list[Resource]:
+    """Return the descriptions of the files that a dataset lists.
+
+    Raises
+    ------
+    ExportError
+        If the folder is not a dataset written by orbitdb.
+    """
+    try:
+        package = json.loads((folder / PACKAGE).read_text(encoding="utf-8"))
+        resources: list[Resource] = package["resources"]
+        if package["name"] == _NAME and all({"path", "hash"} <= each.keys() for each in resources):
+            return resources
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        pass
+    raise ExportError(
+        f"{folder} is not a dataset of orbitdb: it has no valid {PACKAGE} (--db names a catalogue)"
+    )
+
+
+def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
+    """Yield the name of each file of a dataset, and a message that says what is wrong with it, or None.
+
+    Raises
+    ------
+    ExportError
+        If the folder is not a dataset.
+    """
+    listed = {each["path"]: each["hash"] for each in read_package(folder)}
+    for name in sorted(listed):
+        path = folder / name
+        if not path.is_file():
+            yield name, "is missing"
+        else:
+            yield name, None if listed[name] == f"sha256:{_sha256(path)}" else "does not match its sha256 sum"
+    for name in _other_files(folder, listed):
+        if "/." not in f"/{name}":  # what file managers and git leave there
+            yield name, "does not belong to the dataset"
+
+
+def _other_files(folder: Path, listed: Iterable[str]) -> list[str]:
+    """Return the names of the files in a folder that its dataset does not list."""
+    names = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir())
+    return sorted(set(names) - {*listed, PACKAGE})

@@ -1,1 +1,0 @@
-"""Export catalogues as datasets: a folder of tables for any tool, described by the Frictionless standard."""
