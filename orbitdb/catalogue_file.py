@@ -1,0 +1,477 @@
+"""`CatalogueFile`, the part of `Catalogue` that opens, fills and checks the file, and lists what it holds."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, Unpack
+
+from orbitdb.answers.completeness import describe_fills
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, StoreError
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, telling
+from orbitdb.store.asking.criteria import Criteria, chosen_by, chosen_periods, with_criteria
+from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.file.database import default_path
+from orbitdb.store.reading.lookup import meant
+from orbitdb.store.reading.moment import Moment, Reader
+from orbitdb.symbols.words import parse_primitive
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.filling.workers import Workers
+    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.weyl import Parity
+    from orbitdb.store.reading.fills import Fill, Sweep
+    from orbitdb.store.reading.lives import BirthFill, Life
+    from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.verification.verify import Verification
+
+_SHOWN = 4
+"""Maximum number of further values of ``a`` in a repr."""
+
+
+class CatalogueFile:
+    """A file of periodic orbits: opened, filled, checked, and listed (`orbitdb.Catalogue`)."""
+
+    def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
+        self._a = None if a is None else Stadium(a).a
+        self._file = Reader(path)
+
+    @classmethod
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
+        """Open a catalogue; create it first if there is none, or upgrade it to the latest schema."""
+        from orbitdb.store.file.migrate import migrate
+
+        path = Path(path) if path is not None else default_path()
+        migrate(path)
+        return cls(path, a)
+
+    @property
+    def path(self) -> Path:
+        """Path of the file."""
+        return self._file.path
+
+    @property
+    def a(self) -> float:
+        """Half length of the default stadium; it does not change once it has been determined.
+
+        Raises
+        ------
+        InputError
+            If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
+        """
+        if self._a is None:
+            with self._file.moment() as moment:
+                self._a = moment.a_meant()
+        return self._a
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; the next query opens it again."""
+        self._file.close()
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
+        """Pickle only the path and ``a``; the copy opens the file itself."""
+        return type(self), (self.path.absolute(), self._a)
+
+    def __repr__(self) -> str:
+        try:
+            with self._file.moment() as moment:
+                known = self._contents(moment)
+        except StoreError as error:
+            known = str(error)
+        return f"<Catalogue {self.path.name}: {known}>"
+
+    def _contents(self, moment: Moment) -> str:
+        """Return one line that says which periods are filled, beginning with the default ``a``."""
+        values = moment.a_values(orbits=True)
+        try:
+            own = [meant(values) if self._a is None else self._a]
+        except InputError:
+            own = []
+        others = [a for a in values if a not in own]
+        parts = [describe_fills(moment.fills(a), a) for a in (*own, *others[:_SHOWN])]
+        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
+
+    # making
+
+    def fill(
+        self,
+        periods: int | str | Iterable[int] | None = None,
+        words: Iterable[str] = (),
+        *,
+        jobs: int | None = 1,
+        geometric: bool = False,
+        method: str = "newton",
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "list[Fill]":
+        """Store all words of the given periods, or the given words, with their orbits.
+
+        A fill that was interrupted resumes where it stopped; finished periods are skipped.
+
+        Parameters
+        ----------
+        periods : int, str or iterable of int, optional
+            Periods, such as ``"2-11"``.
+        words : iterable of str, optional
+            Primitive words of any period, to store with their symmetry classes.
+        jobs : int or None, optional
+            Number of processes; None for one per core if there is enough work. A script that uses more than
+            one needs the usual ``if __name__ == "__main__":``.
+        geometric : bool, optional
+            Whether to store the geometrically pruned words of the periods as well.
+        method : str, optional
+            ``newton``, or ``relaxation`` for the paper's method, which is slow.
+        workers : Workers, optional
+            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
+        progress : callable, optional
+            Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
+        a : float, optional
+            Half length of the stadium; by default the catalogue's.
+
+        Returns
+        -------
+        list of Fill
+            The progress and the counts of the given periods.
+
+        Raises
+        ------
+        InputError
+            If you give neither periods nor words, or if a value is invalid.
+        StoreError
+            If the file cannot be written, or the disk does not have enough room.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> [fill.n_c for fill in own.fill("2-5")]
+        [1, 8, 32, 48]
+        """
+        from orbitdb.filling.fill import fill
+
+        at, wanted, single = self._at(a), _periods(periods), list(words)
+        if not wanted and not single:
+            raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
+        if geometric and not wanted:
+            raise InputError("geometric=True stores the pruned words of periods: name periods, too")
+        if wanted:
+            with telling(progress, "fill") as tell:
+                fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+        for word in single:
+            self.fill_word(word, method=method, a=at)
+        return [fill for fill in self.fills(at) if fill.p in wanted]
+
+    def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
+        """Store a primitive word of any period with its symmetry class, and return its orbit.
+
+        The other parameters are those of `fill`. The bouncing-ball family 02 is never stored.
+        """
+        from orbitdb.filling.fill import fill_word
+
+        return fill_word(self.path, parse_primitive(word), self._at(a), method)
+
+    def fill_births(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+    ) -> "list[BirthFill]":
+        """Find and store the values of ``a`` at which each word begins or ceases to be an orbit.
+
+        The parameters are those of `fill`.
+        """
+        from orbitdb.filling.births import find_births
+
+        wanted = _periods(periods)
+        with telling(progress, "births") as tell:
+            find_births(self.path, wanted, jobs, tell)
+        return [each for each in self.birth_fills() if each.p in wanted]
+
+    @with_criteria
+    def sweep(
+        self,
+        periods: int | str | Iterable[int],
+        selection: Selection | None = None,
+        *,
+        jobs: int | None = 1,
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "list[Sweep]":
+        """Count the orbits of the given periods and compute the sums for averages, without storing rows.
+
+        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled.
+
+        Parameters
+        ----------
+        periods, jobs, workers, progress : optional
+            As for `fill`.
+        selection : Selection, optional
+            The orbits to sweep, by default all; you can give criteria instead, as in `select`.
+
+        Raises
+        ------
+        SelectionError
+            If the subset cannot be swept.
+        """
+        from orbitdb.filling.sweeps import sweep
+
+        chosen, wanted = self._chosen(selection, criteria), _periods(periods)
+        with telling(progress, "sweep") as tell:
+            sweep(self.path, chosen, wanted, jobs, workers, tell)
+        return [each for each in self.sweeps(chosen.a, chosen) if each.p in wanted]
+
+    def simulate(
+        self,
+        bounces: int = 20_000_000,
+        *,
+        seed: "int | np.random.Generator" = 0,
+        legwise: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Reference":
+        """Average over random trajectories, and store the result, which `reference` returns.
+
+        Parameters
+        ----------
+        bounces : int, optional
+            Total number of bounces.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same result; a generator draws one.
+        legwise : bool, optional
+            Whether to sample leg by leg and use exact means, which makes the errors much smaller.
+        progress, a : optional
+            As for `fill`.
+        """
+        from orbitdb.filling import records
+
+        at = Stadium(self._at(a))
+        with telling(progress, "trajectories") as tell:
+            found = records.simulate(at, bounces, _seed(seed), legwise, tell)
+        records.keep_simulated(self.path, at.a, found)
+        return found
+
+    def prove_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        balls: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "EntropyBounds":
+        """Prove bounds on the topological entropy per bounce, and store them; `entropy_bounds` returns them.
+
+        Parameters
+        ----------
+        edges : int, optional
+            Number of edges of the longest windows; 14 if nothing else limits the search.
+        width, seconds : float, optional
+            Stop when the bounds differ by at most this width, or after about this many seconds.
+        balls : bool, optional
+            Whether to check every decision in ball arithmetic, and use only those that it proves.
+        progress, a : optional
+            As for `fill`.
+
+        Returns
+        -------
+        EntropyBounds
+            The bounds that follow from the longest windows.
+        """
+        from orbitdb.filling import records
+
+        at, limits = self._at(a), records.limits_of(edges, width, seconds)
+        asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
+        proofs: list[Any] | None = [] if balls else None
+        with telling(progress, "bounds") as tell:
+            *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
+        return last
+
+    def fill_levels(
+        self,
+        k_max: float,
+        k_min: float = 0.0,
+        parities: "Sequence[Parity | str]" = ("ee", "eo", "oe", "oo"),
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Levels":
+        """Find and store all quantum levels with k_min <= k < k_max, each with an estimated error.
+
+        Parameters
+        ----------
+        k_max, k_min : float
+            The range of wavenumbers, in 1/radius.
+        parities : sequence of str, optional
+            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y.
+        jobs, progress, a : optional
+            As for `fill`.
+        """
+        from orbitdb.filling import records
+        from orbitdb.quantum.levels import Levels
+        from orbitdb.quantum.weyl import parities_of
+
+        at = Stadium(self._at(a))
+        with telling(progress, "levels") as tell:
+            found = records.find_levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
+        return Levels.joined(at.a, k_min, k_max, found)
+
+    @with_criteria
+    def verify(
+        self,
+        selection: Selection | None = None,
+        *,
+        sample: int | None = None,
+        restarts: int = 0,
+        seed: "int | np.random.Generator" = 0,
+        births: bool = False,
+        rigorous: bool = False,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Verification":
+        """Recompute the catalogue from its words alone, and compare the results with the stored ones.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            What to check, by default everything at every ``a``; or give criteria, as in `select`.
+        sample : int, optional
+            Check only this many classes, drawn at random.
+        restarts : int, optional
+            Number of random starts from which every word is solved again.
+        seed : optional
+            Seed of the sample and the restarts, as for `simulate`.
+        births : bool, optional
+            Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
+        rigorous : bool, optional
+            Whether to prove every row in ball arithmetic, and store the certificates.
+        jobs, progress : optional
+            As for `fill`.
+
+        Examples
+        --------
+        >>> catalogue.verify(p="2-5").sound
+        True
+        """
+        from orbitdb.verification.verify import Verification, report, told, verification_steps
+
+        everywhere = selection is None and criteria.get("a") is None
+        chosen = self._chosen(selection, criteria)
+        selections = [replace(chosen, a=at) for at in self.a_values()] if everywhere else [chosen]
+        drawn = _seed(seed)
+        work = verification_steps(self.path, selections, sample, restarts, drawn, births, rigorous, jobs=jobs)
+        with telling(progress, "verify") as tell, closing(work) as steps:
+            return Verification(tuple(report(told(steps, tell))))
+
+    # what is stored
+
+    def a_values(self, orbits: bool = False) -> list[float]:
+        """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
+        with self._file.moment() as moment:
+            return moment.a_values(orbits)
+
+    def fills(self, a: float | None = None) -> "list[Fill]":
+        """Return the fills at a given ``a``, in order of period."""
+        with self._file.moment() as moment:
+            return moment.fills(self._at(a))
+
+    def birth_fills(self) -> "list[BirthFill]":
+        """Return how far births and deaths are stored, period by period."""
+        with self._file.moment() as moment:
+            return moment.birth_fills()
+
+    def births(self, p: int) -> "list[Life]":
+        """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
+
+        The list is empty if no births of the period are stored (`fill_births`).
+        """
+        with self._file.moment() as moment:
+            return moment.births(p)
+
+    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+        """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
+
+        Parameters
+        ----------
+        a : float, optional
+            Half length of the stadium; by default the catalogue's.
+        proof : str, optional
+            ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
+        """
+        with self._file.moment() as moment:
+            return moment.entropy_bounds(self._at(a), proof)
+
+    def entropy_curve(self, proof: str | None = None) -> "list[EntropyBounds]":
+        """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
+        with self._file.moment() as moment:
+            return moment.entropy_curve(proof)
+
+    def reference(self, a: float | None = None) -> "Reference | None":
+        """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
+        with self._file.moment() as moment:
+            return moment.reference(self._at(a))
+
+    def sweeps(self, a: float | None = None, selection: Selection | None = None) -> "list[Sweep]":
+        """Return the sweeps at a given ``a``, with their counts and sums, in order of period.
+
+        Parameters
+        ----------
+        a : float, optional
+            Half length of the stadium; by default the catalogue's.
+        selection : Selection, optional
+            The swept subset, by default all orbits; its ``a`` and periods are ignored.
+        """
+        with self._file.moment() as moment:
+            return moment.sweeps(self._at(a), selection)
+
+    def swept_subsets(self, a: float | None = None) -> list[Selection]:
+        """Return the subsets, other than that of all orbits, that have been swept at a given ``a``."""
+        with self._file.moment() as moment:
+            return moment.swept_subsets(self._at(a))
+
+    @contextmanager
+    def _question(
+        self, selection: Selection | None, criteria: Criteria
+    ) -> Iterator[tuple[Moment, Selection]]:
+        """Open a moment of the file, and yield it together with the chosen subset."""
+        chosen = self._chosen(selection, criteria)
+        with self._file.moment() as moment:
+            yield moment, chosen
+
+    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        if not isinstance(selection, Selection | None):
+            raise TypeError(f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.40}")
+        if selection is not None:
+            return selection
+        named = criteria.copy()
+        if named.get("a") is None:
+            named["a"] = self.a
+        return chosen_by(**named)
+
+    def _at(self, a: float | None) -> float:
+        return self.a if a is None else Stadium(a).a
+
+
+def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
+    return () if periods is None else chosen_periods(periods)
+
+
+def _seed(seed: "int | np.random.Generator") -> int:
+    return int(seed.integers(2**63)) if hasattr(seed, "integers") else seed
