@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.results import Result
     from orbitdb.answers.scars import Scar
     from orbitdb.answers.subset import Subset
-    from orbitdb.answers.whole_periods import ChosenClasses
+    from orbitdb.orbits.classes import OrbitClasses
     from orbitdb.quantum.length_spectrum import Spectrum
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
@@ -224,7 +224,7 @@ class Catalogue(CatalogueFile):
             return read_subset(moment, chosen, order, coordinates)
 
     @with_criteria
-    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "ChosenClasses":
+    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
         """Return the symmetry classes of chosen orbits, each with the number of its words in the subset.
 
         The parameters are those of `select`. Orbits through a joint are included if you ask for their status.

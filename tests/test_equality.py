@@ -44,7 +44,7 @@ def test_no_public_name_is_also_a_module():
 
 def test_every_public_record_with_arrays_is_compared_by_value():
     kinds = list(_records())
-    assert {"Orbits", "Subset", "ChosenClasses", "ClassRows"} <= {kind.__name__ for kind in kinds}
+    assert {"Orbits", "Subset", "OrbitClasses"} <= {kind.__name__ for kind in kinds}
     records = [
         kind for kind in kinds if kind.__eq__ is not object.__eq__ and kind is not Orbit
     ]  # others compare by identity
@@ -97,7 +97,7 @@ def test_subsets_and_classes_with_the_same_contents_are_equal(varied):
     for ask in (
         lambda each, **more: each.select(p="2-4", coordinates=True, **more),
         lambda each, **more: each.classes(p="2-4", **more),
-        lambda each, **more: each.classes(p="2-4", **more).rows(),
+        lambda each, **more: each.classes(p="2-4", **more),
     ):
         assert ask(catalogue) == ask(again)
         assert hash(ask(catalogue)) == hash(ask(again))

@@ -157,14 +157,14 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
     complete = complete_length(moment.fills(chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        paths.draw_staircase(above, found.length, found.chosen)
+        paths.draw_staircase(above, found.length, found.words)
         if complete is not None:
             end = math.floor(complete * 100) / 100
             label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
             above.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
         edges = np.linspace(found.length.min() - 0.5, found.length.max() + 0.5, _BINS + 1)
         periods = np.arange(found.p.min(), found.p.max() + 2) - 0.5
-        orbits, _, _ = np.histogram2d(found.p, found.length, [periods, edges], weights=found.chosen)
+        orbits, _, _ = np.histogram2d(found.p, found.length, [periods, edges], weights=found.words)
         density = np.ma.masked_equal(orbits / (edges[1] - edges[0]), 0)
         drawn = below.pcolormesh(edges, periods, density, norm=LogNorm(), cmap="viridis")
         below.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")

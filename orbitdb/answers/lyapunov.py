@@ -197,7 +197,7 @@ def _up_to(
 ) -> Result:
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
-    rows, a = subset.classes.rows(), subset.selection.a
+    rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
     found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)

@@ -242,14 +242,15 @@ class Subset(ByValue):
 
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of completely filled periods, each as a class with a single word."""
-        from orbitdb.answers.whole_periods import ChosenClasses, WholePeriods
+        from orbitdb.answers.whole_periods import WholePeriods
+        from orbitdb.orbits.classes import OrbitClasses
 
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones_like(rows)
         least = self.representative[rows].tolist()
         number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
-        classes = ChosenClasses(
-            self.p[rows], one, one, self.length[rows], self.lyapunov[rows], self.walls[rows], number
+        classes = OrbitClasses(
+            self.p[rows], one, self.length[rows], self.lyapunov[rows], self.walls[rows], number=number
         )
         chosen = self.selection
         if not chosen.statuses:

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from orbitdb.answers.completeness import gaps, nothing, without_births
 from orbitdb.answers.counts import Counted
-from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages import by_period
-from orbitdb.averages.by_period import ClassRows, PeriodSums, every_period, faults_of, of_divisors
+from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
-from orbitdb.equality import ByValue
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
@@ -32,47 +32,7 @@ _IMPOSSIBLE = 1e15
 """No number in a catalogue is this large: 1000 times the length of a million bounces at the largest a."""
 
 
-@dataclass(frozen=True, eq=False)
-class ChosenClasses(ByValue):
-    """N symmetry classes that contain chosen words.
-
-    Attributes
-    ----------
-    p, class_size : ndarray of int, shape (N,)
-        Period, and number of words in the class.
-    chosen : ndarray of int, shape (N,)
-        Number of words of the class that are in the subset.
-    length, lyapunov : ndarray, shape (N,)
-        Length, in units of the radius, and lambda of one traversal.
-    walls : ndarray of int, shape (N,)
-        Number of straight bounces; the eigenvalues of M are negative where it is odd.
-    number : ndarray of int, shape (N,)
-        Id of the class: the key of its representative (`orbitdb.symbols.words.key`), unless that is too long.
-    """
-
-    p: Integers
-    class_size: Integers
-    chosen: Integers
-    length: Floats
-    lyapunov: Floats
-    walls: Integers
-    number: Integers
-
-    def __len__(self) -> int:
-        return len(self.p)
-
-    def rows(self) -> ClassRows:
-        """Return the classes, each with its number of chosen words, in the form that averages take."""
-        return ClassRows(self.p, self.chosen, self.length, self.lyapunov, self.inverse)
-
-    @property
-    def inverse(self) -> Marks:
-        """Whether the eigenvalues of M are negative, for each class."""
-        odd: Marks = self.walls % 2 == 1
-        return odd
-
-
-def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
+def read_classes(moment: Moment, selection: Selection) -> OrbitClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
@@ -85,10 +45,8 @@ def read_classes(moment: Moment, selection: Selection) -> ChosenClasses:
     positive = [_sound(selection, found[name], least=True) for name in ("p", "class_size", "length")]
     lyapunov, walls = _sound(selection, found["lyapunov"], least=True), _sound(selection, found["walls"])
     p, size, length = positive
-    return ChosenClasses(
-        p.astype(np.int64), size.astype(np.int64), chosen.counts.astype(np.int64), length, lyapunov,
-        walls.astype(np.int64), chosen.ids,
-    )  # fmt: skip
+    p, size, words, walls = (values.astype(np.int64) for values in (p, size, chosen.counts, walls))
+    return OrbitClasses(p, words, length, lyapunov, walls, size, chosen.ids)
 
 
 def _sound(selection: Selection, values: NDArray[np.generic], least: bool = False) -> Floats:
@@ -110,7 +68,7 @@ class WholePeriods:
         What was chosen; orbits if no status was named.
     filled : tuple of int
         The chosen periods that are completely filled, in order.
-    classes : ChosenClasses
+    classes : OrbitClasses
         The chosen classes of the filled periods.
     swept : mapping of int to PeriodSums
         Sums over the chosen periods that are not filled but swept, by period.
@@ -126,7 +84,7 @@ class WholePeriods:
 
     selection: Selection
     filled: tuple[int, ...]
-    classes: ChosenClasses
+    classes: OrbitClasses
     swept: Mapping[int, PeriodSums] = field(default_factory=dict)
     moments: Sequence[Mapping[int, TiltMoments]] = ()
     orbits: Mapping[int, int] = field(default_factory=dict)
@@ -144,13 +102,13 @@ class WholePeriods:
 
     def sums(self) -> dict[int, PeriodSums]:
         """Return the sums over the chosen orbits of each period."""
-        rows = self.classes.rows().by_period()
+        rows = self.classes.by_period()
         return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
 
     def cycles(self) -> Integers:
         """Return the number of chosen orbits of each period from 0 to `highest`."""
         found = np.zeros(self.highest + 1, dtype=np.int64)
-        np.add.at(found, self.classes.p, self.classes.chosen)
+        np.add.at(found, self.classes.p, self.classes.words)
         for p, count in self.orbits.items():
             found[p] = count
         return found
@@ -261,18 +219,18 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     return sum_rules(a, read_terms(subset.classes, a), subset.highest)
 
 
-def read_terms(classes: ChosenClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
+def read_terms(classes: OrbitClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
     """Yield the terms of sum rules from the chosen classes of filled periods, by period.
 
     Raises `StoreError` if the id of a class is not that of an admissible word of its period.
     """
-    for p in np.unique(classes.p).tolist():
-        here = classes.p == p
-        number = classes.number[here]
+    for p, part in classes.by_period().items():
+        number = part.number
+        assert number is not None
         low, high = keys_of_period(p)
         words = unpack(packed(number, p), p)
         sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
         sound[sound] = rules_broken(words[sound]) == 0
         if not sound.all():
             raise unsound("a class number without an admissible word:", number[~sound][0])
-        yield p, orbits_of_words(words, classes.chosen[here], classes.lyapunov[here], a)
+        yield p, orbits_of_words(words, part.words, part.lyapunov, a)

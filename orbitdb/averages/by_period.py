@@ -1,6 +1,6 @@
 """Entropy and Lyapunov averages by period: sums over the fixed points of each order, from symmetry classes.
 
-One row per class, with the size of the class, is enough (`ClassRows`). The fixed points of order p are the
+One row per class, with the size of the class, is enough (`OrbitClasses`). The fixed points of order p are the
 points of all orbits whose period d divides p. Such an orbit has d points, and its lambda and L are multiplied
 by the number of repetitions, p/d.
 
@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
-from orbitdb.equality import Batch, ByValue
+from orbitdb.equality import ByValue
+from orbitdb.orbits.classes import OrbitClasses
 
 
 class Weight(StrEnum):
@@ -32,50 +33,6 @@ class Weight(StrEnum):
 
     DETERMINANT = "det"
     """1/|det(1 - M^r)|, the exact weight; the corresponding zeta function is the Fredholm determinant."""
-
-
-@dataclass(frozen=True, eq=False)
-class ClassRows(Batch):
-    """N symmetry classes of isolated orbits, with any periods and in any order.
-
-    Raises
-    ------
-    ValueError
-        If the arrays differ in length, or if a period, size, length or lambda is not positive and finite.
-    """
-
-    period: Integers  # shape (N,)
-    size: Integers  # number of different cyclic words in the class, shape (N,)
-    length: Floats  # length of one traversal, in units of the radius, shape (N,)
-    lyapunov: Floats  # lambda of one traversal, shape (N,)
-    # whether the eigenvalues of M are negative, because the number of straight bounces is odd, shape (N,)
-    inverse: Marks
-
-    def __post_init__(self) -> None:
-        columns = (self.period, self.size, self.length, self.lyapunov, self.inverse)
-        if len({column.shape for column in columns}) != 1 or self.period.ndim != 1:
-            raise ValueError("the columns of class rows must be vectors of the same length")
-        if not all((column > 0).all() and np.isfinite(column).all() for column in columns[:4]):
-            raise ValueError("class rows need a positive period, size, length and lambda: pass orbits only")
-
-    def __len__(self) -> int:
-        return len(self.period)
-
-    def ranges(self) -> Floats:
-        """Return the least (row 0) and the greatest (row 1) lambda / p, lambda / L and L / p, shape (2, 3).
-
-        If there are no orbits, the rows are inf and -inf.
-        """
-        per_bounce, per_length = self.lyapunov / self.period, self.lyapunov / self.length
-        values = np.stack([per_bounce, per_length, self.length / self.period])
-        return np.stack([values.min(axis=1, initial=np.inf), values.max(axis=1, initial=-np.inf)])
-
-    def by_period(self) -> dict[int, "ClassRows"]:
-        """Return the rows of each period, keyed by period; periods without rows are left out."""
-        order = np.argsort(self.period, kind="stable")
-        periods, starts = np.unique(self.period[order], return_index=True)
-        parts = np.split(order, starts)[1:]
-        return {int(p): self.rows(part) for p, part in zip(periods, parts, strict=True)}
 
 
 def divisors(p: int) -> list[int]:
@@ -106,7 +63,7 @@ NO_RANGES = np.array([[np.inf] * 3, [-np.inf] * 3])
 
 
 def joined_ranges(parts: Iterable[Floats]) -> Floats:
-    """Return the ranges over all orbits, given the ranges of parts of them (`ClassRows.ranges`)."""
+    """Return the ranges over all orbits, given the ranges of parts of them (`OrbitClasses.ranges`)."""
     every = np.array([NO_RANGES, *parts])
     return np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)])
 
@@ -124,17 +81,17 @@ class PeriodSums(ByValue):
     # Sums over all cyclic words of w, w lambda, w L and w lambda / L for 1, 2, .. r repetitions and for each
     # `Weight`, where the weight w, lambda and L are those of the repeated orbit; shape (r, 2, 4)
     sums: Floats
-    ranges: Floats  # the ranges over these orbits (`ClassRows.ranges`), shape (2, 3)
+    ranges: Floats  # the ranges over these orbits (`OrbitClasses.ranges`), shape (2, 3)
 
     @classmethod
-    def of(cls, rows: ClassRows, p: int) -> "PeriodSums":
+    def of(cls, rows: OrbitClasses, p: int) -> "PeriodSums":
         """Sum over classes, all of which must have period p."""
         sums = np.zeros((repetitions(p), len(Weight), _COLUMNS))
         for r, of_weights in enumerate(sums, 1):
             lyapunov, length = r * rows.lyapunov, r * rows.length
-            plain = rows.size * np.exp(-lyapunov)
+            plain = rows.words * np.exp(-lyapunov)
             # |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, with + if the eigenvalues are negative
-            negative = rows.inverse & (r % 2 == 1)
+            negative = rows.negative & (r % 2 == 1)
             factor = np.where(negative, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
             for found, w in zip(of_weights, (plain, plain / factor), strict=True):
                 terms = w, w * lyapunov, w * length, w * (lyapunov / length)

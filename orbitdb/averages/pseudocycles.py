@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Places
-from orbitdb.averages.by_period import ClassRows, Weight
+from orbitdb.averages.by_period import Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
+from orbitdb.orbits.classes import OrbitClasses
 
 CHUNK = 1 << 16
 """Approximate number of pseudo-cycles built at a time, which limits the memory."""
@@ -199,7 +200,7 @@ def _ladders(factors: Factors) -> Iterator[_Ladder]:
 
 
 def lyapunov_by_stability(
-    rows: ClassRows,
+    rows: OrbitClasses,
     cut: float,
     highest: int | None = None,
     weight: Weight = Weight.EXPONENTIAL,
@@ -209,7 +210,7 @@ def lyapunov_by_stability(
 
     Parameters
     ----------
-    rows : ClassRows
+    rows : OrbitClasses
         All orbits with lambda <= cut. If only the periods up to a certain period are complete, pass this
         period as `highest`, to leave out products that would cancel against missing orbits.
     cut : float
@@ -226,13 +227,13 @@ def lyapunov_by_stability(
     if weight is Weight.DETERMINANT and len(rows):
         levels = max(1, int(cut / rows.lyapunov.min()))
     series = expand_by_stability(_factors(rows, levels, cut), cut, highest, progress)
-    kept = rows.rows((rows.lyapunov <= cut) & (rows.period <= (highest or rows.period)))
+    kept = rows.rows((rows.lyapunov <= cut) & (rows.p <= (highest or rows.p)))
     if not len(kept):
         return ZetaAverages.none(f"(no orbit has a lambda of at most {cut:g})")
     return ZetaAverages.within(series, kept.ranges())
 
 
-def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
+def largest_cut(rows: OrbitClasses, cut: float, most: int) -> float:
     """Return the cut, or a smaller cut of two digits if the determinant would have more than `most` factors.
 
     The number of factors of a class is the cut divided by its lambda, rounded down.
@@ -251,14 +252,14 @@ def largest_cut(rows: ClassRows, cut: float, most: int) -> float:
     return float(f"{math.floor(low / unit) * unit:.2g}")
 
 
-def _factors(rows: ClassRows, levels: int, cut: float) -> Factors:
+def _factors(rows: OrbitClasses, levels: int, cut: float) -> Factors:
     """Return the factors of the zeta function (one level) or of the Fredholm determinant (several)."""
     parts = [rows.rows((k + 1) * rows.lyapunov <= cut) for k in range(levels)]
     cost = [(k + 1) * part.lyapunov for k, part in enumerate(parts)]
-    signs = [np.where(part.inverse & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
+    signs = [np.where(part.negative & (k % 2 == 1), -1.0, 1.0) for k, part in enumerate(parts)]
     return Factors(
-        period=np.concatenate([part.period for part in parts]),
-        count=np.concatenate([(k + 1) * part.size for k, part in enumerate(parts)]),
+        period=np.concatenate([part.p for part in parts]),
+        count=np.concatenate([(k + 1) * part.words for k, part in enumerate(parts)]),
         cost=np.concatenate(cost),
         weight=np.concatenate(signs) * np.exp(-np.concatenate(cost)),
         observables=np.concatenate([np.stack([part.lyapunov, part.length]) for part in parts], axis=1),

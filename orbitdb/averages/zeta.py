@@ -125,7 +125,7 @@ class ZetaAverages:
 
     @classmethod
     def within(cls, expansion: Expansion, ranges: Floats) -> "ZetaAverages":
-        """Return the ratios of cycle averages of lambda and L, if they are within `ClassRows.ranges`.
+        """Return the ratios of cycle averages of lambda and L, if they are within `OrbitClasses.ranges`.
 
         Notes
         -----

@@ -15,9 +15,10 @@ import numpy as np
 
 from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats, Words
-from orbitdb.averages.by_period import HIGHEST, ClassRows, PeriodSums
+from orbitdb.averages.by_period import HIGHEST, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
@@ -170,7 +171,7 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     rng = np.random.default_rng(1)
     lyapunov = 40 * rng.random(terms) + 0.5
     ones = np.ones(terms, dtype=np.int64)
-    rows = ClassRows(HIGHEST * ones, ones, lyapunov / 0.4, lyapunov, np.zeros(terms, dtype=bool))
+    rows = OrbitClasses(HIGHEST * ones, ones, lyapunov / 0.4, lyapunov, 0 * ones)
     begin = perf_counter()
     sums = PeriodSums.of(rows, HIGHEST).sums[0, 0]
     seconds = perf_counter() - begin

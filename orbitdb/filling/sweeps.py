@@ -13,13 +13,14 @@ import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats, Integers
-from orbitdb.averages.by_period import ClassRows, PeriodSums
+from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.exponents import Exponents, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.asking.selection import Selection
@@ -207,12 +208,10 @@ def _summed(
     rows = np.flatnonzero(words)
     sizes = words[rows]
     found = list(_solved(part.codes[rows], p, selection))
-    none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, bool))
-    columns = [
-        (sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0) % 2 == 1) for each in found
-    ]
-    size, length, lyapunov, inverse = (np.concatenate(of) for of in zip(none, *columns, strict=True))
-    of_orbits = ClassRows(np.full(len(size), p), size, length, lyapunov, inverse)
+    none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int))
+    columns = [(sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0)) for each in found]
+    size, length, lyapunov, walls = (np.concatenate(of) for of in zip(none, *columns, strict=True))
+    of_orbits = OrbitClasses(np.full(len(size), p), size, length, lyapunov, walls)
     moments = {}
     if centres:
         parts = (orbits_of_exponents(sizes[each.orbits], each, selection.a) for each in found)

@@ -8,10 +8,11 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.answers.whole_periods import read_classes
-from orbitdb.averages.by_period import ClassRows, PeriodSums
+from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.status import Status
@@ -108,7 +109,7 @@ def _stored(moment: Moment, subset: Selection) -> Mapping[str, Any]:
         status.value: moment.count(replace(subset, statuses=(status,), ranges={}))
         for status in (Status.BOUNDARY, Status.UNRESOLVED)
     }
-    return {"n_c": int(rows.chosen.sum()), "classes": len(rows), **others}
+    return {"n_c": int(rows.words.sum()), "classes": len(rows), **others}
 
 
 def _wrong_counts(swept: Sweep, others: Iterable[Mapping[str, Any]]) -> Iterator[str]:
@@ -163,7 +164,7 @@ def _solved(p: int, subset: Selection) -> tuple[Tally, PeriodSums, float]:
     tally = Tally(words, int(sizes[orbits].sum()), int(orbits.sum()), *counts)
     some = found.rows(orbits)
     walls = np.isin(some.words, (0, 2)).sum(axis=1)
-    rows = ClassRows(np.full(len(some), p), sizes[orbits], some.length, some.lyapunov, walls % 2 == 1)
+    rows = OrbitClasses(np.full(len(some), p), sizes[orbits], some.length, some.lyapunov, walls)
     off = np.max(some.lyapunov_error + some.length_error / some.length, initial=0.0)
     return tally, PeriodSums.of(rows, p), float(off)
 

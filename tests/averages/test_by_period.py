@@ -15,7 +15,6 @@ from scipy.optimize import brentq
 from solutions import class_rows, entropy, lyapunov, words_of
 
 from orbitdb.averages.by_period import (
-    ClassRows,
     PeriodSums,
     Weight,
     divisors,
@@ -27,6 +26,7 @@ from orbitdb.averages.by_period import (
 from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
@@ -138,10 +138,10 @@ def test_a_stability_cut_that_keeps_everything_equals_truncation_by_period(weigh
 def test_only_classes_and_their_sizes_matter(seed, weight):
     """Shuffling the rows or splitting classes into single words does not change the averages."""
     rows = class_rows(1.6, 6)
-    split = np.repeat(np.arange(len(rows)), rows.size)
+    split = np.repeat(np.arange(len(rows)), rows.words)
     np.random.default_rng(seed).shuffle(split)
     words = rows.rows(split)
-    words = ClassRows(words.period, np.ones_like(words.size), words.length, words.lyapunov, words.inverse)
+    words = OrbitClasses(words.p, np.ones_like(words.words), words.length, words.lyapunov, words.walls)
     for name in ("lambda_d", "lambda_c", "lambda_d_zeta", "lambda_c_zeta", "z0"):
         np.testing.assert_allclose(
             getattr(lyapunov(words, 6, weight), name), getattr(lyapunov(rows, 6, weight), name), rtol=1e-11
@@ -162,28 +162,28 @@ def test_without_orbits_every_average_is_nan(weight):
 def test_repetitions_are_weighted_by_their_own_matrices():
     """Up to six repetitions are tried, with eigenvalues e^lambda and -e^lambda (odd powers are negative)."""
     lengths, exponents, negative = np.array([3.0, 4.0]), np.array([0.7, 1.1]), np.array([False, True])
-    rows = ClassRows(np.array([3, 3]), np.array([2, 5]), lengths, exponents, negative)
+    rows = OrbitClasses(np.array([3, 3]), np.array([2, 5]), lengths, exponents, 1 * negative)
     sums = PeriodSums.of(rows, 3).sums
     assert len(sums) >= 6
     for r, of_weights in enumerate(sums, 1):
         multipliers = (np.where(negative, -1, 1) * np.exp(exponents)) ** r
         apart = np.abs((1 - multipliers) * (1 - 1 / multipliers))
-        for found, w in zip(of_weights, (rows.size / np.abs(multipliers), rows.size / apart), strict=True):
+        for found, w in zip(of_weights, (rows.words / np.abs(multipliers), rows.words / apart), strict=True):
             values = w, w * r * exponents, w * r * lengths, w * exponents / lengths
             assert found == pytest.approx([each.sum() for each in values], rel=1e-13)
 
 
 def test_rows_that_are_not_orbits_are_refused():
     good = class_rows(1.6, 3)
-    columns: list[Any] = [good.period, good.size, good.length, good.lyapunov, good.inverse]
+    columns: list[Any] = [good.p, good.words, good.length, good.lyapunov, good.walls]
     for place, bad in ((0, 0), (1, 0), (2, -1.0), (2, np.inf), (3, np.nan), (3, 0.0)):
         wrong: list[Any] = [column.copy() for column in columns]
         wrong[place][0] = bad
-        with pytest.raises(ValueError, match="orbits only"):
-            ClassRows(*wrong)
-    columns[4] = good.inverse[:-1]
+        with pytest.raises(ValueError, match="need a positive"):
+            OrbitClasses(*wrong)
+    columns[4] = good.walls[:-1]
     with pytest.raises(ValueError, match="same length"):
-        ClassRows(*columns)
+        OrbitClasses(*columns)
 
 
 def test_averages_need_the_periods_of_their_orbits():
@@ -201,7 +201,7 @@ def test_divisors_of_a_period_are_found(p):
 
 def parts_of(a: float, p: int, count: int) -> list[PeriodSums]:
     rows = class_rows(a, 7)
-    places = np.array_split(np.flatnonzero(rows.period == p), count)
+    places = np.array_split(np.flatnonzero(rows.p == p), count)
     return [PeriodSums.of(rows.rows(part), p) for part in places]
 
 
@@ -221,8 +221,8 @@ def test_averages_from_sums_equal_averages_from_orbits(a, weight):
 def test_impossible_averages_are_reported_even_if_longer_orbits_allow_them():
     """Zeros are spurious at this tiny a, while the orbits of period 7 are made far more unstable."""
     rows = class_rows(1e-6, 7)
-    rows = replace(rows, lyapunov=np.where(rows.period == 7, 5, 1) * rows.lyapunov)
-    sums = {p: PeriodSums.of(rows.rows(rows.period == p), p) for p in range(2, 8)}
+    rows = replace(rows, lyapunov=np.where(rows.p == 7, 5, 1) * rows.lyapunov)
+    sums = {p: PeriodSums.of(rows.rows(rows.p == p), p) for p in range(2, 8)}
     faults = lyapunov_of_periods(sums, 7, Weight.DETERMINANT).faults
     assert faults == lyapunov(rows, 7, Weight.DETERMINANT).faults
     assert "is outside 2e-06 to 0.8814" in faults[4]

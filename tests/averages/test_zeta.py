@@ -125,14 +125,14 @@ def test_an_average_is_blank_or_between_the_extremes_of_its_orbits(a, weight):
     rows = class_rows(a, HIGHEST)
     found = lyapunov(rows, HIGHEST, weight)
     for i, p in enumerate(found.p.tolist()):
-        part = rows.rows(rows.period <= p)
+        part = rows.rows(rows.p <= p)
         known = [math.isfinite(getattr(found, name)[i]) for name in ZETA]
         assert known == [not found.faults[i]] * 4
         if known[0]:
             for name, values in (
-                ("lambda_d_zeta", part.lyapunov / part.period),
+                ("lambda_d_zeta", part.lyapunov / part.p),
                 ("lambda_c_zeta", part.lyapunov / part.length),
-                ("mean_path_zeta", part.length / part.period),
+                ("mean_path_zeta", part.length / part.p),
             ):
                 assert values.min() * (1 - 1e-9) <= getattr(found, name)[i] <= values.max() * (1 + 1e-9)
     if a >= 0.5:

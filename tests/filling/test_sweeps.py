@@ -56,7 +56,7 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     with closing(Catalogue(path)) as catalogue:
         rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a)}
-        rows = catalogue.classes(a=a, status="orbit").rows().by_period()
+        rows = catalogue.classes(a=a, status="orbit").by_period()
         assert swept_counts.known == catalogue.counts(a=a).known
     for p in PERIODS:
         fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)

@@ -79,9 +79,9 @@ def agree(catalogue: Catalogue, chosen: Selection, periods: tuple[int, ...]) -> 
             catalogue.count(replace(of_words, statuses=(s,))) for s in (Status.BOUNDARY, Status.UNRESOLVED)
         ]
         assert [tally.n_c, tally.classes, tally.boundary, tally.unresolved] == [
-            rows.chosen.sum(), len(rows), *counts
+            rows.words.sum(), len(rows), *counts
         ]  # fmt: skip
-        found, expected = there(swept.sums), PeriodSums.of(rows.rows(), swept.p)
+        found, expected = there(swept.sums), PeriodSums.of(rows, swept.p)
         np.testing.assert_allclose(found.sums, expected.sums, rtol=2e-15)
         np.testing.assert_allclose(found.ranges, expected.ranges, rtol=2e-15)
 

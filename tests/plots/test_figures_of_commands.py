@@ -67,7 +67,7 @@ def test_titles_fit_into_their_figures(known, kind, where):
 def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known, capsys):
     made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes
-    found = entropy(known.classes(a=1.6, p="2-5").rows(), 5)
+    found = entropy(known.classes(a=1.6, p="2-5"), 5)
     p, k_0 = named(ax, "$K_0")
     assert p.tolist() == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
@@ -97,7 +97,7 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known, caps
 def test_the_figure_of_exponents_shows_every_method(known, capsys):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
-    found = lyapunov(subset.rows(), 6)
+    found = lyapunov(subset, 6)
     rules = sum_rules_of(answer(known.path, read_whole, Selection(1.6, periods=((2, 6),))))
     trajectory = known.reference(1.6)
     assert len(made.axes) == 2

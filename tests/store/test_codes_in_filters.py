@@ -45,7 +45,7 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     chosen = chosen_by(where=where, parameters={"w": "130"} if ":w" in where else {})
     assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
     assert catalogue.count(chosen) == len(found)
-    assert sum(catalogue.classes(chosen).chosen) == len(found)
+    assert sum(catalogue.classes(chosen).words) == len(found)
 
 
 def test_words_near_the_length_limit_of_keys_are_found(own):

@@ -46,8 +46,8 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
 def test_classes_are_orbits_by_default(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
-    assert orbits.chosen.sum() == catalogue.count(chosen_by(1.0, p=6, status="orbit"))
-    assert boundary.chosen.sum() == catalogue.count(chosen_by(1.0, p=6, status="boundary")) > 0
+    assert orbits.words.sum() == catalogue.count(chosen_by(1.0, p=6, status="orbit"))
+    assert boundary.words.sum() == catalogue.count(chosen_by(1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
 

@@ -95,8 +95,8 @@ def test_classes_agree_with_a_list(asked, criteria):
     found = catalogue.classes(chosen_by(**criteria))
     for place, name in enumerate(OF_CLASSES, 1):
         assert getattr(found, name).tolist() == [known[place] for known in counts], name
-    assert found.chosen.tolist() == list(counts.values())
-    assert (found.rows().inverse == found.walls % 2).all()
+    assert found.words.tolist() == list(counts.values())
+    assert (found.negative == found.walls % 2).all()
 
 
 @given(criteria=CRITERIA, names=st.sampled_from([("status", "p"), ("symmetry", "walls"), ("p",)]))

@@ -5,7 +5,6 @@ from functools import cache
 import numpy as np
 
 from orbitdb.averages.by_period import (
-    ClassRows,
     Entropy,
     Lyapunov,
     PeriodSums,
@@ -14,6 +13,7 @@ from orbitdb.averages.by_period import (
     lyapunov_of_periods,
 )
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols import enumeration as classes
@@ -58,24 +58,24 @@ def random_word(seed: int, order: int) -> str:
 
 
 @cache
-def class_rows(a: float, highest: int) -> ClassRows:
+def class_rows(a: float, highest: int) -> OrbitClasses:
     """Solve one word of every class up to a period."""
     columns = []
     for p in range(2, highest + 1):
         words, size = classes.representatives(p)
         orbits = solve(words, Stadium(a))
-        inverse = STRAIGHT[words].sum(axis=1) % 2 == 1
-        table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, inverse])
+        walls = STRAIGHT[words].sum(axis=1)
+        table = np.stack([np.full(len(size), p), size, orbits.length, orbits.lyapunov, walls])
         columns.append(table[:, orbits.status == "orbit"])
-    period, size, length, exponent, inverse = np.concatenate(columns, axis=1)
-    return ClassRows(period.astype(int), size.astype(int), length, exponent, inverse == 1)
+    p, words, length, exponent, walls = np.concatenate(columns, axis=1)
+    return OrbitClasses(p.astype(int), words.astype(int), length, exponent, walls.astype(int))
 
 
-def entropy(rows: ClassRows, highest: int) -> Entropy:
-    cycles = np.bincount(rows.period, rows.size, minlength=highest + 1)[: highest + 1]
+def entropy(rows: OrbitClasses, highest: int) -> Entropy:
+    cycles = np.bincount(rows.p, rows.words, minlength=highest + 1)[: highest + 1]
     return entropy_of_counts(cycles.astype(np.int64))
 
 
-def lyapunov(rows: ClassRows, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
+def lyapunov(rows: OrbitClasses, highest: int, weight: Weight = Weight.EXPONENTIAL) -> Lyapunov:
     sums = {p: PeriodSums.of(part, p) for p, part in rows.by_period().items()}
     return lyapunov_of_periods(sums, highest, weight)

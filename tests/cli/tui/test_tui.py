@@ -87,8 +87,8 @@ async def test_a_particle_runs_and_phase_space_compares_orbits(filled):
 
 
 def test_statistics_of_a_subset_count_only_its_words(filled):
-    from orbitdb.averages.by_period import ClassRows
     from orbitdb.cli.tui.statistics.statistics_screen import curves_of, statistics
+    from orbitdb.orbits.classes import OrbitClasses
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
@@ -97,7 +97,7 @@ def test_statistics_of_a_subset_count_only_its_words(filled):
     import numpy as np
 
     p, length, exponent, walls = np.array(rows).T
-    single = ClassRows(p.astype(int), np.ones(len(p), int), length, exponent, walls % 2 == 1)
+    single = OrbitClasses(p.astype(int), np.ones(len(p), int), length, exponent, walls.astype(int))
     assert found["N"] == entropy(single, 7).N.tolist()
     assert found["lambda_c"] == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
     assert sum(found["N_c"]) == len(rows)
