@@ -12,7 +12,7 @@ import typer
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
-from orbitdb.store.file.database import default_path
+from orbitdb.store.file.database import default_path, home_expanded
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -113,6 +113,7 @@ Database = Annotated[
         "--db",
         metavar="PATH",
         default_factory=default_path,
+        callback=home_expanded,
         show_default=False,
         readable=False,  # the store reports what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",

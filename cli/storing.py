@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 
 def bring(path: Path) -> "Migration":
-    """Create a catalogue, or migrate an older one and say where the copy of the old file is."""
+    """Create a catalogue, or upgrade an older one to the latest schema and say so."""
     from orbitdb.store.file.migrate import migrate
 
     with progress("updating the catalogue to the latest schema"):
         done = migrate(path)
-    if done.backup is not None:
-        note(f"{path}: schema {done.before} -> {done.after}; a copy of the old file is in {done.backup}")
+    if 0 < done.before < done.after:
+        note(f"{path}: schema {done.before} -> {done.after}")
     return done
 
 

@@ -58,11 +58,8 @@ class Catalogue(CatalogueFile):
     >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    A ``with`` block closes the file at its end; the next query opens it again:
-
-    >>> with Catalogue("orbits.db") as catalogue:
-    ...     catalogue.count(p=7, status="orbit")
-    376
+    The file is open only while a question is answered, so nothing has to be closed. If another file takes its
+    place, the next question reads that one.
     """
 
     # one word

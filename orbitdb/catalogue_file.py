@@ -13,7 +13,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.asking.criteria import Criteria, chosen_by, chosen_periods, with_criteria
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.database import default_path
+from orbitdb.store.file.database import default_path, home_expanded
 from orbitdb.store.reading.lookup import meant
 from orbitdb.store.reading.moment import Moment, Reader
 from orbitdb.symbols.words import parse_primitive
@@ -46,13 +46,12 @@ class CatalogueFile:
         """Open a catalogue; create it first if there is none, or upgrade it to the latest schema."""
         from orbitdb.store.file.migrate import migrate
 
-        path = Path(path) if path is not None else default_path()
-        migrate(path)
+        migrate(default_path() if path is None else home_expanded(path))
         return cls(path, a)
 
     @property
     def path(self) -> Path:
-        """Path of the file."""
+        """Absolute path of the file."""
         return self._file.path
 
     @property
@@ -76,12 +75,11 @@ class CatalogueFile:
         self.close()
 
     def close(self) -> None:
-        """Close the file; the next query opens it again."""
-        self._file.close()
+        """Do nothing: the file is open only while a question is answered."""
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
         """Pickle only the path and ``a``; the copy opens the file itself."""
-        return type(self), (self.path.absolute(), self._a)
+        return type(self), (self.path, self._a)
 
     def __repr__(self) -> str:
         try:

@@ -13,9 +13,7 @@ from orbitdb.entropy.bounds import BALLS
 from orbitdb.numerals import exact
 from orbitdb.orbits.balls import PRECISION
 from orbitdb.plaintext import shortened
-from orbitdb.store.file.database import driver
-from orbitdb.store.file.guard import other_views
-from orbitdb.store.file.schema import SCHEMA_VERSION, VIEWS
+from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.file.tables import (
     certificate,
     change,
@@ -60,10 +58,6 @@ def check_provenance(connection: sa.Connection) -> Iterator[Check]:
     """Check Alembic's schema number, all runs, and the columns that refer to runs."""
     found = connection.exec_driver_sql("SELECT version_num FROM alembic_version").scalars().all()
     yield judged("schema", ["alembic_version"], [found != [f"{SCHEMA_VERSION:04}"]])
-    last = connection.scalar(sa.select(run.c.version).order_by(run.c.id.desc()).limit(1))
-    # a file keeps the views of the version that last wrote to it
-    views = other_views(driver(connection)) if last in (None, __version__) else []
-    yield listed("schema", len(VIEWS), [f"view {name}" for name in views])
     yield from _runs(connection, parameters_of(connection))
     yield from _certificates(connection)
 

@@ -147,13 +147,7 @@ def certify(
     Checked
         After every stored batch.
     """
-    with closing(Reader(path)) as source:
-        yield from _certified(source, selection, sample, seed, again)
-
-
-def _certified(
-    source: Reader, selection: Selection, sample: int | None, seed: int, again: bool
-) -> Generator[Checked]:
+    source = Reader(path)
     with source.moment() as moment:
         connection = moment.connection
         chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))

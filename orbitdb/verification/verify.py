@@ -26,7 +26,7 @@ from orbitdb.orbits.status import EXISTING, Orbits
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.guard import need_place, place
+from orbitdb.store.file.database import need_place, place
 from orbitdb.store.reading import audit
 from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
 from orbitdb.store.reading.moment import Moment, reading

@@ -11,8 +11,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import ask, content, is_sound
-from older import make_older
+from contents import content, is_sound
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
@@ -89,22 +88,6 @@ def test_a_fill_resumes_wherever_it_ran_out_of_room(filled, tmp_path, size):
     arguments = "fill", "--p", "8", "--db", path
     fails(run(*arguments, command=small_blocks(16), preexec_fn=room(size)), "has room")
     assert run(*arguments).returncode == 0
-    assert content(path) == content(filled)
-
-
-@pytest.mark.parametrize("size", fuzz_but([100], [0, 100]))
-def test_a_migration_without_room_for_its_copy_changes_nothing(filled, disk, size):
-    older = filled.with_name("older.db")
-    shutil.copy(filled, older)
-    make_older(older)
-    before = older.read_bytes()
-    folder = disk(len(before) // 1024 + 40 + size)
-    path = Path(shutil.copy(older, folder))
-    fails(run("migrate", "--db", path), "no room")
-    assert not list(folder.glob("*schema-6*"))
-    assert ask(path, "PRAGMA user_version") == [(6,)]
-    disk(4000)
-    assert run("migrate", "--db", path).returncode == 0
     assert content(path) == content(filled)
 
 

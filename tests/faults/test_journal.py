@@ -13,7 +13,6 @@ from processes import run, start
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.database import driver
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer
 from orbitdb.verification.verify import verification_steps
@@ -68,28 +67,64 @@ def test_a_command_leaves_no_journal(cli, filled, command):
     ]
 
 
-def test_a_question_that_was_not_read_to_its_end_leaves_no_journal(filled):
-    with reading(filled) as moment:  # an interrupted command still refers to its query
-        query = driver(moment.connection).execute("SELECT * FROM class")
-    assert not filled.with_name(f"{filled.name}-wal").exists(), query
-
-
-LOST = """
+UNFINISHED = """
 import sys
-from pathlib import Path
-from orbitdb.cli.main import run
-from orbitdb.store.file.database import to_read
-lost = to_read(Path(sys.argv.pop()))()
-lost.itself = lost  # so that nothing frees it
-lost.execute("SELECT * FROM cycle").fetchone()
-run()
+from orbitdb import Catalogue
+rows = Catalogue(sys.argv[1], a=1.6).rows()
+print(next(rows)[0])
 """
 
 
-def test_a_connection_that_an_interrupted_command_lost_leaves_no_journal(filled):
-    done = run("columns", filled, command=[sys.executable, "-P", "-c", LOST])
-    assert done.returncode == 0, done.stderr
+def test_rows_that_were_not_read_to_their_end_leave_no_journal_and_no_noise(filled):
+    done = run(filled, command=[sys.executable, "-P", "-W", "error", "-c", UNFINISHED])
+    assert (done.returncode, done.stdout, done.stderr) == (0, "13\n", "")
     assert [each.name for each in filled.parent.iterdir()] == [filled.name]
+
+
+def test_an_idle_handle_keeps_no_file_open(filled, tmp_path):
+    """So another file may take its place, whatever has been written meanwhile; the next question reads it."""
+    catalogue, other = Catalogue(filled, a=1.6), Path(shutil.copy(filled, tmp_path / "other.db"))
+    list(write(other))
+    assert catalogue.a_values() == [1.6]
+    list(write(filled, 2, a=3.5))
+    assert [each.name for each in tmp_path.iterdir() if filled.name in each.name] == [filled.name]
+    other.replace(filled)
+    assert catalogue.a_values() == [1.6, 2.5]
+
+
+def test_a_handle_follows_its_path(filled, cli):
+    catalogue = Catalogue(filled, a=1.6)
+    filled.unlink()
+    with pytest.raises(StoreError, match="no catalogue at"):
+        catalogue.count(p=3)
+    with pytest.raises(StoreError, match="no catalogue at"):
+        catalogue.fill(3)
+    assert not list(filled.parent.iterdir())
+    Catalogue.create(filled).fill(3, a=1.6)
+    assert catalogue.count(p="2-8") == 8
+    filled.write_text("no catalogue")
+    with pytest.raises(StoreError, match="not an orbitdb catalogue"):
+        catalogue.count(p=3)
+
+
+def test_a_relative_path_is_meant_where_it_was_given(filled, tmp_path, monkeypatch):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(tmp_path)
+    catalogue = Catalogue(filled.name, a=1.6)
+    monkeypatch.chdir(elsewhere)
+    catalogue.fill(2, a=2.5)
+    assert catalogue.a_values() == [1.6, 2.5]
+    assert not list(elsewhere.iterdir())
+
+
+def test_the_home_folder_may_be_written_as_a_tilde(filled, tmp_path, monkeypatch, cli):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("ORBITDB_DB", "~/orbits.db")
+    assert Catalogue().path == Catalogue("~/orbits.db").path == filled
+    assert cli("info", "--db", "~/orbits.db").code == 0
+    assert cli("fill", "--p", "3", "--db", "~/new.db").code == 0
+    assert (tmp_path / "new.db").exists()
 
 
 @pytest.mark.parametrize("last", ["reader", "writer"])

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contents import alter, ask
-from older import make_older
 from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
@@ -18,8 +17,7 @@ from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import chosen_by, parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
-from orbitdb.store.file.guard import plain_errors
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file.database import plain_errors
 from orbitdb.symbols.words import from_strings, key
 from orbitdb.verification.recomputation import certify
 
@@ -121,12 +119,6 @@ def test_the_elements_of_a_class_must_lead_to_its_words(own):
         list(catalogue.rows(chosen_by(a=1.6), ("code", "coordinates")))
 
 
-def test_replacing_in_null_gives_null(varied):
-    with closing(Catalogue(varied)) as catalogue:
-        for call in ("replace(NULL, '1', '2')", "replace(code, NULL, '2')", "replace(code, '1', NULL)"):
-            assert catalogue.count(a=1.6, where=f"{call} IS NULL") == catalogue.count(a=1.6) > 0
-
-
 def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
     """SQLite reports the interrupt as an error of its own."""
     with closing(sqlite3.connect(":memory:")) as plain:
@@ -134,18 +126,6 @@ def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
         endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT stop() FROM n"
         with pytest.raises(KeyboardInterrupt), plain_errors(tmp_path / "orbits.db"):
             plain.execute(endless).fetchall()
-
-
-def test_nothing_is_migrated_without_a_backup(varied, tmp_path):
-    path = tmp_path / "old.db"
-    path.write_bytes(varied.read_bytes())
-    make_older(path)
-    ask(path, "PRAGMA journal_mode = WAL")  # the mode in which the program leaves files
-    before = path.read_bytes()
-    (tmp_path / "old.db.schema-6").mkdir()
-    with pytest.raises(StoreError, match=r"old\.db\.schema-6 cannot be written \(.+\); nothing was changed"):
-        migrate(path)
-    assert path.read_bytes() == before
 
 
 def test_a_missing_module_of_this_package_is_not_taken_for_an_extra():

@@ -111,7 +111,7 @@ def as_if_relaxed(path, chosen):
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
         path,
-        f"INSERT INTO run SELECT 1000 + id, started, version, {relaxed} FROM run",
+        f"INSERT INTO run SELECT 1000 + id, started, version, {relaxed}, commits FROM run",
         f"UPDATE orbit SET solver = 'relaxation', run = 1000 + run, {nothing} WHERE {chosen}",
     )
 

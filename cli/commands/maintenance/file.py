@@ -59,11 +59,8 @@ def info(
 
 
 def migrate(db: options.Database) -> None:
-    """Update a catalogue to the latest schema, or create an empty one.
-
-    An older catalogue is copied first; a message says where the copy is.
-    """
-    before, after, _ = bring(db)
+    """Update a catalogue to the latest schema, or create an empty one."""
+    before, after = bring(db)
     if before == after:
         note(f"{db}: schema {after} is the latest; nothing to do")
     elif not before:

@@ -89,9 +89,7 @@ def verify(
     from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.file.guard import TamperedError
-    from orbitdb.store.reading.moment import Reader
-    from orbitdb.verification.check import Check
+    from orbitdb.store.reading.moment import reading
     from orbitdb.verification.levels_and_bounds import is_known
     from orbitdb.verification.verify import report, told, verification_steps
 
@@ -104,15 +102,8 @@ def verify(
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
-    try:
-        source = Reader(db)
-    except TamperedError as error:
-        broken = Check("schema", error.parts, len(error.faults), first=error.faults[0])
-        note(str(error))
-        _report([broken], db, start, restarts, output)
-        return
     missing: list[str] = []
-    with closing(source), source.moment() as moment:
+    with reading(db) as moment:
         stadiums = moment.a_values() if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
@@ -126,7 +117,7 @@ def verify(
         found = report(told(work, shown))
     for gap in missing:
         note(gap)
-    _report(found, source.path, start, restarts, output)
+    _report(found, moment.path, start, restarts, output)
 
 
 def _verify_dataset(folder: Path, output: Output) -> None:

@@ -122,12 +122,10 @@ def _kept(db: Path, store: bool | None) -> Path | None:
     """Return the catalogue to save bounds in, made or updated with --store; None if none are saved."""
     from orbitdb.store.file.database import check_file
     from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.moment import Reader
 
     if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
         return None
     bring(db)
-    Reader(db).close()  # reports faults of the catalogue before the work
     return db
 
 

@@ -1,31 +1,57 @@
-"""Open the database file safely for reading or writing."""
+"""The database file: its path, and opening it safely for reading or writing; SQLite's errors in plain words.
+
+SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
+the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
+the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
+`orbitdb.store.writing.writer.Writer` counts up in the row of its run: a journal belongs to a file if it has
+the file's last run, with at least as many commits.
+"""
 
 import os
 import sqlite3
 import stat
-import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.connection import Connection, open_database, waiting
-from orbitdb.store.file.guard import own_views, plain_errors, refuse_foreign, refuse_tampered, remedy
-from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION
+from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION, VIEWS
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
+
+BUSY_TIMEOUT = 5.0
+"""Seconds that SQLite waits for a lock."""
+
+_TURNS = 12
+"""Number of such waits after which a writer gives up; parallel fills hold the lock most of the time."""
+
+_STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
 """Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
 
 
+# the path
+
+
 def default_path() -> Path:
     """Return the path of the default catalogue: ORBITDB_DB, or ``orbits.db`` in the user's data folder."""
     named = os.environ.get("ORBITDB_DB")
-    return Path(named) if named else data_folder() / "orbits.db"
+    return home_expanded(named) if named else data_folder() / "orbits.db"
+
+
+def home_expanded(path: Path | str) -> Path:
+    """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
+    return Path(os.path.expanduser(path))
+
+
+def absolute_path(path: Path | str | None) -> Path:
+    """Return the absolute path of a catalogue, so that it does not follow `os.chdir`; None is the default."""
+    return (default_path() if path is None else home_expanded(path)).absolute()
 
 
 def data_folder() -> Path:
@@ -35,41 +61,75 @@ def data_folder() -> Path:
     return user_data_path("orbitdb", appauthor=False)
 
 
+class Place(NamedTuple):
+    """The identity of a file, whatever its name."""
+
+    device: int
+    inode: int
+
+
+def place(path: Path) -> Place | None:
+    """Return the identity of the file that is now at a path, or None if there is none."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return Place(status.st_dev, status.st_ino)
+
+
+def need_place(path: Path, opened: Place | None, message: str) -> None:
+    """Raise `StoreError` if the file at a path is no longer the one that was opened; `message` ends it."""
+    now = place(path)
+    if now != opened:
+        what = "moved or deleted" if now is None else "replaced by another file"
+        raise StoreError(f"{path} was {what} while this command {message}")
+
+
+# what kind of file it is
+
+
 def check_file(path: Path) -> int | None:
     """Return the schema version of a file, or None if the file is missing or empty.
 
     Raises
     ------
     StoreError
-        If the file is not a catalogue, is from a newer orbitdb, or has a schema older than 6.
+        If the file is not a catalogue, or its schema is newer or older than this version can read.
     """
     try:
         try:
-            found = path.stat()
+            status = path.stat()
         except (FileNotFoundError, NotADirectoryError):
             return None
-        if stat.S_ISDIR(found.st_mode):
+        if stat.S_ISDIR(status.st_mode):
             raise StoreError(f"{path} is a folder: name a file with --db")
-        if not stat.S_ISREG(found.st_mode):
+        if not stat.S_ISREG(status.st_mode):
             raise StoreError(f"{path} is not an ordinary file: name another with --db")
-        if found.st_size == 0:
+        if status.st_size == 0:
             return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    pages, version, application = _marks(path)
-    if not application and not version and pages <= 1:
+    marks = _marks(path)
+    if not marks.application and not marks.version and marks.pages <= 1:
         return None  # a database without tables, because its creation was interrupted
-    if application != APPLICATION_ID:
+    if marks.application != APPLICATION_ID:
+        if marks.ours:
+            pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
+            raise StoreError(
+                f"{path} lacks two marks of a catalogue, which .dump leaves out: "
+                f'"{pragmas}" in sqlite3 adds them'
+            )
         raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
-    if version > SCHEMA_VERSION:
+    if marks.version > SCHEMA_VERSION:
         raise StoreError(
-            f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+            f"{path} has schema {marks.version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
         )
-    if version < OLDEST_VERSION:
+    if marks.version < OLDEST_VERSION:
         raise StoreError(
-            f"{path} has schema {version}, too old for this orbitdb: move it away, and fill a new one"
+            f"{path} was made by a development version of orbitdb (schema {marks.version}): "
+            "move it away, and fill a new one"
         )
-    return version
+    return marks.version
 
 
 def need_newest(path: Path) -> None:
@@ -81,30 +141,121 @@ def need_newest(path: Path) -> None:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
 
 
-def _marks(path: Path) -> tuple[int, ...]:
-    """Return page count, schema version and application id, including changes that are still in the journal.
+class _Marks(NamedTuple):
+    """What tells a catalogue from other SQLite files; `ours` if Alembic's table names the latest schema."""
+
+    pages: int
+    version: int
+    application: int
+    ours: bool
+
+
+def _marks(path: Path) -> _Marks:
+    """Return what kind of database a file is, including changes that are still in the journal.
 
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    if not path.with_name(path.name + "-wal").exists():
+    if not _beside(path)[0].exists():
         with suppress(sqlite3.Error, UnicodeDecodeError):  # damaged, or being written at this moment
-            return _pragmas(_uri(path) + "&immutable=1")
+            return _read_marks(_uri(path) + "&immutable=1")
     _refuse_foreign_journal(path)
     with plain_errors(path):
-        return _pragmas(_uri(path))
+        return _read_marks(_uri(path))
+
+
+def _read_marks(uri: str) -> _Marks:
+    with closing(_open(uri)) as connection:
+        names = ("page_count", "user_version", "application_id")
+        pages, version, application = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
+        ours = False
+        with suppress(sqlite3.OperationalError):
+            (revision,) = connection.execute("SELECT version_num FROM alembic_version").fetchone() or ("",)
+            ours = revision == f"{SCHEMA_VERSION:04}"
+        return _Marks(pages, version, application, ours)
+
+
+# the journal
+
+
+def _beside(path: Path) -> tuple[Path, Path]:
+    """Return the paths of a file's journal and of the journal's index."""
+    real = Path(os.path.realpath(path))
+    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
 
 
 def _refuse_foreign_journal(path: Path) -> None:
-    refuse_foreign(
-        path, lambda: open_database(_uri(path) + "&immutable=1"), lambda: open_database(_uri(path))
+    """Raise `StoreError` if the journal next to a file belongs to another file."""
+    journal, index = _beside(path)
+    with suppress(OSError):
+        if journal.stat().st_size and not _continues(path):
+            raise StoreError(
+                f"{journal.name} is not the journal of {path}, but of a file that had this name before: move "
+                f"{journal.name} and {index.name} away, and leave {path.name} where it is"
+            )
+
+
+def _continues(path: Path) -> bool:
+    """Tell whether the last run recorded in a file without its journal is still there if the journal is read.
+
+    Neither connection can write, because the last one to close would move the journal into the file. The
+    read transaction keeps writers from doing so meanwhile.
+    """
+    with closing(_open(_uri(path))) as whole, closing(_open(_uri(path) + "&immutable=1")) as alone:
+        try:
+            whole.execute("BEGIN")
+            with_journal = _runs(whole)
+        except sqlite3.OperationalError as error:
+            if "no such table" not in str(error):
+                return True  # locked, or without permission; opening it will say so
+            with_journal = {}
+        except (sqlite3.DatabaseError, UnicodeDecodeError):
+            with_journal = {}
+        try:
+            runs = _runs(alone)
+        except (sqlite3.Error, UnicodeDecodeError):
+            return True  # nothing to compare: damaged, or the first pages are still in the journal
+    if not runs:
+        return True
+    last = max(runs)
+    (started, commits), (same, more) = runs[last], with_journal.get(last, ("", 0))
+    return started == same and commits <= more
+
+
+def _runs(connection: sqlite3.Connection) -> dict[int, tuple[str, int]]:
+    """Return for each run, by id, when it started and its number of transactions."""
+    rows = connection.execute("SELECT id, started, commits FROM run").fetchall()
+    return {number: (started, commits) for number, started, commits in rows}
+
+
+def remove_journal_of(path: Path, opened: Place | None, journal: dict[Path, Place | None]) -> None:
+    """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
+
+    It would be taken for that of the next file with this name.
+    """
+    if place(path) != opened:
+        for part, was in journal.items():
+            if was is not None and place(part) == was:
+                part.unlink(missing_ok=True)
+
+
+def places_beside(path: Path) -> dict[Path, Place | None]:
+    """Return the identities of a file's journal and of the journal's index."""
+    return {part: place(part) for part in _beside(path)}
+
+
+# connections
+
+
+def _open(uri: str) -> sqlite3.Connection:
+    """Connect to a database; Ctrl-C interrupts long queries."""
+    connection = sqlite3.connect(
+        uri, timeout=BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False
     )
-
-
-def _pragmas(uri: str) -> tuple[int, ...]:
-    with closing(open_database(uri)) as connection:
-        names = ("page_count", "user_version", "application_id")
-        return tuple(int(connection.execute(f"PRAGMA {name}").fetchone()[0]) for name in names)
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.execute("PRAGMA cell_size_check = ON")
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # so that Python can handle signals
+    return connection
 
 
 def _uri(path: Path, mode: str = "ro") -> str:
@@ -112,24 +263,50 @@ def _uri(path: Path, mode: str = "ro") -> str:
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
-def to_read(path: Path) -> Callable[[], sqlite3.Connection]:
-    """Return a function that opens a catalogue for reading, even in a read-only folder or while others write.
+def waiting(ask: Callable[[], object]) -> None:
+    """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
+    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
+    while True:
+        try:
+            ask()
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
+                raise
+        time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
 
-    The function refuses files with an older schema or active contents (`orbitdb.store.file.guard`).
+
+def open_to_read(path: Path) -> sqlite3.Connection:
+    """Open a catalogue for reading, even in a read-only folder or while others write."""
+    _refuse_foreign_journal(path)
+    mode = "&immutable=1" if read_alone(path) else ""
+    connection = _open(_uri(path, "rw") + mode)  # the last to close the file removes the journal
+    connection.execute("PRAGMA temp_store = MEMORY")
+    for text in VIEWS.values():  # this version's views; those in the file are for other programs
+        connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+    connection.execute("PRAGMA query_only = ON")
+    connection.execute(f"PRAGMA cache_size = -{_CACHE}")
+    return connection
+
+
+def open_to_write(path: Path, references: bool = True, create: bool = False) -> sqlite3.Connection:
+    """Open a file for writing; with `references`, SQLite checks every foreign key that is written.
+
+    Only with `create` may the file be new.
     """
-    uri = _uri(path, "rw")  # the last to close the file removes the journal, and needs write access
-
-    def connect() -> sqlite3.Connection:
-        connection = _connect(uri + ("&immutable=1" if read_alone(path) else ""), path, newest=True)
-        own_views(connection)
-        connection.execute("PRAGMA query_only = ON")
-        connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-        # in expressions, no function may make a text longer; SQLite cannot redefine a function while a
-        # query runs, so it is done here
-        connection.create_function("replace", 3, _shortened, deterministic=True)
-        return connection
-
-    return connect
+    if path.exists() and not os.access(path, os.W_OK):
+        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
+    _refuse_foreign_journal(path)
+    connection = _open(_uri(path, "rwc" if create else "rw"))
+    try:
+        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
+        waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
+        connection.execute("PRAGMA synchronous = NORMAL")
+        connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
 def read_alone(path: Path) -> bool:
@@ -137,8 +314,8 @@ def read_alone(path: Path) -> bool:
 
     A journal that another user left behind would keep the owner from writing.
     """
-    writable = all(os.access(each, os.W_OK) for each in (path, path.parent))
-    return not writable and not path.with_name(path.name + "-wal").exists()
+    writable = all(os.access(part, os.W_OK) for part in (path, path.parent))
+    return not writable and not _beside(path)[0].exists()
 
 
 @contextmanager
@@ -154,52 +331,45 @@ def unchanged(path: Path) -> Iterator[None]:
 
 def _stamp(path: Path) -> tuple[int, int] | None:
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size
 
 
-def to_write(path: Path, references: bool) -> Callable[[], sqlite3.Connection]:
-    """Return a function that opens a file for writing; the file may be new or have an older schema.
-
-    It refuses active contents. With `references`, SQLite checks every foreign key that is written.
-    """
-    newest = check_file(path) == SCHEMA_VERSION
-    uri = _uri(path, "rw" if newest else "rwc")
-    if path.exists() and not os.access(path, os.W_OK):
-        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
-
-    def connect() -> sqlite3.Connection:
-        connection = _connect(uri, path, newest)
-        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
-        waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
-        connection.remember_place(path)  # a new file has a journal from here on
-        connection.execute("PRAGMA synchronous = NORMAL")
-        connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
-        return connection
-
-    return connect
+@contextmanager
+def asking(path: Path) -> Iterator[sqlite3.Connection]:
+    """Yield a connection in a read transaction, without importing SQLAlchemy."""
+    need_newest(path)
+    with unchanged(path), plain_errors(path), closing(open_to_read(path)) as connection:
+        waiting(lambda: connection.execute("BEGIN"))
+        yield connection
 
 
 def reading_engine(path: Path) -> "sa.Engine":
-    """Return an engine for reading; its connections cannot write (`to_read`)."""
-    return _engine(to_read(path), "BEGIN", kept=not read_alone(path))
+    """Return an engine for reading.
+
+    Each transaction opens the file that is then at the path. Between transactions the file is closed, so that
+    another may take its place.
+    """
+    import sqlalchemy as sa  # single words are looked up without it
+
+    return _engine(lambda: open_to_read(path), "BEGIN", sa.pool.NullPool)
 
 
-def writing_engine(path: Path, references: bool = True) -> "sa.Engine":
-    """Return an engine for writing; its transactions take the write lock at once (`to_write`).
+def writing_engine(path: Path, references: bool = True, create: bool = False) -> "sa.Engine":
+    """Return an engine for writing, which keeps the file open; its transactions take the write lock at once.
 
     A fill does not check references, because the random lookups would take a third of its time.
     """
-    return _engine(to_write(path, references), "BEGIN IMMEDIATE")
+    import sqlalchemy as sa
+
+    return _engine(lambda: open_to_write(path, references, create), "BEGIN IMMEDIATE", sa.pool.QueuePool)
 
 
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str, kept: bool = True) -> "sa.Engine":
-    import sqlalchemy as sa  # single words are looked up without it
+def _engine(connect: Callable[[], sqlite3.Connection], begin: str, pool: "type[sa.Pool]") -> "sa.Engine":
+    import sqlalchemy as sa
 
-    # a connection without locks would keep pages that may have changed in the file since
-    pool = sa.pool.QueuePool if kept else sa.pool.NullPool
     engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
 
     @sa.event.listens_for(engine, "begin")
@@ -216,36 +386,38 @@ def driver(connection: "sa.Connection") -> sqlite3.Connection:
     return own
 
 
-def _connect(uri: str, path: Path, newest: bool) -> Connection:
-    """Connect so that SQLite runs nothing in the file; refuse active contents or another file's journal."""
-    _refuse_foreign_journal(path)
-    connection = open_database(uri)
-    try:
-        connection.remember_place(path)
-        connection.execute("PRAGMA cell_size_check = ON")
-        if sys.version_info >= (3, 12):
-            connection.setconfig(sqlite3.SQLITE_DBCONFIG_DEFENSIVE)
-        refuse_tampered(connection, path, newest)
-        connection.remember_place(path)  # once more, because reading creates the journal
-    except BaseException:
-        connection.close()
-        raise
-    return connection
+# errors
 
 
 @contextmanager
-def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Yield a connection in a read transaction, without importing SQLAlchemy."""
-    need_newest(path)
-    with unchanged(path), plain_errors(path), closing(to_read(path)()) as connection:
-        waiting(lambda: connection.execute("BEGIN"))
-        yield connection
+def plain_errors(path: Path) -> Iterator[None]:
+    """Turn errors of SQLite into a `StoreError` that says what to do."""
+    try:
+        yield
+    except Exception as error:
+        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
+        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
+            raise
+        if str(cause) == "interrupted":  # by a signal
+            raise KeyboardInterrupt from error
+        # a text that is not UTF-8 is damage, too
+        message = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)
+        raise StoreError(remedy(path, message)) from error
 
 
-def _shortened(text: object, part: object, by: object) -> str | None:
-    """Replace parts of a text as SQLite does, but fail if the text would become longer."""
-    if text is None or part is None or by is None:
-        return None
-    if any(isinstance(value, bytes) for value in (text, part, by)) or len(str(by)) > len(str(part)):
-        raise ValueError
-    return str(text).replace(str(part), str(by)) if part != "" else str(text)
+def remedy(path: Path, message: str) -> str:
+    """Return one line that says what an error of SQLite means and what to do."""
+    damaged = f"{path} is damaged: restore a copy, or move it away and fill a new one"
+    remedies = {
+        "locked": f"{path} is in use by another process that writes: try again when it has finished",
+        "readonly": f"{path} cannot be written: check its permissions, or name another file with --db",
+        "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
+        "disk is full": f"no space left for {path}: free some, then run the same command again to continue",
+        "malformed": damaged,
+        "decode to UTF-8": damaged,
+        "no such table": damaged,
+        "no such column": damaged,
+        "not a database": f"{path} is not an orbitdb catalogue: name another file with --db",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
+    }
+    return next((line for part, line in remedies.items() if part in message), f"{path}: {message}")

@@ -1,8 +1,9 @@
 """The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
-New files are created with it, every file is compared with it (`orbitdb.store.file.guard`), and
-`orbitdb.store.file.tables` derives SQLAlchemy's tables from it. This module does not use SQLAlchemy, whose
-import takes a quarter of a second.
+New files are created with it, and `orbitdb.store.file.tables` derives SQLAlchemy's tables from it. A change
+of a table takes a new version, and a migration; the views need none, because every reading connection makes
+its own. This module does not use SQLAlchemy, whose import
+takes a quarter of a second.
 
 `cycle` has one row per symmetry class, with everything that does not depend on a; `orbit` has one row per
 class and value of a. All tables are STRICT.
@@ -17,10 +18,10 @@ from orbitdb.formulas import sql_of
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 7
+SCHEMA_VERSION = 8
 """The version of the latest schema, stored as SQLite's user_version."""
 
-OLDEST_VERSION = 6
+OLDEST_VERSION = 8
 """The oldest schema that can be migrated; files with an older one are refused."""
 
 PAGE_SIZE = 16384

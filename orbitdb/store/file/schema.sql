@@ -8,12 +8,14 @@ CREATE TABLE stadium (
     CONSTRAINT uq_stadium_a UNIQUE (a)
 ) STRICT;
 
--- The run of the program that wrote a row: when it started (UTC), the version, and its parameters as JSON.
+-- The run of the program that wrote a row: when it started (UTC), the version, its parameters as JSON, and
+-- its number of transactions, which tells whether a journal belongs to this file.
 CREATE TABLE run (
     id INTEGER NOT NULL,
     started TEXT NOT NULL,
     version TEXT NOT NULL,
     parameters TEXT NOT NULL,
+    commits INTEGER DEFAULT 0 NOT NULL,
     PRIMARY KEY (id)
 ) STRICT;
 

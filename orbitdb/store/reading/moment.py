@@ -1,6 +1,5 @@
 """`Reader`, a catalogue open for reading, and `Moment`, a read transaction, which answers all questions."""
 
-import weakref
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,8 +16,19 @@ from orbitdb.store.asking.limits import CancelledError, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.file import tables
-from orbitdb.store.file.database import default_path, driver, need_newest, reading_engine, unchanged
-from orbitdb.store.file.guard import plain_errors
+from orbitdb.store.file.database import (
+    absolute_path,
+    default_path,
+    driver,
+    home_expanded,
+    need_newest,
+    place,
+    places_beside,
+    plain_errors,
+    reading_engine,
+    remove_journal_of,
+    unchanged,
+)
 from orbitdb.store.reading import fills, lives, lookup, question, records, rows
 from orbitdb.store.reading.fills import Fill, Sweep
 from orbitdb.store.reading.lives import BirthFill, Life
@@ -130,7 +140,9 @@ class Moment:
 
 
 class Reader:
-    """A catalogue file open for reading; each call of `moment` starts a new `Moment`.
+    """A catalogue file to read; each call of `moment` starts a new `Moment` of the file that is then there.
+
+    Between moments the file is closed.
 
     Parameters
     ----------
@@ -144,31 +156,27 @@ class Reader:
     """
 
     def __init__(self, path: Path | str | None = None) -> None:
-        self.path = Path(path) if path is not None else default_path()
-        need_newest(self.path)
+        need_newest(default_path() if path is None else home_expanded(path))
+        self.path = absolute_path(path)
+        self._place = place(self.path)
         self._engine = reading_engine(self.path)
-        with plain_errors(self.path), self._engine.connect():
-            pass  # refuse a damaged or altered file now, not in the middle of a query
-        self.close()
-        weakref.finalize(self, self._engine.dispose)  # if nobody calls `close`
-
-    def close(self) -> None:
-        """Close the file; the next moment opens it again."""
-        self._engine.dispose()
 
     @contextmanager
     def moment(self) -> Iterator[Moment]:
         """Yield a read transaction; changes made meanwhile appear in the next one."""
+        if place(self.path) != self._place:  # another file has taken its place
+            need_newest(self.path)
+            self._place = place(self.path)
         with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
-            yield Moment(connection, self.path)
+            journal = places_beside(self.path)
+            try:
+                yield Moment(connection, self.path)
+            finally:
+                remove_journal_of(self.path, self._place, journal)
 
 
 @contextmanager
 def reading(path: Path | str | None = None) -> Iterator[Moment]:
     """Open a catalogue for a single moment, and close it afterwards."""
-    source = Reader(path)
-    try:
-        with source.moment() as moment:
-            yield moment
-    finally:
-        source.close()
+    with Reader(path).moment() as moment:
+        yield moment

@@ -14,8 +14,18 @@ from sqlalchemy.dialects.sqlite import insert
 
 from orbitdb import __version__
 from orbitdb.arithmetic import arithmetic
-from orbitdb.store.file.database import driver, reading_engine, writing_engine
-from orbitdb.store.file.guard import COUNT_COMMIT, need_place, place, plain_errors, renew_views
+from orbitdb.store.file.database import (
+    Place,
+    absolute_path,
+    need_newest,
+    need_place,
+    place,
+    places_beside,
+    plain_errors,
+    reading_engine,
+    remove_journal_of,
+    writing_engine,
+)
 from orbitdb.store.file.tables import entropy_bound, level, level_fill, run, stadium, trajectory
 
 if TYPE_CHECKING:
@@ -28,16 +38,18 @@ class Writer:
     """A catalogue with the latest schema, open for writing by one run of the program.
 
     The parameters of the run and its `arithmetic` are stored as provenance. `writing_engine` explains
-    `references`.
+    `references`. A writer never creates a file (`orbitdb.store.file.migrate` does).
     """
 
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
-        self.path = path
-        self._engine, self._reading = writing_engine(path, references), reading_engine(path)
+        need_newest(path)
+        self.path = absolute_path(path)
+        self._engine, self._reading = writing_engine(self.path, references), reading_engine(self.path)
         self._parameters = parameters
         self._run_ids: dict[str, int] = {}
         self._written = False
-        self._place = place(path)
+        self._place = place(self.path)
+        self._journal: dict[Path, Place | None] = {}
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
@@ -52,12 +64,12 @@ class Writer:
         try:
             self._need_place()
             with plain_errors(self.path), self._engine.begin() as connection:
-                if not self._written:
-                    renew_views(driver(connection))
                 yield connection
                 if self._run_ids:
-                    connection.exec_driver_sql(COUNT_COMMIT, (next(iter(self._run_ids.values())),))
+                    own = run.c.id == next(iter(self._run_ids.values()))
+                    connection.execute(sa.update(run).where(own).values(commits=run.c.commits + 1))
                 self._need_place()
+                self._journal = places_beside(self.path)
         except BaseException:
             self._run_ids = noted  # the runs recorded since then were rolled back
             raise
@@ -89,14 +101,18 @@ class Writer:
                 closing(self._engine.raw_connection()) as connection,
             ):
                 connection.execute("PRAGMA wal_checkpoint")
-        self._reading.dispose()
         self._engine.dispose()
+        remove_journal_of(self.path, self._place, self._journal)
         self._need_place()
 
     def _need_place(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
-        told = "was writing to it: what it stored is in the old file; run the same command again to write to"
-        need_place(self.path, self._place, f"{told} the file that you mean")
+        need_place(
+            self.path,
+            self._place,
+            "was writing to it: what it stored is in the old file; run the same command again to write to "
+            "the file that you mean",
+        )
 
     def run_id(self, connection: sa.Connection, computed: str | None = None) -> int:
         """Return the id of this run; the first call stores the run.

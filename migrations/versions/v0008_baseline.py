@@ -1,9 +1,9 @@
-"""Schema 6, the baseline: files with an older schema are refused.
+"""Schema 8, the baseline: the first that was released. Older files are refused.
 
 There is nothing to do here, because `orbitdb.store.file.migrate` creates catalogues with the latest schema.
 """
 
-revision = "0006"
+revision = "0008"
 down_revision = None
 branch_labels = None
 depends_on = None
