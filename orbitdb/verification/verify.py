@@ -1,13 +1,13 @@
 """Verify a catalogue: recompute everything from the words alone, and compare.
 
-All words must be there (`orbitdb.verification.completeness`). A stored orbit must be consistent
-(`orbitdb.verification.invariants`) and agree with a new solution (`orbitdb.verification.recomputation`).
+All words must be there (`orbitdb.verification.classes`). A stored orbit must be consistent and agree with a
+new solution (`orbitdb.verification.orbits`), and so must births, sweeps and levels
+(`orbitdb.verification.births_sweeps_levels`).
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from collections.abc import Set as AbstractSet
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -21,24 +21,34 @@ from orbitdb.errors import AlteredError
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
-from orbitdb.orbits.newton import solve_admissible
-from orbitdb.orbits.status import EXISTING, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import need_place, place
-from orbitdb.store.reading import audit
-from orbitdb.store.reading.audit import StoredBlock, load_orbits, sampled_classes, whole_rows
+from orbitdb.store.file.tables import entropy_bound, level_fill, stadium
 from orbitdb.store.reading.moment import Moment, reading
-from orbitdb.symbols.words import to_strings
-from orbitdb.verification.births import change_parts, check_births, prove_lives, whole_births
-from orbitdb.verification.check import Block, Check, Checked, Part, blocks, checked_apart, judged, measured
-from orbitdb.verification.completeness import class_parts, file_parts
-from orbitdb.verification.invariants import check_consistency, with_bounds
-from orbitdb.verification.levels_and_bounds import record_parts
-from orbitdb.verification.provenance import check_provenance, runs_of_here
-from orbitdb.verification.recomputation import certify, check_against, check_bits, restart
-from orbitdb.verification.sweeps import check_sweeps
+from orbitdb.verification.births_sweeps_levels import (
+    change_parts,
+    check_births,
+    check_sweeps,
+    level_parts,
+    prove_lives,
+    whole_births,
+)
+from orbitdb.verification.checks import (
+    Block,
+    Check,
+    Checked,
+    Part,
+    blocks,
+    checked_apart,
+    sampled_classes,
+    stadium_id,
+    stored_orbits,
+)
+from orbitdb.verification.classes import class_parts, file_parts
+from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
 
 if TYPE_CHECKING:
     import pandas
@@ -47,39 +57,22 @@ if TYPE_CHECKING:
 
 
 PROMISES = {
-    "file": "SQLite finds the file sound",
-    "foreign keys": "every reference points to a row",
-    "schema": "tables and views are those of this version",
-    "counts": "every period has as many words as the transfer matrix says",
-    "classes": "id, size, walls, symmetries and words of every class follow from its representative",
-    "elements": "every position in a class has the right symmetry element",
-    "rules": "pruned words are least rotations and break exactly the stored rules",
-    "fills": "the counts of every filled period agree with its rows",
-    "births": "births and deaths alternate, and agree with every fill",
-    "changes": "new solutions on both sides of a birth or death confirm it, and the bounce that causes it",
+    "file": "SQLite finds the file sound, every reference points to a row, and every value can be read",
+    "counts": "periods have as many words as the transfer matrix says, and fills the counts of their rows",
+    "classes": "all columns of a class follow from its representative, and broken rules from the pruned word",
+    "statuses": "a new solution gives the same status",
+    "bounds": "a new solution lies within the error bounds",
+    "walls": "every bounce is on its own wall, as far from the ends as the margin says",
+    "reflection": "every bounce obeys the law of reflection",
+    "lengths": "the length follows from the path",
+    "lambda": "lambda follows from the monodromy matrices",
+    "Hessian": "the Hessian has the right signature, and its determinant gives lambda",
+    "births": "births and deaths alternate, agree with every fill, and are confirmed by new solutions",
     "lives": "between a = 0.02 and 1000, no birth or death is missing or spurious",
     "undecided": "every class is decided before its cells in ln a become too small",
     "sweeps": "swept counts agree with the transfer matrix, fills, births and new solutions",
     "sums": "swept sums agree with new solutions",
-    "entropy": "proved bounds on the entropy agree with new ones and with a recount of their windows",
     "levels": "quantum levels agree with those found on a finer grid, in number and within their errors",
-    "trajectories": "averages over trajectories agree with exact means and with a new run",
-    "provenance": "runs, methods and certificates agree with one another",
-    "reading": "the commands can read every value",
-    "values": "every row has the values that its status demands",
-    "statuses": "a new solution gives the same status",
-    "unresolved": "every status is decided",
-    "bounds": "a new solution lies within the error bounds",
-    "bits": "a new solution with the same arithmetic gives the same bits",
-    "walls": "every bounce is on its own wall",
-    "margins": "the margin follows from the bounces",
-    "reflection": "every bounce obeys the law of reflection",
-    "residuals": "the residual follows from the bounces",
-    "lengths": "the length follows from the path",
-    "lambda": "lambda follows from the monodromy matrices",
-    "signature": "the Hessian has the right signature",
-    "Hessian": "the Hessian's determinant gives lambda",
-    "radii": "certified radii are within the error bounds",
     "restarts": "other starts converge to the same orbit",
     "certificates": "ball arithmetic proves every row",
 }
@@ -136,7 +129,6 @@ def verify(
     classes = {s.a: sampled_classes(connection, s, sample, rng) for s in selections}
     parts = chain(
         file_parts(selections),
-        [Part("provenance", check_provenance)],
         class_parts(connection, selections),
         (
             block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
@@ -144,7 +136,7 @@ def verify(
             for block in blocks(ids)
         ),
         change_parts(connection, selections, sample, rng),
-        record_parts(connection),
+        level_parts(connection),
     )
     if workers is None:
         yield from (part.checked(connection) for part in parts)
@@ -157,46 +149,29 @@ def verify(
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:
-    number = audit.stadium_id(connection, a)
+    """Check the rows of a block at a given a."""
+    number = stadium_id(connection, a)
     if number is None:
         return
-    stored, stadium = load_orbits(connection, number, block.ids), Stadium(a)
-    whole = stored.whole(block.p)
-    checks = [judged("values", stored.words, ~whole)]
-    rows = whole_rows(stored, block.p, whole)
-    if rows:
-        with np.errstate(all="ignore"):  # stored numbers can be anything
-            orbits = with_bounds(stored.orbits(rows), stadium)
-            checks += _block(orbits, stored, rows, stadium, runs_of_here(connection))
-        if restarts:
-            rng = np.random.default_rng([seed, block.done - len(block.ids)])
-            checks.append(restart(orbits.words, stadium, restarts, rng))
-    for check in checks:
-        yield replace(check, first=check.first and f"{check.first} at a = {exact(a)}")
+    ids, stored = stored_orbits(connection, number, block)
+    if not len(ids):
+        return
+    stadium, place = Stadium(a), f"at a = {exact(a)}"
+    with np.errstate(all="ignore"):  # stored numbers can be anything
+        stored = with_bounds(stored, stadium)
+        checks = list(check_against(stored, stadium))
+        existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
+        checks += check_consistency(stored.rows(existing), stadium)
+    if restarts:
+        rng = np.random.default_rng([seed, block.done - len(block.ids)])
+        checks.append(restart(stored.words, stadium, restarts, rng))
+    yield from (check.at(place) for check in checks)
 
 
-def _block(
-    stored: Orbits,
-    block: StoredBlock,
-    rows: Sequence[int],
-    stadium: Stadium,
-    ours: AbstractSet[int],
-) -> Iterator[Check]:
-    """Check the rows of a block that have sound words and all values."""
-    fresh = solve_admissible(stored.words, stadium)
-    yield from check_against(stored, fresh)
-    made = zip(block.some("solver", rows), block.some("run", rows), strict=True)
-    same = np.array([solver != "relaxation" and run in ours for solver, run in made])
-    comparable = np.flatnonzero(same)
-    yield check_bits(stored.rows(comparable), fresh.rows(comparable))
-    existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
-    yield from check_consistency(stored.rows(existing), stadium)
-    radii = block.some("radius", rows)
-    proofs = [i for i, radius in enumerate(radii) if radius is not None]
-    labels = to_strings(stored.words[proofs])
-    radius = np.array([radii[i] for i in proofs])
-    allowed = np.where(np.isfinite(stored.error[proofs]), stored.error[proofs], 0.0)
-    yield measured("radii", labels, radius, allowed)
+def is_known(moment: Moment, a: float) -> bool:
+    """Tell whether anything is stored for this a: rows, sums, averages, bounds or levels."""
+    tables = (stadium, entropy_bound, level_fill)
+    return any(moment.connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
 
 
 _STARTS_A_SECOND = 800_000
@@ -215,7 +190,7 @@ class Verification:
     Examples
     --------
     >>> catalogue.verify(p="2-5")
-    <sound: 22 checks>
+    <sound: 10 checks>
     """
 
     checks: tuple[Check, ...]
@@ -252,12 +227,11 @@ def verification_steps(
     seed: int = 0,
     births: bool = False,
     rigorous: bool = False,
-    again: bool = False,
     jobs: int | None = None,
 ) -> Generator[Checked]:
     """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
 
-    The other parameters are those of `verify` and `orbitdb.verification.recomputation.certify`.
+    The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
     """
     was = place(path)
     with reading(path) as moment:
@@ -271,7 +245,7 @@ def verification_steps(
             yield from verify(moment, selections, sample, restarts, seed, births, here)
     for selection in selections if rigorous else ():
         need_place(path, was, _TOLD)
-        yield from certify(path, selection, sample, seed, again)
+        yield from certify(path, selection, sample, seed)
     need_place(path, was, _TOLD)
 
 

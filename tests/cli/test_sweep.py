@@ -2,8 +2,6 @@
 
 import json
 import shutil
-import sqlite3
-from contextlib import closing
 
 import pytest
 from contents import alter, made
@@ -143,38 +141,6 @@ def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
 
 
 @pytest.mark.slow
-def test_swept_subsets_are_listed_and_verified(cli, tmp_path, monkeypatch):
-    """`info` names the subset; `verify` solves its sums again and compares its counts with stored rows."""
-    first = json.loads(cli("sweep", "--p", "2-3,5", "--contains", "13", "--json").out)
-    assert [row["selection"] for row in first] == ["contains=13"] * 3
-    assert "selection" not in json.loads(cli("sweep", "--p", "5-5", "--json").out)[0]
-    rows = json.loads(cli("info", "--json").out)
-    told = [(row["p"], row["N_c"], row["selection"]) for row in rows]
-    assert told[:2] == [(2, 1, "contains=13"), (3, 4, "contains=13")]
-    assert told[-2:] == [(5, 80, None), (5, 20, "contains=13")]
-    sound = cli("verify", "--p", "2,3,5", "--a", "1.6", "--json")
-    assert (sound.code, sound.err.split(" no errors in")[0]) == (0, f"{tmp_path / 'orbits.db'}:")
-    rows = {row["check"]: row["rows"] for row in json.loads(sound.out)}
-    assert (rows["sweeps"], rows["sums"]) == (4, 4)
-    cli("fill", "--p", "5-5")
-    with closing(sqlite3.connect(tmp_path / "orbits.db")) as plain:
-        for states in (["filling", "swept", "swept"], ["done"]):
-            plain.execute("UPDATE fill SET state = ?", states[:1])
-            plain.commit()
-            assert [row["state"] for row in json.loads(cli("info", "--json").out) if row["p"] == 5] == states
-        plain.execute("UPDATE sweep SET n_c = n_c - 2 WHERE p = 5 AND selection <> ''")
-        plain.commit()
-        monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 1)
-        found = cli("verify", "--json")
-        failing = {row["check"]: row["first"] for row in json.loads(found.out) if row["failures"]}
-        wrong = "p = 5 at a = 1.6, contains=13: n_c is 18 instead of 20"
-        assert (found.code, failing) == (1, {"sweeps": wrong})
-        plain.execute("UPDATE sweep SET selection = 'born=1.0:' WHERE selection <> ''")
-        plain.commit()
-    assert cli("info").err.startswith("orbitdb: the catalogue was altered: not a swept subset: 'born")
-
-
-@pytest.mark.slow
 def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     cli("migrate")
     monkeypatch.setattr(births, "BLOCK", 50)
@@ -193,7 +159,7 @@ def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
+    monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.SWEPT_ANEW", 2)
     cli("sweep", "--p", "4")
     cli("births", "--p", "4")
     assert "11 of 11 classes have all births and deaths between" in cli("verify", "--births").err

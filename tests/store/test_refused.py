@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contents import alter, ask
-from there import there
+from contents import alter
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.answers.whole_periods import read_terms
@@ -19,7 +18,6 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
 from orbitdb.store.file.database import plain_errors
 from orbitdb.symbols.words import from_strings, key
-from orbitdb.verification.recomputation import certify
 
 
 @pytest.fixture(scope="module")
@@ -131,12 +129,3 @@ def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
 def test_a_missing_module_of_this_package_is_not_taken_for_an_extra():
     with pytest.raises(ModuleNotFoundError, match=r"No module named 'orbitdb\.nothing'"):
         load("orbitdb.nothing", "nothing", "plots")
-
-
-def test_incomplete_rows_are_reported_and_not_certified(own):
-    alter(own, "UPDATE orbit SET residual = -1")
-    (step,) = certify(own, Selection(1.6, periods=((3, 3),)))
-    (check,) = step.checks
-    assert (check.name, check.rows, check.failures) == ("certificates", 2, 2)
-    assert there(check.first).endswith(" at a = 1.6")
-    assert ask(own, "SELECT count(*) FROM certificate") == [(0,)]

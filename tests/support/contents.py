@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from orbitdb.catalogue import Catalogue
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import reading
-from orbitdb.verification.check import Check
+from orbitdb.verification.checks import Check
 from orbitdb.verification.verify import report, verify
 
 Answer = TypeVar("Answer")

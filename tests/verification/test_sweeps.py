@@ -7,7 +7,6 @@ from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import pytest
 from contents import alter, made
 from solutions import representatives
@@ -17,19 +16,13 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.births import fill_births
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.orbits.births import events
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import reading
-from orbitdb.symbols.words import keys_of_period
-from orbitdb.verification.births import check_births, prove_lives, whole_births
-from orbitdb.verification.check import Check
-from orbitdb.verification.sweeps import check_sweeps
+from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, prove_lives, whole_births
+from orbitdb.verification.checks import Check
 from orbitdb.verification.verify import verify
-
-BEGUN = "state = 'filling', sums = NULL, blocks = 0"
-"""Turns a sweep into an unfinished one."""
 
 BOTH = [Selection(1.6), Selection(1.0)]
 
@@ -74,31 +67,10 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
-        ("state = 'filling'", "final counts, although the period is not done"),
-        ("cursor = '03132'", "cursor 03132 instead of 77777"),
-        (f"{BEGUN}, cursor = '03132'", "96 words instead of 76"),
-        (f"{BEGUN}, blocks = 1", "1 blocks instead of 0"),
-        (f"words = 97, {BEGUN}", "97 words instead of 96"),
-        (f"n_c = 97, {BEGUN}", "more words or classes than there can be"),
-        (f"unresolved = 17, {BEGUN}", "more words or classes than there can be"),
-        (f"classes = 81, {BEGUN}", "more words or classes than there can be"),
     ],
 )
 def test_impossible_counts_are_found(swept, change, first):
     assert told(swept(change))[0] == ("sweeps", f"p = 5 at a = 1.6: {first}")
-
-
-def test_an_unfinished_sweep_may_have_low_counts(swept):
-    assert not told(swept(f"{BEGUN}, cursor = NULL, words = 0, n_c = 0, classes = 0"))
-
-
-@pytest.mark.parametrize("change", ["n_c = -2", "sums = x'00'"])
-def test_an_unreadable_sweep_does_not_hide_other_a(swept, change):
-    found = swept(change)
-    ((name, first),) = told(found)
-    assert name == "sweeps"
-    assert there(first).startswith("at a = 1.6: the catalogue was altered: ")
-    assert [check.rows for check in found if check.name == "sums"] == [1]
 
 
 def test_sums_without_ranges_are_found(swept):
@@ -133,7 +105,6 @@ def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
         "UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)",
     )
     assert there(told(swept())[0][1]).startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
-    assert not told(swept(BEGUN))
 
 
 @pytest.fixture(scope="module")
@@ -153,7 +124,7 @@ def begun(begun_once: Path, tmp_path: Path) -> Path:
 def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
-    monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
+    monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.BLOCK", 12)
     with reading(begun) as moment:
         steps = list(prove_lives(moment.connection, whole_births(moment.connection)))
         assert [(step.stage, step.done, step.total) for step in steps] == [
@@ -183,47 +154,28 @@ def test_only_births_of_chosen_periods_are_checked(begun):
     assert (counted["births"], counted["lives"]) == (17, 17)
 
 
-def test_a_class_that_died_and_was_reborn_is_sound_and_counts_once(begun):
-    """The rebirth is made by hand, because only longer words die and are reborn, such as some of p = 9."""
+def test_births_and_deaths_must_alternate_and_give_the_counts(begun):
+    """A rebirth is made by hand, because only longer words die and are reborn, such as some of p = 9."""
 
-    def alter(*statements: str) -> None:
-        with closing(sqlite3.connect(begun)) as plain, plain:
-            for statement in statements:
-                plain.execute(statement)
-            moving = plain.execute("SELECT a, error, cycle, number FROM change WHERE a > 0").fetchall()
-            for p in (4, 5):
-                here = [row for row in moving if keys_of_period(p)[0] <= row[2] <= keys_of_period(p)[1]]
-                a, error = np.array([row[:2] for row in here]).reshape(-1, 2).T
-                keys = "UPDATE change SET event = ? WHERE cycle = ? AND number = ?"
-                plain.executemany(
-                    keys, [(n, *row[2:]) for n, row in zip(events(a, error).tolist(), here, strict=True)]
-                )
-
-    def found() -> tuple[int, int, str | None]:
+    def failing(*statements: str) -> str | None:
+        alter(begun, *statements)
         with reading(begun) as moment:
             (check,) = check_births([], moment.connection)
-        return check.rows, check.failures, check.first
+        return check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"
     where = "FROM change WHERE a = (SELECT min(a) FROM change WHERE a > 0) AND number = 1 LIMIT 1"
-    alter(*(f"{insert.format(*values)} {where}" for values in ((2, 1.1, "died"), (3, 1.2, "born"))))
-    assert found() == (19, 2, "p = 5: births is 13 instead of 14")
-    alter("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5")
-    assert found() == (19, 0, None)
+    added = [f"{insert.format(*values)} {where}" for values in ((2, 1.1, "died"), (3, 1.2, "born"))]
+    assert failing(*added) == "p = 5: births is 13 instead of 14"
+    assert failing("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5") is None
     for name in ("classes", "births", "deaths", "always", "least", "largest"):
-        alter(f"UPDATE birth_fill SET {name} = 2 * {name} WHERE p = 5")
-        rows, failures, told = found()
-        assert (rows, failures) == (19, 1), (name, told)
-        assert there(told).startswith(f"p = 5: {name} is ")
-        alter(f"UPDATE birth_fill SET {name} = {name} / 2 WHERE p = 5")
+        first = failing(f"UPDATE birth_fill SET {name} = 2 * {name} WHERE p = 5")
+        assert there(first).startswith(f"p = 5: {name} is ")
+        failing(f"UPDATE birth_fill SET {name} = {name} / 2 WHERE p = 5")
     for wrong, right in (
         ("number = 4 WHERE number = 3", "number = 3 WHERE number = 4"),
         ("kind = 'died' WHERE number = 3", "kind = 'born' WHERE number = 3"),
-        (turned := "kind = iif(kind = 'born', 'died', 'born') WHERE number > 1", turned),
         ("error = 2 * a WHERE number = 2", "error = 0 WHERE number = 2"),
     ):
-        alter(f"UPDATE change SET {wrong}")
-        rows, failures, _ = found()
-        assert (rows, failures > 0) == (19, True)
-        alter(f"UPDATE change SET {right}")
-        assert found() == (19, 0, None)
+        assert failing(f"UPDATE change SET {wrong}") is not None
+        assert failing(f"UPDATE change SET {right}") is None

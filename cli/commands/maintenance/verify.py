@@ -17,13 +17,13 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs
-from orbitdb.errors import AlteredError, InputError
+from orbitdb.errors import AlteredError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.moment import Moment
-    from orbitdb.verification.check import Check
+    from orbitdb.verification.checks import Check
 
 EXAMPLES = (
     "verify",
@@ -33,12 +33,10 @@ EXAMPLES = (
 
 COLUMNS = ("check", "rows", "failures", "worst", "share", "first")
 _COUNTED = {
-    "values": ("class", "classes"),
+    "statuses": ("class", "classes"),
     "births": ("birth or death", "births and deaths"),
     "sweeps": ("swept period", "swept periods"),
-    "entropy": ("bound on the entropy", "bounds on the entropy"),
     "levels": ("quantum level", "quantum levels"),
-    "trajectories": ("average over trajectories", "averages over trajectories"),
 }
 """Nouns for checks with one row per item."""
 
@@ -68,9 +66,6 @@ def verify(
         bool,
         typer.Option("--rigorous", help="Prove every row in ball arithmetic and store its certificate."),
     ] = False,
-    again: Annotated[
-        bool, typer.Option("--again", help="With --rigorous, also prove rows that are certified already.")
-    ] = False,
     births: Annotated[
         bool,
         typer.Option("--births", help="Prove that no birth or death is missing between a = 0.02 and 1000."),
@@ -90,15 +85,12 @@ def verify(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.asking.selection import Selection
     from orbitdb.store.reading.moment import reading
-    from orbitdb.verification.levels_and_bounds import is_known
-    from orbitdb.verification.verify import report, told, verification_steps
+    from orbitdb.verification.verify import is_known, report, told, verification_steps
 
     if folder is not None:
         options.takes_only(context, "with FOLDER", "folder")
         _verify_dataset(folder, output)
         return
-    if again and not rigorous:
-        raise InputError("--again proves certified rows again: use it with --rigorous")
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
@@ -112,7 +104,7 @@ def verify(
             raise typer.Exit(1)
         with suppress(AlteredError):  # one of the checks reports it
             missing.extend(_gaps(moment, chosen, a is not None))
-    work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, again, jobs)
+    work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, jobs)
     with progress("the catalogue") as shown, closing(work):  # closing ends its processes if interrupted
         found = report(told(work, shown))
     for gap in missing:
@@ -153,14 +145,10 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         note(f"nothing to check in {path}: the file is sound, but contains none of the classes you chose")
         raise typer.Exit(1)
     if anew := rows["sweeps"] - rows["sums"]:
-        from orbitdb.verification.sweeps import SWEPT_ANEW
+        from orbitdb.verification.births_sweeps_levels import SWEPT_ANEW
 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
         note(f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are")
-    if (foreign := rows["statuses"] - rows["bits"]) > 0:
-        note(
-            f"{foreign} rows come from another method, version or machine; their last bits were not compared"
-        )
     note(f"{path}: no errors in {told}, {time.monotonic() - start:.1f} s")
 
 
@@ -176,8 +164,7 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
             yield describe_partial(partial, each.a)
         if not each.periods or not (at_one or moment.fills(each.a)):
             continue
-        subsets = (None, *moment.swept_subsets(each.a))
-        swept = tuple(found.p for subset in subsets for found in moment.sweeps(each.a, subset))
+        swept = tuple(sweep.p for sweep in moment.sweeps(each.a))
         rest = without(each, swept) if swept else each
         if rest is not None and (said := unfilled(moment, rest)):
             yield said

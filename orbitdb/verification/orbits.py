@@ -1,25 +1,53 @@
-"""Check that the coordinates, length, lambda and margin of each stored orbit fit together.
+"""Check each stored orbit: against a new solution, by plane geometry, from random starts, and with proof.
 
-Every number is computed again from the coordinates by plane geometry, bounce by bounce, without runs and
+By plane geometry, every number is computed again from the coordinates, bounce by bounce, without runs and
 legs. The allowed differences follow from the error bound of the row: each bounce is off its position on the
 orbit by at most e, the sum of this bound and the rounding error of a position in the stadium. To first order,
 this turns a link of length l by up to 2 e / l, and changes angles, length, monodromy matrix and Hessian
 accordingly.
+
+A row that is proved in ball arithmetic gets a certificate.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
 
+from orbitdb import __version__
 from orbitdb.arithmetic import EPSILON
-from orbitdb.arrays import Floats, Marks
-from orbitdb.billiard.legs import Derivatives
+from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.numerals import exact
+from orbitdb.orbits.error_bounds import direction_errors
+from orbitdb.orbits.newton import certificates, newton, solve_admissible
+from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.tables import certificate
+from orbitdb.store.reading.moment import Reader
+from orbitdb.store.writing.writer import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
-from orbitdb.verification.check import Check, judged, measured
+from orbitdb.verification.checks import (
+    Check,
+    Checked,
+    blocks,
+    judged,
+    measured,
+    sampled_classes,
+    stadium_id,
+    stored_orbits,
+)
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.balls import Enclosure
+
 
 MAX_DENSE = 512
 """Longest word whose p x p Hessian is checked."""
@@ -122,20 +150,20 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
 
 
 def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
-    """Check walls, margin, law of reflection, length, lambda and Hessian of N orbits of one period."""
+    """Check walls, law of reflection, length, lambda and Hessian of N orbits of one period."""
     if not len(orbits):
         return
     labels = to_strings(orbits.words)
     path = _Path.of(orbits, stadium)
-    yield from _walls(orbits, stadium, path, labels)
-    yield from _reflection(orbits, path, labels)
+    yield _walls(orbits, stadium, path, labels)
+    yield _reflection(path, labels)
     yield _length(orbits, path, labels)
     yield _lambda(orbits, path, labels)
     if orbits.words.shape[1] <= MAX_DENSE:
-        yield from _hessian(orbits, stadium, path, labels)
+        yield _hessian(orbits, stadium, path, labels)
 
 
-def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Check:
     """Check that bounces are on their walls, that runs keep their sense, and that margins are right."""
     words, x = orbits.words, orbits.coordinates
     ends = np.where(path.curved, HALF_PI, stadium.a)
@@ -145,19 +173,14 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     in_run = words == np.roll(words, -1, axis=1)
     backwards = np.where(in_run, sense * (x - _behind(x)), 0.0).max(axis=1)
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
-    yield measured("walls", labels, np.maximum(outside, backwards).clip(0.0), allowed)
-    yield measured("margins", labels, np.abs(orbits.margin - margin), allowed)
+    deviation = np.stack([outside.clip(0.0), backwards.clip(0.0), np.abs(orbits.margin - margin)])
+    return measured("walls", labels, deviation, np.stack([allowed] * 3))
 
 
-def _reflection(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+def _reflection(path: _Path, labels: Sequence[str]) -> Check:
     force = np.abs(path.links.cos_in - path.links.cos_out)
     allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
-    worst = (force / allowed).argmax(axis=1)[:, None]
-    picked = (np.take_along_axis(part, worst, axis=1)[:, 0] for part in (force, allowed))
-    yield measured("reflection", labels, *picked)
-    shortest = np.minimum(path.links.before, path.links.after).min(axis=1)
-    rounding = 4 * path.rounding / shortest + 8 * EPSILON
-    yield measured("residuals", labels, np.abs(orbits.residual - force.max(axis=1)), rounding)
+    return measured("reflection", labels, force.T, allowed.T)
 
 
 def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
@@ -208,7 +231,7 @@ def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
     return middle, spread + rounding
 
 
-def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Iterator[Check]:
+def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Check:
     """Check the signature of the Hessian, and lambda against its determinant.
 
     det H = prod(-b_i) (tr M - 2), where tr M = (-1)^(straight bounces) 2 cosh(lambda). Rows and columns are
@@ -231,7 +254,6 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     sure = np.flatnonzero(least > 2 * norm)
     labels = [labels[row] for row in sure.tolist()]
     straights, eigenvalues, norm = STRAIGHT[words[sure]].sum(axis=1), eigenvalues[sure], norm[sure]
-    yield judged("signature", labels, (eigenvalues > 0).sum(axis=1) != straights)
 
     exponent, sign = orbits.lyapunov[sure], 1.0 - 2.0 * (straights % 2)
     trace = exponent + 2 * np.log(np.abs(1 - sign * np.exp(-exponent)))
@@ -240,4 +262,150 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     allowed = 2 * norm * (1 / np.abs(eigenvalues)).sum(axis=1)
     allowed += (loose_coupling / coupling)[sure].sum(axis=1) + 8 * p * EPSILON
     allowed += np.tanh(exponent / 2) ** -sign * orbits.lyapunov_error[sure]
-    yield measured("Hessian", labels, np.abs(identity), allowed)
+    deviation = np.where((eigenvalues > 0).sum(axis=1) == straights, np.abs(identity), np.inf)
+    return measured("Hessian", labels, deviation, allowed)
+
+
+BOUNDED = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}
+
+_SETTLED = 1e-6
+
+
+def check_against(stored: Orbits, stadium: Stadium) -> Iterator[Check]:
+    """Check stored orbits against new solutions: statuses must agree, and numbers agree within the bounds."""
+    fresh = solve_admissible(stored.words, stadium)
+    labels = to_strings(stored.words)
+    sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
+    wrong_side = (stored.status != Status.BOUNDARY.value) & ~(sign * stored.margin >= 0)
+    undecided = stored.status == Status.UNRESOLVED.value
+    yield judged("statuses", labels, (stored.status != fresh.status) | wrong_side | undecided)
+    both = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isin(fresh.status, EXISTING))
+    kept, solved = stored.rows(both), fresh.rows(both)
+    deviation, allowed = [], []
+    for name, bound in BOUNDED.items():
+        distance = np.abs(getattr(kept, name) - getattr(solved, name))
+        deviation.append(distance.max(axis=1) if distance.ndim == 2 else distance)
+        allowed.append(getattr(kept, bound) + getattr(solved, bound))
+    yield measured("bounds", [labels[row] for row in both], np.stack(deviation), np.stack(allowed))
+
+
+def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
+    """Solve admissible words, shape (N, p), again from random directions within their limits, and compare.
+
+    The rows of the check are the restarts that converged. The deviation is the largest difference of a
+    direction, in radians; it must not exceed the sum of both error bounds.
+    """
+    joint = Check("restarts", 0)
+    text = to_strings(words)
+    for rows, legs in cut(words):
+        labels = [text[row] for row in rows]
+        first = newton(legs, stadium.a).alpha
+        first_error = _errors(legs, stadium.a, first)
+        low, high = direction_limits(legs, stadium.a)
+        for _ in range(times):
+            again = newton(legs, stadium.a, start=rng.uniform(low, high)).alpha
+            error = _errors(legs, stadium.a, again)
+            rest = np.flatnonzero(error.max(axis=0) < _SETTLED)
+            apart, allowed = np.abs(again - first)[:, rest], (error + first_error)[:, rest]
+            joint = joint.joined(measured("restarts", [labels[row] for row in rest], apart, allowed))
+    return joint
+
+
+def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
+    slopes = derivatives(legs, a, alpha)
+    return direction_errors(legs, a, alpha, slopes)
+
+
+_BATCH = 256
+_SHARP = 512
+"""Precision in bits for rows whose bounds came from balls of the usual precision, which cannot prove them."""
+
+
+def certify(path: Path, selection: Selection, sample: int | None = None, seed: int = 0) -> Generator[Checked]:
+    """Prove the rows of the chosen classes in ball arithmetic, and store the certificates.
+
+    Rows that have a certificate are skipped. Each batch is stored in one transaction; after an interruption,
+    the next run continues from there. The parameters are those of `orbitdb.verification.verify.verify`.
+    """
+    place = f"at a = {exact(selection.a)}"
+    source = Reader(path)
+    with source.moment() as moment:
+        connection = moment.connection
+        number = stadium_id(connection, selection.a)
+        if number is None:
+            return
+        chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
+        proved = sa.select(certificate.c.cycle).where(certificate.c.stadium == number)
+        known = np.array(connection.scalars(proved).all(), np.int64)
+    todo = {p: np.setdiff1d(ids, known) for p, ids in chosen.items()}
+    with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
+        for block in blocks(todo, _BATCH):
+            with source.moment() as moment:
+                ids, stored = stored_orbits(moment.connection, number, block)
+            check, proofs = _prove_block(ids, stored, Stadium(selection.a))
+            with writer.writing() as connection:
+                replace_certificates(writer, connection, number, block.ids.tolist(), proofs, __version__)
+            stage = f"proofs {place}, p = {block.p}"
+            yield Checked(stage, block.done, block.total, (check.at(place),))
+
+
+def _prove_block(
+    ids: Integers, stored: Orbits, stadium: Stadium
+) -> tuple[Check, list[tuple[int, float, int]]]:
+    """Prove rows of one period; return the check, and the id, radius and precision of each proved row."""
+    if not len(ids):
+        return Check("certificates", 0), []
+    check, proved, radius, bits = prove(with_bounds(stored, stadium), stadium)
+    entries = zip(ids.tolist(), radius.tolist(), bits, proved.tolist(), strict=True)
+    return check, [(number, *proof) for number, *proof, is_proved in entries if is_proved]
+
+
+def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
+    """Prove N stored rows in ball arithmetic.
+
+    A row is proved if its status is that of the enclosure and, for an orbit, all coordinates, the length,
+    lambda and the margin differ from the true values by no more than the row's bounds.
+
+    Returns
+    -------
+    check : Check
+        A row's deviation is that of the coordinates, length, lambda or margin with the largest share.
+    proved : ndarray of bool, shape (N,)
+    radius : ndarray, shape (N,)
+        Proved distance of the stored coordinates from the true ones; 0 without coordinates.
+    bits : sequence of int
+        Precision of each proof.
+    """
+    labels = to_strings(stored.words)
+    enclosed = certificates(stored.words, stadium)
+    distances = np.array([_distances(stored, row, ball, stadium) for row, ball in enumerate(enclosed)])
+    doubtful = np.flatnonzero(~(distances[:, 1] <= distances[:, 2]))
+    sharper = certificates(stored.words[doubtful], stadium, _SHARP) if len(doubtful) else []
+    for row, ball in zip(doubtful.tolist(), sharper, strict=True):
+        enclosed[row], distances[row] = ball, _distances(stored, row, ball, stadium)
+    radius, deviation, allowed = distances.T
+    check = measured("certificates", labels, deviation, allowed)
+    return check, deviation <= allowed, radius, [ball.precision for ball in enclosed]
+
+
+def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
+    """Return the largest distance of a coordinate from its ball, and the worst distance with its bound.
+
+    The worst distance has the largest share of its bound, and is infinite if the status is wrong.
+    """
+    from orbitdb.orbits.balls import distance
+
+    if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
+        return 0.0, np.inf, 1.0
+    if ball.status.value not in EXISTING:
+        return 0.0, 0.0, 1.0
+    numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
+    places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
+    radius = max(distance(*place) for place in places)
+    pairs = (
+        (radius, numbers["error"]),
+        (distance(ball.length, numbers["length"]), numbers["length_error"]),
+        (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
+        (distance(ball.margin, numbers["margin"]), numbers["error"] + rounding_of_places(stadium)),
+    )
+    return radius, *max(pairs, key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf)

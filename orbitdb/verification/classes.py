@@ -1,0 +1,178 @@
+"""Check the file, the counts of its periods, and the row of each class.
+
+The row of a class or a pruned word, including its id, must follow from its word alone. The id is the key of
+the representative, so no class is stored twice, and no word belongs to two classes. The classes of a period
+are complete if they contain as many words as the transfer matrix says.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import sqlalchemy as sa
+
+from orbitdb.numerals import exact
+from orbitdb.store.asking.selection import Selection
+from orbitdb.store.file.ids import LONG
+from orbitdb.store.file.schema import DONE
+from orbitdb.store.file.tables import birth_fill, cycle, fill, metadata, pruned, stadium
+from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
+from orbitdb.store.reading.rows import listed as subquery
+from orbitdb.symbols import symmetry
+from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
+from orbitdb.symbols.symmetry import joined_members, joined_words
+from orbitdb.symbols.words import (
+    MAX_KEYED,
+    are_primitive,
+    from_strings,
+    key,
+    least_rotation,
+    least_rotations,
+    pack,
+)
+from orbitdb.verification.checks import (
+    Block,
+    Check,
+    Part,
+    blocks,
+    by_period,
+    is_chosen,
+    judged,
+    listed,
+    single,
+)
+
+
+def file_parts(selections: Sequence[Selection]) -> list[Part]:
+    """Return the parts that check the file and the counts of the chosen periods."""
+    return [Part("file", _file), Part("counts", partial(_counts, selections))]
+
+
+def _file(connection: sa.Connection) -> Iterator[Check]:
+    rows = sum(
+        connection.scalar(sa.select(sa.func.count()).select_from(table)) or 0
+        for table in metadata.sorted_tables
+    )
+    dangling = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+    faults = [f"a row of {child} refers to a missing row of {parent}" for child, _, parent, _ in dangling]
+    answer = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
+    yield listed("file", rows, faults if answer == "ok" else [answer, *faults])
+
+
+def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
+    """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
+    fills, births = fill_rows(connection), connection.execute(sa.select(birth_fill)).mappings().all()
+    sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
+    stored = defaultdict(lambda: (0, 0), {p: (n, words) for p, n, words in connection.execute(sizes)})
+    whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
+    for p in sorted(whole | stored.keys()):
+        if is_chosen(p, selections):
+            yield _words_of(p, stored[p][1], p in whole)
+    chosen = {selection.a: selection for selection in selections}
+    for row in fills:
+        if row["a"] in chosen and chosen[row["a"]].includes(row["p"]):
+            if row["state"] == DONE:
+                statuses = status_counts(connection, row["stadium"], row["p"]).get(row["p"], {})
+                faults = _wrong_counts(row, statuses, stored[row["p"]][0])
+            else:
+                faults = _wrong_cursor(connection, row, row["stadium"])
+            yield single("counts", f"p = {row['p']} at a = {exact(row['a'])}", faults)
+    for row in map(dict, births):
+        if row["state"] != DONE and is_chosen(row["p"], selections):
+            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
+
+
+def fill_rows(connection: sa.Connection) -> list[dict[str, Any]]:
+    """Return the rows of `fill`, each with its value of a."""
+    query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
+    return [dict(row) for row in connection.execute(query).mappings()]
+
+
+def _words_of(p: int, words: int, whole: bool) -> Check:
+    """Check that a period has all its words if it is marked as complete."""
+    expected = count_admissible(p) if whole else words
+    first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
+    return Check("counts", words, abs(words - expected), first=first)
+
+
+def _wrong_counts(
+    row: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
+) -> Iterator[str]:
+    """Yield the wrong counts of a filled period, given its numbers of words and classes by status."""
+    expected = counts_when_done(row["p"], statuses) | {"words": count_admissible(row["p"])}
+    for name, value in expected.items():
+        if row[name] != value:
+            yield f"{name} is {row[name]} instead of {value}"
+    solved = sum(count for _, count in statuses.values())
+    if solved != classes:
+        yield f"{solved} of {classes} classes have a row"
+
+
+def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
+    """Yield the fault of an unfinished period, of which all words up to the cursor must be stored."""
+    cursor, p = row["cursor"], row["p"]
+    words = 0 if cursor is None else words_up_to(connection, number, p, cursor)
+    if words != row["words"]:
+        yield f"{words} words up to {cursor} instead of {row['words']}"
+
+
+def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
+    """Yield parts that check the classes and pruned words of the chosen periods, or of all periods."""
+    for table in (cycle, pruned):
+        ids = by_period(connection, table)
+        for block in blocks({p: of_period for p, of_period in ids.items() if is_chosen(p, selections)}):
+            yield block.part("classes", partial(_compared, table is pruned))
+
+
+def _compared(of_pruned: bool, block: Block, connection: sa.Connection) -> Iterator[Check]:
+    """Check rows of `cycle` or `pruned` against the values that follow from their words."""
+    table = pruned if of_pruned else cycle
+    query = sa.select(table).where(table.c.id.in_(subquery(block.ids)))
+    rows = list(connection.execute(query).cursor.fetchall())
+    words = [row[2] for row in rows]
+    symbols = from_strings(words)
+    broken, primitive = rules_broken(symbols), are_primitive(symbols)
+    if of_pruned:
+        right = (broken > 0) & primitive
+        expected = _pruned_rows(words, block.p, broken.tolist())
+    else:
+        right = (broken == 0) & primitive
+        expected = _class_rows(words, block.p)
+    same = [
+        row == (_id(columns[1], of_pruned, row[0]), *columns)
+        for row, columns in zip(rows, expected, strict=True)
+    ]
+    wrong = ~(right & np.array(same))
+    yield judged("classes", words, wrong)
+
+
+def _id(word: str, of_pruned: bool, stored: int) -> int:
+    """Return the id that a word must have; words too long for a key are numbered one after another."""
+    if len(word) <= MAX_KEYED:
+        return -key(word) if of_pruned else key(word)
+    return min(stored, -LONG) if of_pruned else max(stored, LONG)
+
+
+def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
+    """Yield, for the class of each word, the values that its row must have after the id."""
+    if p > MAX_KEYED:
+        families = [symmetry.class_of(word) for word in words]
+        stabilisers = [family.stabiliser for family in families]
+        joined = [joined_members(family.representative) for family in families]
+    else:
+        classes = symmetry.classify(least_rotations(pack(from_strings(words)), p), p)
+        stabilisers = classes.stabiliser.tolist()
+        joined = joined_words(classes.representative, classes.stabiliser, p)
+    for mask, members in zip(stabilisers, joined, strict=True):
+        least = members[:p]
+        walls = least.count("0") + least.count("2")
+        labels = symmetry.time_reversal(mask), symmetry.label(mask)
+        yield p, least, symmetry.class_size(mask), walls, *labels, members
+
+
+def _pruned_rows(words: Sequence[str], p: int, broken: Sequence[int]) -> Iterator[tuple[Any, ...]]:
+    """Yield, for each word, the values that its row must have after the id."""
+    for word, mask in zip(words, broken, strict=True):
+        yield p, least_rotation(word), "" if word == FAMILY else ",".join(map(str, rule_numbers(mask)))
