@@ -176,21 +176,27 @@ def _name(name: str, thing: Any) -> str:
 
 def keys() -> str:
     """Return a Markdown table of the keys of the terminal UI, with the words of its help."""
+    from textual.keys import format_key
+
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.keys import SCROLLING, groups_of
+    from orbitdb.cli.tui.counts_screen import CountsScreen
     from orbitdb.cli.tui.main_screen import MainScreen
-    from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
-    from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
-    from orbitdb.cli.tui.table.paged_table import PagedTable
+    from orbitdb.cli.tui.paged_table import PagedTable
+    from orbitdb.cli.tui.screens import ScrollBox
+    from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
     lines = ["| | key | does |", "|---|---|---|"]
-    groups = groups_of([PagedTable.KEYS, MainScreen.KEYS, BrowseApp.KEYS])
-    for screen in (CountsScreen, StatisticsScreen):
-        groups += groups_of([screen.KEYS])
-    for title, told in (*groups, *groups_of([SCROLLING])):
-        for place, (names, means) in enumerate(told):
-            shown = " ".join(f"`{each}`" for each in names.split())
-            lines.append(f"| {'' if place else title} | {shown} | {_plain(means)} |")
+    parts: list[Any] = [PagedTable, MainScreen, BrowseApp, CountsScreen, StatisticsScreen, ScrollBox]
+    for part in parts:
+        group = part.BINDING_GROUP_TITLE
+        for each in part.BINDINGS:
+            if not each.system:
+                names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
+                shown = " ".join(f"`{name}`" for name in names)
+                lines.append(
+                    f"| {group} | {shown} | {_plain(f'{each.description} {each.tooltip}'.strip())} |"
+                )
+                group = ""
     return "\n".join(lines)
 
 

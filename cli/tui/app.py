@@ -1,28 +1,34 @@
-"""The application, which holds the catalogue and any running fill, and shows the screens."""
+"""The application, which holds the catalogue and any running fill, shows the screens, and ends in order."""
 
+import asyncio
+import gc
+import os
+import signal
+import threading
 import time
 from collections.abc import Iterable
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import FrameType
 from typing import Any, ClassVar
 
 from textual import work
-from textual.app import SystemCommand
+from textual.app import App, SystemCommand
+from textual.binding import Binding, BindingType
 from textual.events import Key
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.worker import get_current_worker
+from textual.widgets import HelpPanel, KeyPanel
+from textual.worker import WorkerFailed, get_current_worker
 
-from orbitdb.cli.tui.catalogue_file import CatalogueFile
-from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, fill_steps
-from orbitdb.cli.tui.ending import OrderlyApp
 from orbitdb.cli.tui.export import Export
-from orbitdb.cli.tui.kept import Kept
-from orbitdb.cli.tui.keys import ORBITDB, Keys, bindings
+from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working
+from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
+from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
@@ -30,21 +36,39 @@ from orbitdb.store.asking.selection import Selection
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
 _HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_PATIENCE = 1.8
+"""Seconds from a signal until the process ends even if the screen has not closed."""
+_MOST_AT_ONCE = 64
+"""Maximum number of threads, which is more than held-down keys can occupy."""
 
 
-class BrowseApp(OrderlyApp, Working):
+class LooseThreads(ThreadPoolExecutor):
+    """A thread pool that the screen does not wait for when it closes; most of the threads only read."""
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Cancel work that has not begun, and do not wait for work that has."""
+        super().shutdown(wait=False, cancel_futures=True)
+
+
+class BrowseApp(App[None], Working):
     """The application that browses a catalogue, starting with a subset and optionally a word.
 
     The catalogue need not exist yet. Columns, filters and marked words are saved in the state file; without
-    such a file, they last for the session.
+    such a file, they last for the session. After `run`, call `end`.
     """
 
     TITLE = "orbitdb"
     CSS_PATH = "style.tcss"
     HORIZONTAL_BREAKPOINTS = _WIDTHS
     VERTICAL_BREAKPOINTS = _HEIGHTS
-    KEYS: ClassVar[Keys] = ORBITDB
-    BINDINGS = bindings(ORBITDB)
+    BINDING_GROUP_TITLE = "orbitdb"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark", "keys", "keys", tooltip="and what they do"),
+        key("ctrl+p", "command_palette", "all actions", tooltip="and themes"),
+        Binding("q", "quit", "quit"),
+        key("ctrl+q,ctrl+c", "quit", "quit", system=True),
+    ]
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
 
@@ -58,6 +82,11 @@ class BrowseApp(OrderlyApp, Working):
         self._selection, self._code = selection, code
         self.exports: set[Path] = set()  # files that are being written
         self._shown_at = 0.0
+        self.leaving = False
+        self._writing: list[threading.Thread] = []
+        self._failure: BaseException | None = None
+        self._signal: int | None = None
+        self._handlers: dict[int, Any] = {}
 
     def get_default_screen(self) -> Screen[None]:
         """Return the main screen, with which the application starts."""
@@ -68,6 +97,19 @@ class BrowseApp(OrderlyApp, Working):
         main = self.screen_stack[0]
         assert isinstance(main, MainScreen)
         return main
+
+    def on_load(self) -> None:
+        """Run work in threads that do not delay the end of the process."""
+        asyncio.get_running_loop().set_default_executor(LooseThreads(_MOST_AT_ONCE))
+
+    def on_mount(self) -> None:
+        """Handle signals, so that the terminal is restored before one of them ends the program."""
+        gc.freeze()  # otherwise garbage collection of everything loaded so far would delay keys
+        if threading.current_thread() is threading.main_thread():
+            loop = asyncio.get_running_loop()
+            for number in _SIGNALS:
+                if signal.getsignal(number) != signal.SIG_IGN:
+                    self._handlers[number] = signal.signal(number, partial(self._take_signal, loop))
 
     def on_key(self, event: Key) -> None:
         """Insert a printable character into the focused field, after all earlier keys have taken effect."""
@@ -92,7 +134,7 @@ class BrowseApp(OrderlyApp, Working):
     @work(thread=True, group="fill")
     def _fill(self, state: FillState) -> None:
         worker, end, message = get_current_worker(), "done", ""
-        self.take_in_hand()
+        self._writing.append(threading.current_thread())
         try:
             with closing(fill_steps(self.file.path, state)) as steps:
                 for state in steps:
@@ -119,11 +161,6 @@ class BrowseApp(OrderlyApp, Working):
             severity = "error" if state.state == "failed" else "information"
             self.notify(f"fill {state.sentence()}", severity=severity)
 
-    def leave(self) -> None:
-        """Stop any running fill, and close the screen."""
-        self.on_fill_dialog_stop()
-        super().leave()
-
     def on_fill_dialog_stop(self) -> None:
         """Stop the fill after the current batch."""
         if self.fill_state is not None and self.fills:
@@ -141,31 +178,49 @@ class BrowseApp(OrderlyApp, Working):
 
         def write(_: object) -> str:
             try:
-                self.take_in_hand()
+                self._writing.append(threading.current_thread())
                 return message.write(lambda: self.leaving)
             finally:
                 self.exports.discard(path)
 
         self.in_thread(f"export {path}", write, self.notify)
 
-    # messages, keys and quitting
+    # messages and keys
 
     def notify(self, message: str, **options: Any) -> None:
         """Show a message as plain text, because errors and paths can contain what looks like markup."""
         super().notify(printable(message), **options | {"markup": False})
 
     def action_keys(self) -> None:
-        """Show the keys of the current screen."""
-        from orbitdb.cli.tui.dialogs.keys import KeysDialog
-
-        if not isinstance(self.screen, KeysDialog):
-            nodes = (self.screen.focused, self.screen, self)
-            self.push_screen(KeysDialog(nodes, columns=isinstance(self.screen, MainScreen)))
+        """Show the keys that work now; if there are more than fit, the next ones; at last, hide them."""
+        panel = next(iter(self.screen.query(HelpPanel).results()), None)
+        if panel is None:
+            self.action_show_help_panel()
+        elif (keys := panel.query_one(KeyPanel)).scroll_y < keys.max_scroll_y:
+            keys.scroll_page_down(animate=False)
+        else:
+            self.action_hide_help_panel()
 
     def action_command_palette(self) -> None:
         """Show all actions by name."""
         if not isinstance(self.screen, ActionsDialog):
             self.push_screen(ActionsDialog(id="--command-palette"))
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Yield every action of the screen once, then those commands of Textual that have other titles."""
+        own: dict[str, SystemCommand] = {}
+        for active in screen.active_bindings.values():
+            binding = active.binding
+            if active.enabled and binding.description and not binding.system:
+                title = f"{binding.description} {binding.tooltip}".strip()
+                title = title[:1].upper() + title[1:]
+                run = partial(self.call_later, self.run_action, binding.action, active.node)
+                own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
+        yield from own.values()
+        ours = ("Quit", "Keys")
+        yield from (each for each in super().get_system_commands(screen) if each.title not in ours)
+
+    # the end
 
     async def action_quit(self) -> None:
         """Quit, after all earlier keys have taken effect."""
@@ -182,14 +237,40 @@ class BrowseApp(OrderlyApp, Working):
         dialog = QuestionDialog(question, "Stop it and quit", "Stay")
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
-    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Yield every action of the screen once, then those commands of Textual that have other titles."""
-        own: dict[str, SystemCommand] = {}
-        for active in screen.active_bindings.values():
-            binding = active.binding
-            if active.enabled and binding.description and not binding.system:
-                title = binding.description[:1].upper() + binding.description[1:]
-                run = partial(self.call_later, self.run_action, binding.action, active.node)
-                own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
-        yield from own.values()
-        yield from (each for each in super().get_system_commands(screen) if each.title not in own)
+    def leave(self) -> None:
+        """Close the screen, and stop what is running."""
+        self.leaving = True
+        self.on_fill_dialog_stop()
+        self.exit()
+
+    def _take_signal(self, loop: asyncio.AbstractEventLoop, number: int, frame: FrameType | None) -> None:
+        """Leave; if the terminal is gone or stopped, so that the loop is blocked, end the process."""
+        self._signal = number
+        last = threading.Timer(_PATIENCE, os._exit, [128 + number])
+        last.daemon = True
+        last.start()
+        with suppress(RuntimeError):  # the loop is already closed
+            loop.call_soon_threadsafe(self.leave)
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Close the screen without a traceback on the terminal; `end` raises the error again."""
+        self._failure = self._failure or (error.error if isinstance(error, WorkerFailed) else error)
+        if isinstance(error, StoreError):
+            self._close_messages_no_wait()
+        else:
+            super()._handle_exception(error)
+
+    def _fatal_error(self) -> None:
+        """Close the screen; Textual would print its own traceback."""
+        self._close_messages_no_wait()
+
+    def end(self) -> None:
+        """Wait for what is being written; then end as every command does after a failure or signal."""
+        for thread in self._writing:
+            thread.join()
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+        if self._signal is not None:
+            signal.raise_signal(self._signal)
+        if self._failure is not None:
+            raise self._failure

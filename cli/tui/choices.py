@@ -6,19 +6,17 @@ from functools import partial
 from typing import Any
 
 from textual.reactive import reactive
+from textual.timer import Timer
 from textual.widgets import Static
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.catalogue_file import CatalogueFile
-from orbitdb.cli.tui.dialogs.lines import LineDialog, half_length
-from orbitdb.cli.tui.dialogs.lists import KEEP, FiltersDialog, MarksDialog, Names
-from orbitdb.cli.tui.kept import Kept, among_marked, criteria_of, selection_of
+from orbitdb.cli.tui.dialogs import LineDialog, MarksDialog, Names, half_length
+from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import Working
-from orbitdb.errors import InputError
+from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
-from orbitdb.store.asking.codes import hint
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.where import check, names_in
 
@@ -31,7 +29,10 @@ RINGS: dict[str, tuple[Any, ...]] = {
 }
 """The values of each criterion, in the order in which a key steps through them."""
 
-_LONGEST_NAME = 40
+_PAUSE = 0.25
+"""Seconds without a key before the rows of a filter are read."""
+_WITHIN = 1e-9
+"""Relative difference within which a real number counts as equal to the one under the cursor."""
 
 
 class Choices(Static, Working):
@@ -44,14 +45,13 @@ class Choices(Static, Working):
         self._file, self._kept = file, kept
         self.set_reactive(Choices.selection, selection)
         self._values = dict(selection.parameters)
-        self.tried = [selection.where] if selection.where else []  # filters used so far, the latest last
-        self._unmarked_where: str | None = None
-        self._marked_where: str | None = None
+        self._before_marks: str | None = None
+        self._marks: str | None = None  # the filter that shows only marked orbits, once it has been chosen
 
     def say(self, fill: str = "") -> None:
         """Show the choices, after the progress of any fill."""
-        told = chips(self.selection, self._file.a_values())
-        self.update(f"[b]{fill}[/b] │ {told}" if fill else told)
+        line = chips(self.selection, self._file.a_values())
+        self.update(f"[b]{fill}[/b] │ {line}" if fill else line)
 
     def action_turn(self, name: str, step: int = 1) -> None:
         """Move a criterion to its next or previous value; after its last value comes no restriction."""
@@ -72,19 +72,19 @@ class Choices(Static, Working):
         """Ask for another a, stored or not."""
         values = [repr(a) for a in self._file.a_values()]
 
-        def check(text: str) -> str:
+        def describe(text: str) -> str:
             filled = repr(half_length(text)) in values
             return "filled" if filled else "nothing is filled there: press f to fill it, or c to solve a code"
 
-        dialog = LineDialog("half length a", repr(self.selection.a), "such as 1.6", check, values)
+        dialog = LineDialog("half length a", repr(self.selection.a), "such as 1.6", describe, values)
         self.ask(dialog, lambda a: take(half_length(a)))
 
     # filters
 
     def check_filter(self, where: str) -> str:
-        """Raise if a filter is invalid; return a hint if it compares codes with a word that no row has."""
+        """Raise if a filter is invalid."""
         check(where, dict(self.filtered(where).parameters))
-        return hint(where) or ""
+        return ""
 
     def filtered(self, where: str | None) -> Selection:
         """Return the selection with another filter and the values of -P that this filter uses."""
@@ -93,76 +93,22 @@ class Choices(Static, Working):
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
 
-    def _choose(self, wanted: Callable[[], Selection]) -> bool:
-        """Choose the subset that `wanted` returns, or report why it cannot be used."""
-        try:
-            selection = wanted()
-            if selection.where is not None:
-                check(selection.where, dict(selection.parameters))
-        except InputError as error:
-            self.notify(str(error), severity="error")
-            return False
-        self.selection = selection
-        return True
-
-    def action_filters(self) -> None:
-        """Apply a saved filter, or save the current one."""
-
-        def take(name: str) -> None:
-            if name == KEEP:
-                self._ask_for_name()
-            else:
-                self._choose(partial(self._kept_filter, name))
-
-        told = {name: self._told(name) for name in self._kept.state.filters}
-        self.ask(FiltersDialog(told, self._forget, self.selection.describe()), take)
-
-    def _told(self, name: str) -> str:
-        try:
-            return self._kept_filter(name).describe()
-        except InputError as error:
-            return str(error)
-
-    def _kept_filter(self, name: str) -> Selection:
-        return selection_of(self._kept.state.filters[name], self.selection.a)
-
-    def _forget(self, name: str) -> None:
-        with self._kept.changing() as state:
-            state.filters.pop(name, None)
-
-    def _ask_for_name(self) -> None:
-        if not (criteria := criteria_of(self.selection)):
-            self.notify("there is no filter to save: every word is shown; press / or o to choose some")
-            return
-
-        def check(name: str) -> str:
-            if len(name.strip()) > _LONGEST_NAME or printable(name) != name:
-                raise InputError(
-                    f"{len(name.strip())} characters: use at most {_LONGEST_NAME}, all printable"
-                )
-            if name.strip() in self._kept.state.filters:
-                return "a filter with this name exists and will be replaced"
-            return self.selection.describe()
-
-        def take(name: str) -> None:
-            with self._kept.changing() as state:
-                state.filters[name] = criteria
-            self.notify(f"saved as {name}", timeout=2)
-
-        self.ask(LineDialog("save this filter as", "", "short orbits", check), take)
+    def add(self, condition: str) -> None:
+        """Add a condition to the filter."""
+        self.selection = self.filtered(both(self.selection.where, condition))
 
     # marked orbits
 
     def action_marked(self) -> None:
         """Show only the marked orbits, or the previous rows again."""
         if self._shows_marked:
-            self.selection = replace(self.selection, where=self._unmarked_where)
+            self.selection = replace(self.selection, where=self._before_marks)
         else:
             self._choose_marked(self.selection.where)
 
     @property
     def _shows_marked(self) -> bool:
-        return self._marked_where is not None and self.selection.where == self._marked_where
+        return self._marks is not None and self.selection.where == self._marks
 
     def mark(self, word: str) -> frozenset[str]:
         """Mark or unmark a word; return all marked words."""
@@ -171,19 +117,88 @@ class Choices(Static, Working):
             (state.marked.remove if word in state.marked else state.marked.append)(word)
         self.notify(f"{verb} {code_text(word)}, {len(state.marked)} in all; press ' to show them", timeout=2)
         if self._shows_marked:
-            self._choose_marked(self._unmarked_where)
+            self._choose_marked(self._before_marks)
         return frozenset(state.marked)
 
     def _choose_marked(self, where: str | None) -> None:
         """Choose the marked orbits that a filter allows; if none is marked, apply the filter alone."""
-        words = self._kept.state.marked
-        if not words:
+        if words := self._kept.state.marked:
+            self._before_marks = where
+            self._marks = both(where, f"code in ({', '.join(map(repr, words))})")
+            self.selection = replace(self.selection, where=self._marks)
+        else:
             self.notify("no orbit is marked: press * to mark one")
             self.selection = replace(self.selection, where=where)
+
+
+class FilterDialog(LineDialog):
+    """Ask for a filter and apply it as it is typed; the main screen shows the resulting rows and reports.
+
+    The cursor stays on its word if that is among the new rows, and at the top if it was there.
+    """
+
+    EMPTY = ""
+
+    def __init__(self, rows: RowsPanel, choices: Choices, filters: Sequence[str]) -> None:
+        where = choices.selection.where or ""
+        placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
+        super().__init__("filter, as in --where", where, placeholder, choices.check_filter, filters)
+        self._rows, self._choices, self.before = rows, choices, where
+        self._word = rows.table.row[0] if rows.table.row and rows.table.cursor else None
+        self.tried = where.strip()
+        self._timer: Timer | None = None
+
+    def on_mount(self) -> None:
+        """Show the report of the rows whenever it changes."""
+        self.watch(self._rows, "report", self._say)
+
+    def _say(self) -> None:
+        self.tell(self._rows.report)
+
+    def follow(self, text: str) -> None:
+        """Apply the line after a moment without keys; until it is valid, the rows of the last one stay."""
+        if not self.is_current:  # a letter typed before escape; the earlier rows are back
             return
-        wanted = among_marked(words, where)
-        if self._choose(lambda: replace(self.selection, where=wanted)):
-            self._unmarked_where, self._marked_where = where, wanted
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
+        if text.strip() != self.tried:
+            self._rows.stop_reading()
+        message, wrong = self.checked(text)
+        if wrong:
+            self.tell(message)  # quietly, because the line may be unfinished
+        else:
+            self._say()
+            self._timer = self.set_timer(_PAUSE, partial(self.apply, text.strip()))
+
+    def apply(self, where: str) -> None:
+        """Show the rows of a filter."""
+        self._timer, self.tried = None, where
+        if (where or None) != self._choices.selection.where:
+            self._rows.wanted = self._word
+            self._choices.selection = self._choices.filtered(where or None)
+        elif self._rows.asked is None:  # reading was stopped
+            self._rows.read(self._choices.selection)
+
+
+def equals(column: str, value: object) -> str:
+    """Return the SQL condition that a column has a value; real numbers may differ by a billionth."""
+    match value:
+        case None:
+            return f"{column} is null"
+        case float() if value:
+            return f"abs({column} - {value!r}) <= {abs(value) * _WITHIN:.1g}"
+        case int() | float():
+            return f"{column} = {value!r}"
+    quoted = str(value).replace("'", "''")
+    return f"{column} = '{quoted}'"
+
+
+def both(where: str | None, condition: str) -> str:
+    """Return a filter that allows what `where` and the condition allow."""
+    if not where:
+        return condition
+    return f"({where}) and {condition}" if " or " in where.lower() else f"{where} and {condition}"
 
 
 def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) -> Selection:

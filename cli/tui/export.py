@@ -1,7 +1,7 @@
 """Export what is on the screen: rows as csv, tsv, json, jsonl or parquet, pictures and curves as figures."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -14,9 +14,9 @@ from orbitdb.answers.completeness import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.dialogs.lines import LineDialog
+from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.cli.tui.view import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.export import TEXT_WRITERS, complete, write_file
@@ -50,13 +50,13 @@ def path_of(name: str) -> Path:
 
 
 class Shown(NamedTuple):
-    """What the main screen shows: rows in some order, and an orbit, or several orbits in phase space."""
+    """What the main screen shows: rows in some order, and an orbit, in its stadium or in phase space."""
 
     catalogue: Reader | None
     selection: Selection
     ordering: Ordering
     orbit: Orbit | None
-    in_phase_space: Sequence[Orbit] = ()
+    in_phase_space: bool = False
 
 
 def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
@@ -78,19 +78,19 @@ def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bo
         screen.app.post_message(Export(path, partial(write, path)))
 
     def check(name: str) -> str:
-        return kind_told(name, figure, rows)
+        return describe_file(name, figure, rows)
 
     example = "orbits.csv, .parquet .." if rows else "figure.png, .svg, .pdf"
     screen.ask(LineDialog("export to a file", name, example, check), take)
 
 
-def kind_told(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
+def describe_file(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
     """Return a message that says what a file of this name will contain; raise if its ending is unknown."""
-    path, known = path_of(name), (*(ROWS if rows else ()), *PICTURES)
-    if path.suffix not in known:
-        raise InputError(f"{path.name}: end the name in {', '.join(known)}")
-    told = "the chosen rows, in full precision" if path.suffix in ROWS else figure
-    return f"{path} exists and will be replaced: {told}" if os.path.exists(path) else told
+    path, endings = path_of(name), (*(ROWS if rows else ()), *PICTURES)
+    if path.suffix not in endings:
+        raise InputError(f"{path.name}: end the name in {', '.join(endings)}")
+    content = "the chosen rows, in full precision" if path.suffix in ROWS else figure
+    return f"{path} exists and will be replaced: {content}" if os.path.exists(path) else content
 
 
 def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> str:
@@ -98,7 +98,7 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
 
     Once `cancelled` returns True, writing stops and leaves no file.
     """
-    kind_told(str(path))
+    describe_file(str(path))
     catalogue, selection, ordering, orbit, in_phase_space = shown
     if path.suffix in PICTURES:
         return _draw(path, orbit, in_phase_space)
@@ -118,12 +118,12 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
     return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
 
 
-def _draw(path: Path, orbit: Orbit | None, in_phase_space: Sequence[Orbit]) -> str:
-    """Draw orbits in phase space, or one orbit in its stadium; the latter needs no matplotlib for SVG."""
-    if in_phase_space:
-        return save_figure(path, lambda figures: figures.draw_phase(in_phase_space))
+def _draw(path: Path, orbit: Orbit | None, in_phase_space: bool) -> str:
+    """Draw an orbit in phase space or in its stadium; the latter needs no matplotlib for SVG."""
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
+    if in_phase_space:
+        return save_figure(path, lambda figures: figures.draw_phase([orbit]))
     if path.suffix != ".svg":
         with _or_write("an .svg"):
             return save_figure(path, lambda figures: figures.draw_orbit(orbit))

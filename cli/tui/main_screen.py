@@ -5,30 +5,32 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import ClassVar
 
+from textual import events
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer, Header, Static
+from textual.widgets import Footer, Header, HelpPanel, Static
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.catalogue_file import CatalogueFile
-from orbitdb.cli.tui.choices import Choices
-from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.kept import Kept
-from orbitdb.cli.tui.keys import MAIN, Keys, bindings
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import FactsPanel
-from orbitdb.cli.tui.orbit.panel import OrbitPanel
-from orbitdb.cli.tui.screens import OwnScreen
-from orbitdb.cli.tui.table.filter_dialog import FilterDialog
-from orbitdb.cli.tui.table.pages import NONE, Ordering
-from orbitdb.cli.tui.table.panel import RowsPanel
+from orbitdb.cli.tui.choices import Choices, FilterDialog, equals
+from orbitdb.cli.tui.dialogs import ChoiceDialog, describe_code
+from orbitdb.cli.tui.drawing import OrbitDrawing
+from orbitdb.cli.tui.facts import FactsPanel
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.rows_panel import RowsPanel
+from orbitdb.cli.tui.screens import OwnScreen, key
+from orbitdb.cli.tui.stored import CatalogueFile, Kept
+from orbitdb.cli.tui.view import Ordering, View
+from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 
 _GREETING = """\
@@ -42,14 +44,60 @@ and contain 89,789 words, those of the paper's Table 1.
 Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
 Press [b]?[/b] for the keys, [b]q[/b] to quit."""
 
-_LEAVE = Binding("q", "leave_whole", "back", tooltip="go back to the rows")
+_HIDING_ROWS = ("filter", "filter_value", "past_view")
+"""Actions that choose rows, which are off while the facts about an orbit hide the rows."""
+
+
+def _to(part: str, action: str) -> str:
+    """Return the Textual action that runs `action` in a widget of the main screen."""
+    return f"to({part!r}, {action!r})"
 
 
 class MainScreen(OwnScreen[None]):
     """The main screen: the rows of the chosen subset, beside the current orbit."""
 
-    KEYS: ClassVar[Keys] = MAIN
-    BINDINGS: ClassVar[list[BindingType]] = [*bindings(MAIN), _LEAVE]
+    BINDING_GROUP_TITLE = "Orbits"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        key("0", "digit('0')", "go to", tooltip="a period or code", key_display="0 .. 9"),
+        *(key(digit, f"digit({digit!r})", system=True) for digit in "123456789"),
+        key("backspace", _to("position", "take_back"), "delete", tooltip="the last digit"),
+        Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
+        key("enter", "whole", "all facts", tooltip="about the orbit, or back"),
+        Binding("q", "leave_whole", "back", tooltip="to the rows"),
+        key("n", _to("table", "move(1)"), "next orbit"),
+        key("p", _to("table", "move(-1)"), "previous orbit"),
+        key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
+        key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
+        key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
+        key("escape", "back", "back", tooltip="to the row"),
+        key("space", _to("drawing", "particle"), "particle", tooltip="starts or stops"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
+        key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
+        key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
+        key("full_stop", _to("side", "follow(True, True)"), "birth or death", tooltip="at the next larger a"),
+        Binding("slash", "filter", "filter", tooltip="the rows, as with --where"),
+        key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
+        key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
+        key("o", _to("chips", "turn('statuses', 1)"), "next status"),
+        key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
+        key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
+        key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
+        key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
+        key("a", "choose_a", "another a"),
+        Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
+        key("R", _to("rows", "reverse_order"), "reverse the order"),
+        key("C", _to("rows", "columns"), "choose columns"),
+        Binding("S", "statistics", "stats", tooltip="by period"),
+        Binding("d", "counts", "counts", tooltip="and histograms"),
+        key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
+        key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
+        key("y", _to("side", "copy"), "copy", tooltip="the code"),
+        key("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
+        Binding("e", "export", "export", tooltip="to a file"),
+        Binding("f", "fill", "fill", tooltip="the catalogue"),
+        key("ctrl+r,f5", "look_again", "read again", tooltip="the file"),
+    ]
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 
@@ -58,10 +106,13 @@ class MainScreen(OwnScreen[None]):
     ) -> None:
         super().__init__()
         kept.load()
-        self._file, self._code = file, code
+        self._file, self._kept, self._code = file, kept, code
         self.choices = Choices(file, kept, selection)
-        self.rows = RowsPanel(file, kept, lambda rows: self.side.take_rows(rows))
-        self.side = OrbitPanel(file, self.rows, selection.a)
+        self.rows = RowsPanel(file, kept)
+        self.side = OrbitPanel(file, selection.a)
+        self._view = self.view
+        self._past: list[View] = []
+        self._trying = False  # a filter is being typed
 
     def compose(self) -> ComposeResult:
         """Lay out the panels."""
@@ -77,6 +128,8 @@ class MainScreen(OwnScreen[None]):
     def on_mount(self) -> None:
         """Read the rows, and look up the word given at the start, if any."""
         self.watch(self.choices, "selection", self._take_selection, init=False)
+        self.watch(self.rows, "ordering", self._remember, init=False)
+        self.watch(self.rows, "columns", self._remember, init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
@@ -93,7 +146,46 @@ class MainScreen(OwnScreen[None]):
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
         self.sub_title = self.choices.selection.describe()
         if self.whole and self.side.orbit is not None:
-            self.sub_title = f"{code_text(self.side.orbit.code)} at a = {self.side.orbit.a:.9g}"
+            self.sub_title = f"{code_text(self.side.orbit.code)} at a = {exact(self.side.orbit.a)}"
+
+    # the view
+
+    @property
+    def view(self) -> View:
+        """What the rows show."""
+        return View(self.choices.selection, self.rows.ordering, self.rows.columns)
+
+    def _remember(self) -> None:
+        """Remember the view before this change, unless a filter is still being typed."""
+        if not self._trying and self._view != self.view:
+            self._past.append(self._view)
+            self._view = self.view
+
+    def action_past_view(self) -> None:
+        """Go back to the view before the last change."""
+        if not self._past:
+            self.notify("there is no view to go back to", timeout=2)
+            return
+        self._view = view = self._past.pop()
+        self._trying = True
+        self.rows.ordering, self.rows.columns, self.choices.selection = (
+            view.ordering,
+            view.columns,
+            view.selection,
+        )
+        self._trying = False
+
+    def action_copy_view(self) -> None:
+        """Copy the view as a shell command or as a line of Python."""
+        path = self._file.path.absolute()
+        lines = {"shell": self.view.command(path), "Python": self.view.python(path)}
+
+        def take(language: str) -> None:
+            self.app.copy_to_clipboard(lines[language])
+            self.notify(f"copied {lines[language]}", timeout=4)
+
+        texts = {language: f"{language:6}  {line}" for language, line in lines.items()}
+        self.ask(ChoiceDialog("copy the view", "enter copies", texts, "shell"), take)
 
     # the rows
 
@@ -108,23 +200,86 @@ class MainScreen(OwnScreen[None]):
 
     def _take_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; if it is at another a, clear the screen first."""
+        self._remember()
         if selection.a != old.a:
-            self.rows.wanted = self.rows.left = self.rows.total = None
             self.side.clear(selection.a)
-            self.rows.say_gaps("", "")
-            self.rows.table.show(NONE)
+            self.rows.forget()
         self.say_choices()
         self.rows.read(selection)
 
+    def on_rows_panel_read(self, message: RowsPanel.Read) -> None:
+        """Show new rows, then go to the digits that waited for them."""
+        self.catch_up()
+        if not len(message.rows) and not self.rows.alone:
+            self.side.orbit = None
+        if self.rows.take(message.rows):
+            self._say_no_row()
+        self.catch_up()
+        self.rows.position.go_on()
+
+    def catch_up(self) -> None:
+        """Bring cursor and orbit together, even if the message that one of them moved has not arrived yet."""
+        row = self.rows.table.row
+        if (sought := self.side.sought) is not None:
+            self.side.sought = None
+            if not self.rows.go_to(least_rotation(sought.code)) and self.rows.wanted is None:
+                self._say_no_row()
+            self.rows.say_orbit(self.side.orbit)
+        elif row is not None and row[0] != self.rows.left:
+            self.rows.left = None
+            self.side.show_word(row[0])
+
     def on_rows_panel_moved(self) -> None:
         """Show the word that is now under the cursor."""
-        self.side.catch_up()
+        self.catch_up()
         self.rows.say_orbit(self.side.orbit)
+
+    def on_orbit_panel_sought(self) -> None:
+        """Put the cursor on the row of the orbit that is shown."""
+        self.catch_up()
+
+    def _say_no_row(self) -> None:
+        """Explain why the current orbit has no row."""
+        if (orbit := self.side.orbit) is not None:
+            outside = f"{code_text(orbit.code)} is not among the rows"
+            self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
+
+    def action_digit(self, digit: str) -> None:
+        """Go to the row that the typed digits stand for."""
+        self.catch_up()
+        self.rows.position.take(digit)
+
+    def on_paste(self, event: events.Paste) -> None:
+        """Go to a pasted period or code as if it were typed; look up a word in run notation."""
+        text = event.text.strip()
+        if text.isdecimal() and text.isascii():
+            self.action_digit(text)
+        else:
+            try:
+                describe_code(text)
+            except InputError as error:
+                self.notify(str(error), severity="warning")
+            else:
+                self.side.ask_for(text)
 
     def action_filter(self) -> None:
         """Edit the filter; the rows update as you type, and `escape` restores the previous rows."""
-        dialog = FilterDialog(self.rows, self.choices)
-        self.app.push_screen(dialog, dialog.take)
+        dialog = FilterDialog(self.rows, self.choices, self._kept.state.filters)
+
+        def take(where: str | None) -> None:
+            dialog.apply(dialog.before if where is None else where)
+            self._trying = False
+            self._remember()
+            if typed := where or (dialog.tried if dialog.tried != dialog.before else ""):
+                self._kept.remember(typed)
+
+        self._trying = True
+        self.app.push_screen(dialog, take)
+
+    def action_filter_value(self) -> None:
+        """Filter by the value under the cursor."""
+        if (cell := self.rows.table.cell) is not None:
+            self.choices.add(equals(*cell))
 
     def action_choose_a(self) -> None:
         """Choose another a, stored or not; if all facts about a word are shown, show those at the new a."""
@@ -133,13 +288,13 @@ class MainScreen(OwnScreen[None]):
             shown = self.side.orbit
             self.choices.selection = replace(self.choices.selection, a=a)
             if self.whole and shown is not None:
-                self.side.following.come_back()
                 self.side.ask_for(shown.code)
 
         self.choices.ask_for_a(take)
 
     def action_mark(self) -> None:
         """Mark or unmark the current orbit."""
+        self.catch_up()
         if (orbit := self.side.need()) is not None:
             self.rows.marked = self.choices.mark(least_rotation(orbit.code))
 
@@ -149,7 +304,9 @@ class MainScreen(OwnScreen[None]):
         """Disable the keys that choose rows while the facts about an orbit hide the rows."""
         if action == "leave_whole":
             return self.whole
-        chooses = action == "filter" or (action == "to" and parameters[0] in ("chips", "rows", "position"))
+        chooses = action in _HIDING_ROWS or (
+            action == "to" and parameters[0] in ("chips", "rows", "position")
+        )
         return not (self.whole and chooses) and super().check_action(action, parameters)
 
     def watch_whole(self, whole: bool) -> None:
@@ -159,30 +316,35 @@ class MainScreen(OwnScreen[None]):
         self.say_choices()
 
     def action_whole(self) -> None:
-        """Switch between showing the rows and showing everything about the orbit."""
-        if self.side.need() is not None:
-            self.whole = not self.whole
+        """Show all facts about the current orbit, or go back to the rows."""
+        self.catch_up()
+        self.whole = not self.whole and self.side.need() is not None
 
     def action_leave_whole(self) -> None:
         """Go back to the rows."""
         self.whole = False
 
     def action_back(self) -> None:
-        """Go back from the facts to the rows, or from another orbit to the one of the current row."""
-        if self.whole:
+        """Go back one step: from the help, the facts, typed digits, or an orbit other than the row's."""
+        if self.query(HelpPanel):
+            self.app.action_hide_help_panel()
+        elif self.whole:
             self.whole = False
-        else:
-            self.side.action_back()
+        elif not self.rows.position.give_up_digits():
+            self.rows.left, row = None, self.rows.table.row
+            if row is not None:
+                self.side.show_word(row[0], anew=True)
 
     async def action_to(self, part: str, action: str) -> None:
         """Bring the current orbit up to date with the cursor, then pass an action on to its widget."""
-        self.side.catch_up()
+        self.catch_up()
         if part == "drawing" and self.has_class("-empty"):  # the greeting hides the drawing
             self.side.need()
         await super().action_to(part, action)
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
         """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""
+        self.rows.say_orbit(orbit)
         if orbit is not None:
             self.remove_class("-empty")
         if self.whole:
@@ -206,32 +368,30 @@ class MainScreen(OwnScreen[None]):
 
     def action_statistics(self) -> None:
         """Open the statistics of the chosen subset."""
-        from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
+        from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
         self._open(StatisticsScreen)
 
     def action_counts(self) -> None:
         """Open the counts of the chosen subset, with a histogram of the sort column (by default, length)."""
-        from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
+        from orbitdb.cli.tui.counts_screen import CountsScreen
 
         ordering = self.rows.ordering
         self._open(CountsScreen, "length" if ordering == Ordering() else ordering.column)
 
-    def _open(self, screen: Callable[..., Screen[None]], *more: str) -> None:
-        """Open a screen that reads the stored data, or report that nothing is stored yet."""
+    def _open(self, screen: Callable[..., Screen[str | None]], *more: str) -> None:
+        """Open a screen that reads the stored data; the condition with which it closes joins the filter."""
         if self._file.reader is None:
             self.notify("nothing is stored yet: press f to fill the catalogue")
         else:
-            self.app.push_screen(screen(self._file.reader, self.choices.selection, *more))
+            opened = screen(self._file.reader, self.choices.selection, *more)
+            self.app.push_screen(opened, lambda condition: self.choices.add(condition) if condition else None)
 
     def action_export(self) -> None:
         """Ask for a file, and export to it what is on the screen."""
         from orbitdb.cli.tui.export import Shown, ask_for_shown
 
-        self.side.catch_up()
-        drawing = self.query_one(OrbitDrawing)
-        in_phase_space = drawing.in_phase_space() if drawing.phase and not self.whole else []
-        shown = Shown(
-            self._file.reader, self.choices.selection, self.rows.ordering, self.side.orbit, in_phase_space
-        )
+        self.catch_up()
+        phase = self.query_one(OrbitDrawing).phase and not self.whole
+        shown = Shown(self._file.reader, self.choices.selection, self.rows.ordering, self.side.orbit, phase)
         ask_for_shown(self, shown, of_rows=self.rows.table.has_focus)

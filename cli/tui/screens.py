@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
-from textual.binding import BindingType
+from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.dom import DOMNode
@@ -16,12 +16,30 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
-from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.limits import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
+
+key = partial(Binding, show=False)
+"""Make a binding that the footer does not show. The help shows its description, then its tooltip."""
+
+SCROLLING: list[BindingType] = [
+    key("j,down", "scroll_down", "down"),
+    key("k,up", "scroll_up", "up"),
+    key("pagedown", "page_down", "next page"),
+    key("pageup", "page_up", "previous page"),
+    key("g,home", "scroll_home", "to the top"),
+    key("G,end", "scroll_end", "to the end"),
+    key("l,right", "scroll_right", "right"),
+    key("h,left", "scroll_left", "left"),
+]
+
+LEAVING: list[BindingType] = [
+    Binding("escape", "dismiss", "back", tooltip="to the orbits"),
+    key("q", "dismiss", "back", tooltip="to the orbits"),
+]
 
 
 class Working(DOMNode):
@@ -88,8 +106,8 @@ class Working(DOMNode):
 class ScrollBox(ScrollableContainer):
     """A scrolling box with the movement keys of the table."""
 
-    KEYS: ClassVar[Keys] = SCROLLING
-    BINDINGS = bindings(SCROLLING)
+    BINDING_GROUP_TITLE = "Scrolling"
+    BINDINGS = SCROLLING
 
 
 class Field(Input):

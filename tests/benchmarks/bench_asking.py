@@ -87,8 +87,8 @@ async def browse(path: Path) -> None:
     from textual import events
 
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.table.paged_table import PagedTable
-    from orbitdb.cli.tui.table.pages import Ordering
+    from orbitdb.cli.tui.paged_table import PagedTable
+    from orbitdb.cli.tui.view import Ordering
     from orbitdb.store.asking.criteria import chosen_by
     from orbitdb.store.asking.selection import Selection
 

@@ -101,9 +101,9 @@ assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
 assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
 orbit = solve_word("1232131", 1.6)
 assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.columns import EVERY, chosen
+from orbitdb.cli.tui.view import EVERY, columns_named
 from program import renewed
-print(EVERY["stretch"].brief, [each.name for each in chosen(["stretch"])])
+print(EVERY["stretch"].brief, [each.name for each in columns_named(["stretch"])])
 print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
 """
     on_screen, *page = ran(f"{COLUMN}\nimport sys; sys.path.insert(0, {str(DOCS)!r})\n{objects}").splitlines()
@@ -126,7 +126,7 @@ def test_an_average_is_one_entry(small, tmp_path):
     assert (tmp_path / "x.svg").exists()
     screen = f"""
 from pathlib import Path
-from orbitdb.cli.tui.statistics import statistics_screen as screen
+from orbitdb.cli.tui import statistics_screen as screen
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 found = screen.statistics(Reader(Path({small!r})), Selection())

@@ -105,7 +105,7 @@ def test_all_pages_install_extras_in_the_same_way():
     lines = re.findall(r"pip install (?:-e )?['\"](\S+)\[(\S+)\]", "\n".join(written))
     named = {extra for name, extras in lines for extra in extras.split(",") if name == "."}
     assert {name for name, _ in lines} - {"."} == {"pyright"}
-    assert {"test", "plot", "pandas", "dask", "web", "docs"} <= named <= known
+    assert {"test", "plot", "pandas", "dask", "docs"} <= named <= known
 
 
 def test_every_column_has_a_known_kind():

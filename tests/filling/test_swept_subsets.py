@@ -18,7 +18,7 @@ from orbitdb.answers.results import PROVED
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.statistics.statistics_screen import statistics
+from orbitdb.cli.tui.statistics_screen import statistics
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods

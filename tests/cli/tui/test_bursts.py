@@ -15,11 +15,11 @@ from terminal import ended, spawn
 
 pytestmark = pytest.mark.slow
 
-DIALOGS = ["s", "a", "F", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", *["\x10"] * 4]
+DIALOGS = ["s", "a", "E", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r", *["\x10"] * 4]
 """Keys that open a dialog or a screen; ctrl+p is tried in all four ways."""
 
 KEYS = [
-    *"sSaFe/cCOf?dvmMrRoTXYjkhlgGJKxwtn <>[]*'0123451",
+    *"sSaEe/cCOf?dv=urRoTXYjkhlgGJKxwtn <>,.[]*'0123451",
     *("\r", "\r", "\r", "\x1b", "\x1b", "\t", "\x7f", "\x1b[A", "\x1b[B", "\x1b[6~", "\x10", "\x12"),
 ]
 
@@ -95,36 +95,29 @@ def test_keys_sent_at_once_edit_a_line_in_order(browse):
     """A code is mistyped, corrected and entered in a single write, as in a paste or on a slow line."""
     child = browse("--code", "13")
     child.send("c99\x7f\x7f0231\x1b[D\x7f3\r")
-    assert "4 words, least 0132, symmetry xyT" in quiet(child)
+    child.expect("4 words, least 0132, symmetry xyT")
     lives(child)
 
 
 _FAILING = """
-import sys
-from orbitdb.cli.tui.table.panel import RowsPanel
+from orbitdb.cli.tui.rows_panel import RowsPanel
 RowsPanel.action_reverse_order = lambda self: 1 / 0
 from orbitdb.cli.main import run
 run()
 """
 
 
-def test_a_failure_prints_one_line_and_writes_its_traceback_to_a_file(filled_once, tmp_path):
+def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     command = [sys.executable, "-P", "-c", _FAILING]
-    child = spawn("browse", "--db", filled_once, command=command, columns=200, TMPDIR=str(tmp_path))
+    child = spawn("browse", "--db", filled_once, command=command, columns=200)
     child.expect("row 1 of [0-9,]+|is not stored")
     shown = child.before
     child.send("R")
     child.expect(pexpect.EOF)
     session = ended(child, (shown + child.before, 200))
-    [path] = tmp_path.glob("orbitdb-browse-*-traceback.txt")
     assert session.code == 1
     assert session.restored
-    line = "".join(session.lines)
-    assert line.startswith("orbitdb: ")
-    assert "ZeroDivisionError: division by zero" in line
-    assert str(path) in line
-    assert "Traceback" not in session.text
-    assert "in <lambda>" in path.read_text()
+    assert session.lines[-1] == "ZeroDivisionError: division by zero"
 
 
 @pytest.mark.parametrize(

@@ -1,28 +1,26 @@
 """What the screen says when something fails, and its less common paths."""
 
-import json
 import shutil
 import sys
-import threading
-from contextlib import nullcontext
 
 import pytest
 from contents import alter
-from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
+from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 from textual.widgets import OptionList
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.ending import OrderlyApp
+from orbitdb.cli.tui import position
+from orbitdb.cli.tui import statistics_screen as statistics
+from orbitdb.cli.tui.counts_screen import CountsScreen
+from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.export import Shown, export
-from orbitdb.cli.tui.kept import Kept
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
+from orbitdb.cli.tui.pages import NONE
+from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
-from orbitdb.cli.tui.statistics import statistics_screen as statistics
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
-from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.table import position
-from orbitdb.cli.tui.table.pages import NONE, Ordering
+from orbitdb.cli.tui.statistics_screen import StatisticsScreen
+from orbitdb.cli.tui.stored import Kept
+from orbitdb.cli.tui.view import Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.asking.selection import Selection
@@ -74,9 +72,6 @@ async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatc
         assert app.screen.whole
         assert altered.startswith(f"{filled} is not as orbitdb made it (table change)")
         await press(pilot, "escape")
-        assert set(await told("greater_than_sign")) == {f"{filled}: no such table: change"}
-        assert "reading births" not in shown(app)
-        await press(pilot, "escape")
         filled.write_bytes(b"no catalogue" * 9999)
         damaged = f"{filled} is damaged: restore a copy, or move it away and fill a new one"
         for key, shows in (("d", CountsScreen), ("S", StatisticsScreen)):
@@ -89,9 +84,9 @@ async def test_screens_report_an_altered_or_damaged_catalogue(filled, monkeypatc
 
 
 @pytest.mark.slow
-async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once, tmp_path):
+async def test_choices_that_cannot_be_saved_are_reported(filled_once, tmp_path):
     state = tmp_path / "browse.json"
-    state.write_text(json.dumps({"filters": {"odd": {"nothing": 1}, "wrong": {"where": "q < 3"}}}))
+    state.touch()
     async with browsing(filled_once, state=state) as (app, pilot):
 
         async def told(*keys):
@@ -100,24 +95,6 @@ async def test_choices_that_cannot_be_saved_or_applied_are_reported(filled_once,
             return [note.message for note in app._notifications]
 
         main = app.screen
-        await press(pilot, "F")
-        assert "nothing: not a criterion" in shown(app)
-        await press(pilot, "k", "x")  # the first line is not a filter and cannot be deleted
-        assert all(line in shown(app) for line in ("save the current filter", "odd", "wrong"))
-        [odd] = await told("j", "enter")
-        assert odd.startswith("nothing: not a criterion")
-        [wrong] = await told("F", "j", "enter")
-        assert wrong.startswith("where 'q < 3': no such column: q; ")
-        assert main.choices.selection == Selection()
-        assert await told("F", "k", "enter") == [
-            "there is no filter to save: every word is shown; press / or o to choose some"
-        ]
-        await press(pilot, "o", "F", "k", "enter")
-        told_of = {"x" * 41: "41 characters: use at", "odd": "will be replaced", "a\tb": "all printable"}
-        for name, said in told_of.items():
-            await write(pilot, name)
-            assert said in shown(app)
-        await press(pilot, "escape")
         state.unlink()
         state.mkdir()
         failed, marked = await told("asterisk")
@@ -135,9 +112,9 @@ async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, m
         await press(pilot, "g")
         pages = table.source
         table.show(NONE)
-        main.rows.position.action_type(8)
+        main.rows.position.take("8")
         assert (table.cursor, main.rows.position.note) == (0, "8 …")
-        main.side.take_rows(pages)
+        main.rows.post_message(RowsPanel.Read(pages))
         await settle(pilot)
         assert (len(row_of(app)[0]), main.rows.position.note) == (8, "period 8")
 
@@ -203,23 +180,3 @@ async def test_a_new_catalogue_is_read_and_unexpected_errors_are_raised(filled_o
             assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 0
             app.call_later(lambda: 1 / 0)
             await pilot.pause()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("failure", [None, KeyboardInterrupt()])
-def test_closing_waits_for_pending_work_but_only_briefly_after_a_signal(failure):
-    app, begun, done = OrderlyApp(), threading.Event(), threading.Event()
-
-    def put_away() -> None:
-        app.take_in_hand()
-        begun.set()
-        done.wait(1.3 if failure is None else 2.5)
-        done.set()
-
-    threading.Thread(target=put_away, daemon=True).start()
-    begun.wait()
-    app.failure = failure
-    with pytest.raises(KeyboardInterrupt) if failure else nullcontext():
-        app.close()
-    assert done.is_set() == (failure is None)
-    done.set()

@@ -9,8 +9,8 @@ from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 from textual.widgets import Input
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs import fill
-from orbitdb.cli.tui.dialogs.fill import FillDialog, FillState, Wish
+from orbitdb.cli.tui import fill_dialog as fill
+from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, Wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
 from orbitdb.store.asking.selection import Selection

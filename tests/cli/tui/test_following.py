@@ -1,9 +1,8 @@
-"""The screen shows one stadium at a time, follows an orbit and its rows in a, and says what is not filled."""
+"""The screen follows the shown orbit in a, shows the rows of one stadium, and says what is not filled."""
 
 import asyncio
 import threading
 
-import numpy as np
 import pytest
 from contents import answer, made
 from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until, write
@@ -11,58 +10,50 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.answers.completeness import lacking_births, unfilled
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.catalogue_file import CatalogueFile
-from orbitdb.cli.tui.dialogs.fill import FillDialog
-from orbitdb.cli.tui.dialogs.lines import LineDialog
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import bar
-from orbitdb.cli.tui.table.following import next_a, told
-from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill import fill_geometric, fill_periods
+from orbitdb.cli.tui.dialogs import LineDialog
+from orbitdb.cli.tui.drawing import OrbitDrawing
+from orbitdb.cli.tui.facts import FactsPanel, bar
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.orbit_panel import change_between, next_a, next_change
+from orbitdb.cli.tui.stored import CatalogueFile
+from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.lives import counts_at
 from orbitdb.symbols.words import least_rotation
 
 BORN, DIED, REBORN = 0.386252501738, 0.473270308236, 0.605684335145
 LIVES = [(BORN, DIED), (REBORN, None)]
 
 
-@pytest.fixture(scope="module")
-def born(tmp_path_factory):
-    """A catalogue with p = 2..5 at a = 1.6, births of p = 5, and some pruned words."""
-    path = tmp_path_factory.mktemp("born") / "orbits.db"
-    return made(path, fill_periods(path, 1.6, range(2, 6)), fill_births(path, [5]), fill_geometric(path, [3]))
-
-
-def test_a_step_stops_on_both_sides_of_a_change():
+def test_a_step_stops_on_both_sides_of_a_change_and_at_the_stadium_of_the_rows():
     way, a = [], 0.46
     while a < 0.62:
         way.append(a)
-        a = next_a(LIVES, a, True)
+        a = next_a(LIVES, a, True, 1.6)
     beside = [a for a in way if min(abs(a / end - 1) for end in (DIED, REBORN)) < 1e-8]
     assert [a < DIED or a > REBORN for a in beside] == [True, False, False, True]
-    assert next_a(LIVES, beside[1], False) == pytest.approx(beside[0])
-    assert next_a((), 1.0, True) == pytest.approx(1.02, abs=1e-3)
-    assert next_a([(0.5, 0.5005)], 0.501, False) == pytest.approx(0.5005, rel=1e-8)  # the nearer end
-    assert told(LIVES, beside[0], beside[1]) == "gone at a = 0.473270308236"
-    assert told(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
-    assert told(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
-    assert told(LIVES, 1.0, 1.1) is None
-    for end in (BORN, DIED):  # starting at an end does not cross it
-        assert told(LIVES, end, end * 1.001) is told(LIVES, end * 0.999, end) is None
-
-
-def test_a_step_stops_at_the_stadium_of_the_rows():
+    assert next_a(LIVES, beside[1], False, 1.6) == beside[0]
+    assert next_a([(0.5, 0.5005)], 0.501, False, 1.6) == pytest.approx(0.5005, rel=1e-8)  # the nearer end
+    assert change_between(LIVES, beside[0], beside[1]) == "gone at a = 0.473270308236"
+    assert change_between(LIVES, beside[3], beside[2]) == "gone at a = 0.605684335145"
+    assert change_between(LIVES, beside[2], beside[3]) == "born at a = 0.605684335145"
+    assert change_between(LIVES, 1.0, 1.1) is None
     down = next_a((), 1.6, False, 1.6)
-    assert down < 1.59
-    assert next_a((), down, True) != 1.6  # off by rounding
-    assert next_a((), down, True, 1.6) == 1.6
-    assert next_a((), 1.59, True, 1.6) == 1.6
+    assert down == 1.568  # steps have few digits
+    assert next_a((), down, True, 1.6) == next_a((), 1.59, True, 1.6) == 1.6
     birth = [(1.6, None)]
     assert next_a(birth, 1.59, True, 1.6) < 1.6
     assert next_a(birth, next_a(birth, 1.59, True, 1.6), True, 1.6) == 1.6
+
+
+def test_hops_go_to_both_sides_of_every_change():
+    places, a = [], 0.1
+    while (a := next_change(LIVES, a, True)) is not None:
+        places.append(a)
+    beside = [end * (1 + side * 1e-9) for end in (BORN, DIED, REBORN) for side in (-1, 1)]
+    assert places == pytest.approx(beside, rel=1e-10)
+    assert next_change(LIVES, 1.6, False) == places[-1]
+    assert next_change([(0.0, None)], 1.6, False) is None
 
 
 def test_the_bar_shows_lives_and_position():
@@ -70,51 +61,34 @@ def test_the_bar_shows_lives_and_position():
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
-@pytest.mark.slow
-async def test_the_table_follows_the_orbit_over_a_and_back(born):
-    async with browsing(born) as (app, pilot):
-        screen, table, catalogue = app.screen, table_of(app), app.file.reader
-        stored = [table.source.row(place) for place in range(len(table.source))]
-        await press(pilot, "less_than_sign", "less_than_sign")
-        assert table.source.a == screen.side.orbit.a == screen.side.following.here < 1.54
-        await press(pilot, "G", "T")
-        assert screen.side.orbit.a == screen.side.following.here < 1.54
-        assert least_rotation(screen.side.orbit.code) == row_of(app)[0]
-        await press(pilot, "R")
-        assert table.source.a is not None
-        await press(pilot, "R", "g", "greater_than_sign", "greater_than_sign")
-        assert table.source.a is None
-        assert screen.side.orbit.a == 1.6
-        assert screen.side.orbit.stored
-        assert [table.source.row(place) for place in range(len(table.source))] == stored
-        assert "orbits at a" not in shown(app)
-        screen.side.orbit = app.file.find("13", 0.7)
-        await press(pilot, "less_than_sign")
-        rows = [table.source.row(place) for place in range(len(table.source))]
-        alive = [row[0] for row in rows if row[3] == "orbit"]
-        with catalogue.moment() as moment:
-            assert len(alive) == counts_at(moment.connection, screen.side.following.here, 5).n_c
-        assert all(row[2] is row[4] is row[10] is None for row in rows)
-        assert f"{len(alive)} orbits at a = {screen.side.following.here:.9g}" in shown(app)
-        assert f"facts at a = {screen.side.following.here:.9g}" in shown(app)
-        assert f"{sum(row[3] == 'not yet' for row in rows)} not yet, " in shown(app)
-        assert "'orbitdb births --p 4' finds them" in str(app.screen.query_one("#standing").render())
+async def test_the_orbit_is_followed_while_the_rows_stay(varied):
+    async with browsing(varied, LARGE) as (app, pilot):
+        side, facts = app.screen.side, app.screen.query_one(FactsPanel)
+        await press(pilot, "j", "less_than_sign", "less_than_sign")
+        assert (side.orbit.code, side.orbit.a, app.screen.query_one(OrbitDrawing).a) == ("013", 1.537, 1.537)
+        assert facts.border_title == "facts at a = 1.537"
+        await press(pilot, "T")
+        assert (side.orbit.code, side.orbit.a) == ("310", 1.537)
+        assert row_of(app)[0] == least_rotation("310")
         await press(pilot, "escape")
-        assert table.source.a is None
-        assert screen.side.orbit.a == screen.side.following.here == 1.6
-        screen.choices.selection = Selection(where="p = 3")
-        await settle(pilot)
-        for _ in range(2):
-            await press(pilot, "greater_than_sign")
-            assert table.source.a is None
-            assert "the rows stay at a = 1.6" in shown(app)
-        await press(pilot, "j")
-        assert screen.side.orbit.a == 1.6
-        assert "the rows stay" not in shown(app)
+        assert (side.orbit.a, side.orbit.stored) == (1.6, True)
+        await press(pilot, "less_than_sign", "j")  # another word is shown as it is stored
+        assert (side.orbit.code, side.orbit.a) == (row_of(app)[0], 1.6)
+        await press(pilot, "less_than_sign", "greater_than_sign")
+        assert side.orbit.a == 1.6
+        side.orbit = solve_word("01552", 1.6)
+        app.screen.rows.leave()
+        await press(pilot, "comma")
+        assert side.orbit.a == pytest.approx(2 / 3**0.5, rel=1e-8)
+        assert side.orbit.length is not None
+        await press(pilot, "comma")
+        assert side.orbit.length is None
+        await press(pilot, "comma")
+        assert [note.message for note in app._notifications][-1] == "no birth or death at a smaller a"
 
 
 @pytest.mark.slow
-async def test_keys_work_during_a_birth_search_and_all_panels_show_the_same_a(born, monkeypatch):
+async def test_keys_work_during_a_search_of_births(varied, monkeypatch):
     """Steps taken during the search are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
@@ -125,45 +99,30 @@ async def test_keys_work_during_a_birth_search_and_all_panels_show_the_same_a(bo
         return find(file, word, a)
 
     monkeypatch.setattr(CatalogueFile, "find", slow)
-
-    def of_one_a(app):
-        main, table = app.screen, table_of(app)
-        rows = table.source.a if table.source.a is not None else main.choices.selection.a
-        return main.side.orbit.a == rows == app.screen.query_one(OrbitDrawing).a
-
-    async with browsing(born, LARGE) as (app, pilot):
-        main, table = app.screen, table_of(app)
+    async with browsing(varied, LARGE) as (app, pilot):
+        side = app.screen.side
         await pilot.press("greater_than_sign")
         await asyncio.to_thread(sought.wait, 60)
         await pilot.press("greater_than_sign", "greater_than_sign")
-        assert main.side.orbit.a == 1.6
-        assert of_one_a(app)
-        await until(lambda: "reading births …" in shown(app))
+        assert side.orbit.a == 1.6
+        await until(lambda: "following …" in shown(app))
         go_on.set()
-        await until(lambda: main.side.orbit.a > 1.69)
+        await until(lambda: side.orbit.a > 1.69)
         await settle(pilot)
-        assert main.side.orbit.a == pytest.approx(1.6 * np.exp(0.06))
-        assert of_one_a(app)
+        assert side.orbit.a == 1.699
         go_on.clear()
-        await pilot.press("greater_than_sign")
-        await until(lambda: "following …" in shown(app))  # the births are known by now
-        await pilot.press("greater_than_sign", "j")
-        assert table.cursor == 1
-        assert main.side.orbit.code == row_of(app)[0]
+        await pilot.press("greater_than_sign", "greater_than_sign", "j")
+        assert side.orbit.code == row_of(app)[0]
         go_on.set()
         await settle(pilot)
-        assert main.side.orbit.code == row_of(app)[0]
-        assert main.side.orbit.a == pytest.approx(1.6 * np.exp(0.06))
-        assert of_one_a(app)
+        assert (side.orbit.code, side.orbit.a) == (row_of(app)[0], 1.6)
 
 
 def stadiums_of(app):
     """Return all values of a that are on the screen."""
     screen = app.screen_stack[0]
     source, drawing = table_of(app).source, screen.query_one(OrbitDrawing)
-    orbits = [
-        orbit.a for orbit in (screen.side.orbit, drawing.orbit, *screen.side.compared) if orbit is not None
-    ]
+    orbits = [orbit.a for orbit in (screen.side.orbit, drawing.orbit) if orbit is not None]
     rows = [source.chosen.selection.a] if len(source) else []
     return {screen.choices.selection.a, drawing.a, *orbits, *rows}
 
@@ -193,23 +152,12 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert there(answer(app.file.path, lacking_births, main.choices.selection)) in shown(app)
 
 
-async def test_another_stadium_drops_the_comparison(varied):
-    async with browsing(varied) as (app, pilot):
-        await press(pilot, "j", "m", "j", "m")
-        assert len(app.screen.side.compared) == 2
-        await press(pilot, "a", "up", "enter")
-        assert stadiums_of(app) == {1.0}
-        assert app.screen.side.compared == ()
-
-
 @pytest.mark.slow
 async def test_changing_a_updates_everything_and_any_a_can_be_typed(varied):
     async with browsing(varied) as (app, pilot):
-        await press(pilot, "j", "m", "j", "m")
         await press(pilot, "a", "up", "enter")
         assert stadiums_of(app) == {1.0}
-        assert app.screen.side.compared == ()
-        app.screen.side.take_found(solve_word("1232131", Stadium(1.6)))  # it arrives too late
+        app.screen.side.take_found(solve_word("1232131", 1.6))  # it arrives too late
         await settle(pilot)
         assert stadiums_of(app) == {1.0}
         await press(pilot, "a", "2", "full_stop", "5")

@@ -1,25 +1,22 @@
 """Pages of the table: rows, keys and clicks agree with a plain list."""
 
 import random
-from collections import Counter
 
 import model
 import pytest
 from contents import alter, answer
 from hypothesis import example, given
 from hypothesis import strategies as st
-from questions import CRITERIA, EDGES, KEYS, NAMES, catalogue_to_ask, expected
+from questions import CRITERIA, KEYS, NAMES, catalogue_to_ask, expected
 from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.columns import COLUMNS, Column, fields_of
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import Ordering, Pages
-from orbitdb.cli.tui.table.position import place_of
+from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.pages import Pages
+from orbitdb.cli.tui.position import place_of
+from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, fields_of
 from orbitdb.errors import StoreError
-from orbitdb.orbits.orbit import solve_word
-from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.limits import CancelledError
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -79,35 +76,6 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
     fits = period or turned or [word for word in words if word.startswith(typed)]
     place, _ = place_of(pages_of(catalogue, chosen_by(**criteria), ordering), typed)
     assert (None if place is None else words[place]) == (fits[0] if fits else None)
-
-
-@given(criteria=CRITERIA, at=st.sampled_from(EDGES) | st.floats(0.05, 3))
-@example({"status": "all"}, EDGES[3])
-@example({"status": "all"}, EDGES[0])
-def test_rows_at_another_a_follow_from_births(asked, criteria, at):
-    catalogue, rows = asked
-    wanted, pages = expected(rows, criteria), pages_of(catalogue, chosen_by(**criteria))
-    there = pages.followed(at)
-    stands = [standing_of(row, at) for row in wanted]
-    assert there.counts() == Counter(stands)
-    assert there.columns == [name for name in SHOWN if name != "length"]
-    for place in range(0, len(wanted), 7):
-        now = dict(zip(SHOWN, there.row(place), strict=True))
-        kept = {name: wanted[place][name] for name in SHOWN}
-        assert now == kept | {"status": stands[place], "length": None}
-
-
-def standing_of(row, at):
-    """Return the status of a word at the given a, as the table shows it."""
-    if row["cycle"] is None:
-        return "geometric"
-    if not row["changes"]:
-        return "unknown"
-    gone = "no longer" if any(born and a < at for a, _, born in row["changes"]) else "not yet"
-    if model.left_open(row, at):
-        status = solve_word(row["representative"], at).status
-        return gone if status == Status.DYNAMICAL else status.value
-    return "orbit" if model.lives(row, at) else gone
 
 
 def test_reading_can_be_cancelled(catalogue):
@@ -181,7 +149,7 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]
     keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=12)
 
-    app, cursor, top, first = Alone(), 0, 0, 1
+    app, cursor, top, column = Alone(), 0, 0, 0
     async with app.run_test(size=(70, 12)) as pilot:
         table = app.query_one(PagedTable)
         table.focus()
@@ -193,18 +161,18 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
             if key == "click":
                 y = source.randrange(1, height + 1)
                 await pilot.click(table, offset=(3, y))
-                cursor = top + y - 1
+                cursor, column = top + y - 1, 0
             else:
                 await pilot.press(key)
                 cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)
-                last = len(COLUMNS) - len(set(fitting(first, width)).intersection(COLUMNS[first:]))
-                first = max(1, min(first + SHIFTS.get(key, 0), last))
+                column = max(0, min(column + SHIFTS.get(key, 0), len(COLUMNS) - 1))
             cursor = max(0, min(cursor, len(rows) - 1))
             top = min(cursor, max(top, cursor - height + 1))
-            shown = fitting(first, width)
             heading, *lines = (table.render_line(y) for y in range(height + 1))
-            headings = [each.name for each in (COLUMNS[0], *shown)]
-            assert heading.text.replace("p▲", "p").split() == headings
+            shown = [EVERY[name] for name in heading.text.replace("p▲", "p").split()[1:]]
+            assert shown in (fitting(first, width) for first in range(1, len(COLUMNS)))
+            assert COLUMNS[column] in (COLUMNS[0], *shown)
+            assert table.cell == (COLUMNS[column].name, rows[cursor][COLUMNS[column].name])
             for row, line in zip(rows[top:], lines, strict=False):
                 cells = " ".join(cell(each, row[each.name]) for each in shown)
                 mark = "*" if row["code"] in table.marked else " "

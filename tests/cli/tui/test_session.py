@@ -13,26 +13,22 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.tui import position
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.choices import Choices
-from orbitdb.cli.tui.dialogs.fill import FillState, Wish, cost_of, fill_steps
-from orbitdb.cli.tui.dialogs.keys import columns_told
-from orbitdb.cli.tui.dialogs.lines import LineDialog
-from orbitdb.cli.tui.dialogs.lists import NameList
-from orbitdb.cli.tui.keys import groups_of
+from orbitdb.cli.tui.counts_screen import CountsScreen
+from orbitdb.cli.tui.dialogs import LineDialog, NameList
+from orbitdb.cli.tui.drawing import OrbitDrawing
+from orbitdb.cli.tui.facts import FactsPanel, facts_of, most_important
+from orbitdb.cli.tui.fill_dialog import FillState, Wish, cost_of, fill_steps
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit.drawing import OrbitDrawing
-from orbitdb.cli.tui.orbit.facts import FactsPanel, facts_of, known_of
-from orbitdb.cli.tui.orbit.panel import OrbitPanel
+from orbitdb.cli.tui.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.position import Position
+from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
-from orbitdb.cli.tui.statistics.counts_screen import CountsScreen
-from orbitdb.cli.tui.statistics.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.table import position
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import Ordering
-from orbitdb.cli.tui.table.panel import RowsPanel
-from orbitdb.cli.tui.table.position import Position
-from orbitdb.columns import IN_CATALOGUE
+from orbitdb.cli.tui.statistics_screen import StatisticsScreen
+from orbitdb.cli.tui.view import Ordering
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
@@ -56,15 +52,6 @@ async def click(pilot, x, y):
     await settle(pilot)
 
 
-def test_columns_are_explained_with_their_headings():
-    title, names = columns_told()
-    assert title == "columns that a filter can use"
-    assert dict(names)["length_error"] == "bound on the error of length (radius)"
-    assert dict(names)["length"].endswith(", ± length_error")
-    assert any(name == "lambda_d" for name, _ in names)
-    assert len(names) == len(IN_CATALOGUE)
-
-
 def target(part, action) -> tuple[Any, str]:
     """Return the class that performs an action of the main screen, and the name of its method."""
     widgets: dict[Any, Any] = {
@@ -81,20 +68,11 @@ def target(part, action) -> tuple[Any, str]:
     return part, f"action_{name}"
 
 
-def test_every_key_of_a_screen_is_listed_in_its_group():
-    own: list[Any] = [PagedTable, MainScreen, BrowseApp]
-    parts = [*own, CountsScreen, StatisticsScreen, ScrollBox]
-    every = [(part, each) for part in parts for group in part.KEYS.values() for each in group]
-    untold = [each.key for _, each in every if not (each.tooltip or each.description)]
-    assert untold == [*"123456789", "ctrl+q,ctrl+c", "d"]
+def test_every_key_has_a_description_and_an_action():
+    parts: list[Any] = [PagedTable, MainScreen, BrowseApp, CountsScreen, StatisticsScreen, ScrollBox]
+    every = [(part, each) for part in parts for each in part.BINDINGS]
+    assert [each.key for _, each in every if not each.description] == [*"123456789"]
     assert all(hasattr(*target(part, each.action)) for part, each in every)
-    groups = groups_of(part.KEYS for part in own)
-    told = {title: dict(lines) for title, lines in groups}
-    assert list(told) == ["moving", "symmetry class", "looking", "choosing", "keeping", "orbitdb"]
-    assert told["moving"]["j ↓"] == "next row"
-    assert told["moving"]["0 .. 9"] == "go to a period or code"
-    assert told["orbitdb"]["?"] == "show this list of keys"
-    assert [names.split()[0] for names in told["looking"]][3:5] == ["<", ">"]
 
 
 def test_long_codes_and_orbits_are_abbreviated():
@@ -103,7 +81,7 @@ def test_long_codes_and_orbits_are_abbreviated():
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
     assert short["code"] == "13" * 14 + "11"
     assert longer["runs"] == "(13)^15 1"
-    assert [len(known_of(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and bounces if few
+    assert [len(most_important(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and bounces if few
 
 
 @pytest.fixture
@@ -171,21 +149,13 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert app.clipboard == seen[-1]
         assert main.side.orbit.code == row_of(app)[0] == words[len(words) - table.size.height]
         await press(pilot, "g")
-        main.side.go_to(app.file.find("00123", 1.6))
-        await hurry(pilot, "m")  # a pruned word has no bounces to compare
-        assert main.side.compared == ()
-        await hurry(pilot, "j")
-        main.side.orbit = app.file.find("301", 1.6)
-        await hurry(pilot, "m", "k", "m", "j", "k", "m", "m", "v")
-        assert [orbit.code for orbit in main.side.compared] == ["301", words[0]]
+        await press(pilot, "v")
         assert main.query_one(OrbitDrawing).phase
         await press(pilot, "space")
         assert not main.query_one(OrbitDrawing).phase
         assert main.query_one(OrbitDrawing).particle is not None
         await press(pilot, "space")
         assert main.query_one(OrbitDrawing).particle is None
-        await hurry(pilot, "M", *"jmjmjmjmjmjmjm")
-        assert [orbit.code for orbit in main.side.compared] == words[3:8]  # the current one is the sixth
 
 
 @pytest.mark.slow
@@ -214,10 +184,7 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
         await press(pilot, "escape")
         assert len(app.screen_stack) == 1
         titles = [command.title for command in app.get_system_commands(app.screen)]
-        actions = {
-            each.description for group in MainScreen.KEYS.values() for each in group if each.description
-        }
-        assert {text[:1].upper() + text[1:] for text in actions} | {"Quit", "Theme"} <= set(titles)
+        assert {"Filter the rows, as with --where", "Next row", "Quit", "Theme"} <= set(titles)
         assert len(titles) == len(set(titles))
         assert all(titles)
         with monkeypatch.context() as patch:
@@ -256,7 +223,7 @@ async def test_the_first_rows_appear_before_the_total_is_known(filled_once, monk
         show(table, rows, cursor)
         panel = table.screen.rows
         if panel.reads and len(rows):
-            panel.position.action_type(5)
+            panel.position.take("5")
             began.append((len(rows), panel.reads, table.row, "of …" in str(panel.position.render())))
 
     monkeypatch.setattr(PagedTable, "show", show)

@@ -9,11 +9,10 @@ from textual import events
 
 from orbitdb.averages.by_period import Weight
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.dialogs.keys import KeysDialog
+from orbitdb.cli.tui import statistics_screen as statistics
+from orbitdb.cli.tui.counts_screen import DRAWN, CountsScreen, bars
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.statistics import statistics_screen as statistics
-from orbitdb.cli.tui.statistics.counts_screen import DRAWN, CountsScreen, bars
-from orbitdb.cli.tui.table.pages import Ordering
+from orbitdb.cli.tui.view import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
@@ -107,10 +106,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the one before ends
         await press(pilot, "right_square_bracket")
         assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
-        await press(pilot, "s", *"jjjjj", "enter", "question_mark")
-        assert isinstance(app.screen, KeysDialog)
-        assert "choose another column" in shown(app)
-        await press(pilot, "escape")
+        await press(pilot, "s", *"jjjjj", "enter")
         assert app.screen.column == "symmetry"
         assert "xyT " in shown(app)
         app.screen.column = DRAWN[-1]

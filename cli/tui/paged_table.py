@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
+from textual.binding import BindingType
 from textual.geometry import Size
 from textual.message import Message
 from textual.reactive import reactive
@@ -15,9 +16,9 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.columns import COLUMNS, EVERY, Column
-from orbitdb.cli.tui.keys import TABLE, Keys, bindings
-from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages, Row
+from orbitdb.cli.tui.pages import NONE, Pages, Row
+from orbitdb.cli.tui.screens import key
+from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -25,15 +26,27 @@ _MARK = "*"
 
 
 class PagedTable(ScrollView, can_focus=True):
-    """The rows of a `Pages`, with a cursor; a click on a heading sorts by that column."""
+    """The rows of a `Pages`, with a cursor on a row and one of its columns.
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--dim"}
-    KEYS: ClassVar[Keys] = TABLE
-    BINDINGS = bindings(TABLE)
+    A click on a heading sorts by that column.
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--cell", "table--dim"}
+    BINDING_GROUP_TITLE = "Rows"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        key("j,down", "move(1)", "next row"),
+        key("k,up", "move(-1)", "previous row"),
+        key("pagedown,ctrl+f", "page(1)", "next page"),
+        key("pageup,ctrl+b", "page(-1)", "previous page"),
+        key("g,home", "first", "first row"),
+        key("G,end", "last", "last row"),
+        key("l,right", "column(1)", "next column"),
+        key("h,left", "column(-1)", "previous column"),
+    ]
 
     cursor: reactive[int] = reactive(0, repaint=False)
+    column: reactive[int] = reactive(0)
     ordering: reactive[Ordering] = reactive(Ordering())
-    first_column: reactive[int] = reactive(1)
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
@@ -49,6 +62,7 @@ class PagedTable(ScrollView, can_focus=True):
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self.source = NONE
+        self._first = 1  # the first column after the code that is on the screen
         self._codes = NONE, range(0), COLUMNS[0].width  # the width of the codes, and the rows measured
 
     def show(self, source: Pages, cursor: int = 0) -> None:
@@ -64,15 +78,39 @@ class PagedTable(ScrollView, can_focus=True):
         """The row under the cursor; None if there are no rows."""
         return self.source.row(self.cursor) if len(self.source) else None
 
+    @property
+    def cell(self) -> tuple[str, Any] | None:
+        """The name of the column under the cursor, and its value; None if there are no rows."""
+        if (row := self.row) is None:
+            return None
+        name = self._known()[self.column].name
+        return name, row[self.source.fields.index(name)]
+
     def validate_cursor(self, cursor: int) -> int:
         """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
+
+    def validate_column(self, column: int) -> int:
+        """Keep the cursor on a column."""
+        return max(0, min(column, len(self._known()) - 1))
 
     def watch_cursor(self, old: int, cursor: int) -> None:
         """Scroll to the cursor, and redraw the row that it left and the row that it reached."""
         self._cursor_moved()
         for place in (old, cursor):
             self.refresh_line(place + 1)  # below the heading
+
+    def watch_column(self, column: int) -> None:
+        """Scroll so far that the column under the cursor is visible."""
+        known = self._known()
+        if 0 < column < self._first and known[column] not in self._visible()[0]:
+            self._first = column
+        while self._first < column and not any(known[column] in part for part in self._visible()):
+            self._first += 1
+
+    def watch_columns(self) -> None:
+        """Begin with the first columns."""
+        self._first, self.column = 1, 0
 
     def _cursor_moved(self) -> None:
         height = max(self.size.height - 1, 1)
@@ -89,6 +127,7 @@ class PagedTable(ScrollView, can_focus=True):
         """Keep the cursor on the screen."""
         self._measure()
         self._cursor_moved()
+        self.watch_column(self.column)
 
     def action_move(self, steps: int) -> None:
         """Move the cursor by a number of rows."""
@@ -106,23 +145,27 @@ class PagedTable(ScrollView, can_focus=True):
         """Go to the last row."""
         self.cursor = len(self.source) - 1
 
-    def action_shift(self, steps: int) -> None:
-        """Scroll the columns right or left; the code stays in place."""
-        last = len(self._known()) - max(len(self._visible()[1]), 1)
-        self.first_column = max(1, min(self.first_column + steps, last))
+    def action_column(self, steps: int) -> None:
+        """Move the cursor by a number of columns; the code stays in place when they scroll."""
+        self.column += steps
+        if not self.column and self._first > 1:
+            self._first = 1
+            self.refresh()
 
     def on_click(self, event: events.Click) -> None:
-        """Sort by the column of the heading that was clicked, or go to the row that was clicked."""
+        """Sort by the column of the heading that was clicked, or go to the cell that was clicked."""
         offset = event.get_content_offset(self)
         if offset is None:
             return
         if offset.y > 0:
             self.cursor = self.scroll_offset.y + offset.y - 1
-            return
         x = 0
         for column, width in self._shown():
             if x <= offset.x < x + width:
-                self.post_message(self.HeadingClicked(column.name))
+                if offset.y > 0:
+                    self.column = self._known().index(column) if column in self._known() else 0
+                else:
+                    self.post_message(self.HeadingClicked(column.name))
             x += width + 1
 
     def _shown(self) -> list[tuple[Column, int]]:
@@ -133,13 +176,13 @@ class PagedTable(ScrollView, can_focus=True):
     def _visible(self) -> tuple[list[Column], list[Column]]:
         """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""
         known, room = self._known(), self.scrollable_content_region.width - self._code_width()
-        behind = known[min(self.first_column, max(len(known) - 1, 1)) :]
-        window = _fitting(behind, room)
+        after = known[min(self._first, max(len(known) - 1, 1)) :]
+        window = _fitting(after, room)
         pinned = EVERY[self.ordering.column]
         left = room - pinned.width - 1
-        if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.columns or left < 0:
+        if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.fields or left < 0:
             return [], window
-        return [pinned], _fitting([each for each in behind if each != pinned], left)
+        return [pinned], _fitting([each for each in after if each != pinned], left)
 
     def _code_width(self) -> int:
         places = self._places()
@@ -150,8 +193,8 @@ class PagedTable(ScrollView, can_focus=True):
         return min(self._codes[2], max(half, COLUMNS[0].width), _LONGEST_CODE)
 
     def _known(self) -> list[Column]:
-        """Return those of the columns that have values in these rows."""
-        return [column for column in self.columns if column.name in self.source.columns]
+        """Return those of the columns that these rows have."""
+        return [column for column in self.columns if column.name in self.source.fields]
 
     def _places(self) -> range:
         top = self.scroll_offset.y
@@ -159,12 +202,10 @@ class PagedTable(ScrollView, can_focus=True):
 
     def render_line(self, y: int) -> Strip:
         """Return the heading or a row as a strip."""
-        base = self.rich_style
+        base, shown = self.rich_style, self._shown()
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)
-            return self._line(
-                [(column, width, self._heading(column)) for column, width in self._shown()], style
-            )
+            return self._line([(column, width, self._heading(column)) for column, width in shown], style)
         place = self.scroll_offset.y + y - 1
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
@@ -175,22 +216,27 @@ class PagedTable(ScrollView, can_focus=True):
             style += self.get_component_rich_style("table--dim", partial=True)
         if place == self.cursor:
             style += self.get_component_rich_style("table--cursor", partial=True)
-        cells = [
-            (column, width, number(column.name, values.get(column.name))) for column, width in self._shown()
-        ]
-        return self._line(cells, style, _MARK if row[0] in self.marked else " ")
+        cells = [(column, width, number(column.name, values.get(column.name))) for column, width in shown]
+        return self._line(cells, style, _MARK if row[0] in self.marked else " ", place == self.cursor)
 
     def _heading(self, column: Column) -> str:
         if column.name != self.ordering.column:
             return column.name
         return column.name + ("▼" if self.ordering.descending else "▲")
 
-    def _line(self, cells: list[tuple[Column, int, str]], style: Style, behind_code: str = " ") -> Strip:
+    def _line(
+        self, cells: list[tuple[Column, int, str]], style: Style, after_code: str = " ", current: bool = False
+    ) -> Strip:
+        """Return a line with the given cells; that of the current column is marked on the current row."""
+        known = self._known()
+        here = known[self.column] if current and self.column < len(known) else None
+        marked = style + self.get_component_rich_style("table--cell", partial=True)
         segments = []
         for place, (column, width, text) in enumerate(cells):
             cut = text if len(text) <= width else text[: width - 1] + "…"
             shown = cut.ljust(width) if column.text else cut.rjust(width)
-            segments.append(Segment(shown + (" " if place else behind_code), style))
+            segments.append(Segment(shown, marked if column == here else style))
+            segments.append(Segment(" " if place else after_code, style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
 
 

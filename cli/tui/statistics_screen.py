@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from rich.table import Table
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.widgets import Footer, Header, Static
 
@@ -20,10 +21,9 @@ from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.keys import STATISTICS, Keys, bindings
-from orbitdb.cli.tui.orbit.braille import Curve
-from orbitdb.cli.tui.orbit.drawing import Plot
-from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
+from orbitdb.cli.tui.braille import Curve
+from orbitdb.cli.tui.drawing import Plot
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
 from orbitdb.store.asking.selection import Selection
@@ -103,11 +103,16 @@ def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curv
     return curves
 
 
-class StatisticsScreen(OwnScreen[None]):
+class StatisticsScreen(OwnScreen[str | None]):
     """Averages over the chosen orbits by period, as a table and as curves."""
 
-    KEYS: ClassVar[Keys] = STATISTICS
-    BINDINGS = bindings(STATISTICS)
+    BINDING_GROUP_TITLE = "Statistics"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *LEAVING,
+        Binding("w", "weight", "weight", tooltip="the other one"),
+        Binding("e", "export", "export", tooltip="the curves as a figure"),
+        Binding("t", "trajectories", "trajectories", tooltip="to compare with"),
+    ]
 
     def __init__(self, catalogue: Reader, selection: Selection) -> None:
         super().__init__()

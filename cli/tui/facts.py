@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.padding import Padding
@@ -13,8 +13,8 @@ from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.catalogue_file import Certificate, Partners
-from orbitdb.cli.tui.keys import SCROLLING, Keys, bindings
+from orbitdb.cli.tui.screens import SCROLLING
+from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import printable
@@ -84,7 +84,7 @@ class Bounces(NamedTuple):
         yield Text("\n".join(lines))
 
 
-def known_of(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
+def most_important(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
     """Return the facts about an orbit, followed by its bounces if there are at most `_MOST_BOUNCES`."""
     few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
     return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
@@ -117,8 +117,8 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 class FactsPanel(RichLog):
     """Facts about the current orbit, rendered only if they change, because rendering takes longest."""
 
-    KEYS: ClassVar[Keys] = SCROLLING
-    BINDINGS = bindings(SCROLLING)
+    BINDING_GROUP_TITLE = "Facts"
+    BINDINGS = SCROLLING
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(min_width=0, wrap=True, auto_scroll=False, id=id)

@@ -11,6 +11,7 @@ from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderR
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer, Header, Static
@@ -18,10 +19,9 @@ from textual.widgets import Footer, Header, Static
 from orbitdb.answers.completeness import partial_fills
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.columns import EVERY
-from orbitdb.cli.tui.dialogs.lists import ChoiceDialog
-from orbitdb.cli.tui.keys import COUNTS, Keys, bindings
-from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
+from orbitdb.cli.tui.dialogs import ChoiceDialog
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, key
+from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
@@ -79,11 +79,18 @@ def bars(counts: Counts, without: int = 0) -> RenderableType:
     return table
 
 
-class CountsScreen(OwnScreen[None]):
+class CountsScreen(OwnScreen[str | None]):
     """The number of words of each kind in a subset, and a histogram of one column."""
 
-    KEYS: ClassVar[Keys] = COUNTS
-    BINDINGS = bindings(COUNTS)
+    BINDING_GROUP_TITLE = "Counts"
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *LEAVING,
+        key("d", "dismiss", "back", tooltip="to the orbits"),
+        Binding("s", "column", "column", tooltip="of the histogram"),
+        Binding("right_square_bracket", "next_column(1)", "next column"),
+        key("left_square_bracket", "next_column(-1)", "previous column"),
+        Binding("e", "export", "export", tooltip="the histogram as a figure"),
+    ]
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 

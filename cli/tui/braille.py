@@ -122,7 +122,7 @@ MOST_DRAWN = 5000
 """Maximum number of bounces to draw; more would only blacken the picture."""
 
 COLOURS = ("one", "two", "three", "four", "five", "six")
-"""Styles of the compared orbits, in order."""
+"""Styles of curves, in order."""
 
 _ARROWS = "→↗↑↖←↙↓↘"
 _DOTS_OF_HEIGHT = 12
@@ -179,35 +179,26 @@ def _marks(frame: Frame, style: str, points: ArrayLike, text: str) -> list[Mark]
     return [Mark(style, (x, y), text) for x, y in frame.dots(np.asarray(points)).tolist()]
 
 
-def phase_points(orbit: Orbit) -> Floats:
+def phase_points(orbit: Orbit | None) -> Floats:
     """Return the bounces of an orbit in phase space, shape (p, 2): arclength and sine, as in `birkhoff`."""
-    if orbit.arclength is None or orbit.sine is None:
+    if orbit is None or orbit.arclength is None or orbit.sine is None:
         return np.zeros((0, 2))
     return np.stack([orbit.arclength, orbit.sine], axis=1)
 
 
-def draw_phase(
-    a: float, orbits: Sequence[Floats], columns: int, rows: int, names: Sequence[str] = ()
-) -> Picture:
-    """Draw the `phase_points` of several orbits, each in its own style and the first on top.
-
-    Below them are the names of the walls and, if given, the names of the orbits.
-    """
+def draw_phase(a: float, points: Floats, columns: int, rows: int) -> Picture:
+    """Draw the `phase_points` of an orbit, with the names of the walls below."""
     stadium = Stadium(a)
     length = stadium.perimeter
-    frame = Frame.around((0, -1), (length, 1), columns, max(rows - 1 - bool(names), 1), square=False)
+    frame = Frame.around((0, -1), (length, 1), columns, max(rows - 1, 1), square=False)
     joints = [0.0, 2 * a, 2 * a + math.pi, 4 * a + math.pi, length]
     high = np.linspace(-1, 1, 2 * rows)
     grid = [np.stack([np.full_like(high, s), high], axis=1) for s in joints]
     middle = np.linspace(0, length, columns // 2)
     grid.append(np.stack([middle, np.zeros_like(middle)], axis=1))
     layers = [Layer("wall", frame.dots(np.concatenate(grid)))]
-    marks = []
-    for place, points in reversed(list(enumerate(orbits))):
-        marks += _marks(frame, COLOURS[place % len(COLOURS)], points, "•●"[place == 0])
-    picture = _with_row(draw(frame, layers, marks), (_wall_names(frame, joints), "label"))
-    legend = [(f" {'•●'[i == 0]} {name} ", COLOURS[i % len(COLOURS)]) for i, name in enumerate(names)]
-    return _with_row(picture, *legend) if legend else picture
+    picture = draw(frame, layers, _marks(frame, COLOURS[0], points, "●"))
+    return _with_row(picture, (_wall_names(frame, joints), "label"))
 
 
 def _wall_names(frame: Frame, joints: Sequence[float]) -> str:

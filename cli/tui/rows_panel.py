@@ -1,7 +1,7 @@
 """The panel of the rows: the table, notes on gaps, and the position of the cursor."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -10,23 +10,21 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
-from orbitdb.cli.tui.catalogue_file import CatalogueFile
-from orbitdb.cli.tui.columns import COLUMNS, EVERY, Column, chosen, fields_of
-from orbitdb.cli.tui.dialogs.lists import ChoiceDialog, ColumnDialog, Names
-from orbitdb.cli.tui.kept import Kept
+from orbitdb.cli.tui.dialogs import ChoiceDialog, ColumnDialog, Names
+from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.pages import NONE, Pages
+from orbitdb.cli.tui.position import Position
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import NONE, Ordering, Pages
-from orbitdb.cli.tui.table.position import Position
+from orbitdb.cli.tui.stored import CatalogueFile, Kept
+from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, columns_named, fields_of
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import least_rotation
 
-_ORBIT = "orbit"
 _AT_WORK = ("reading …", "sorting …")
 
-_Found = tuple[Pages, tuple[str, str], int | None]
+_Reading = tuple[Pages, tuple[str, str], int | None]
 """Rows, notes on gaps, and the number of rows without a filter (None if only the first rows are read)."""
 
 _FIRST = 100
@@ -53,22 +51,27 @@ class RowsPanel(Vertical, Working):
     class Moved(Message):
         """Reports that the cursor moved or the rows changed."""
 
-    def __init__(self, file: CatalogueFile, kept: Kept, take: Callable[[Pages], object]) -> None:
+    @dataclass
+    class Read(Message):
+        """Hands over the rows that were asked for, which are not shown yet."""
+
+        rows: Pages
+
+    def __init__(self, file: CatalogueFile, kept: Kept) -> None:
         super().__init__(id="rows")
-        self._file, self._kept, self._take = file, kept, take
+        self._file, self._kept = file, kept
         self.table = PagedTable(id="table")
         self.position = Position(self.table, lambda: self.reads)
         self.border_title = "words"
         self.asked: Selection | None = None
         self._shown: str | None = None  # the word of the current orbit, as its least rotation
-        self.set_reactive(RowsPanel.columns, chosen(kept.state.columns))
+        self.set_reactive(RowsPanel.columns, columns_named(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
 
     def compose(self) -> ComposeResult:
         """Lay out the table and the lines below it."""
         yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
         yield Static(id="unfilled", markup=False)
-        yield Static(id="standing", markup=False)
         yield self.position.data_bind(RowsPanel.total)
 
     # sort order and columns
@@ -89,30 +92,31 @@ class RowsPanel(Vertical, Working):
 
     def action_reverse_order(self) -> None:
         """Reverse the order of the rows."""
-        self.ordering = replace(self.ordering, descending=not self.ordering.descending)
+        self.ordering = self.ordering._replace(descending=not self.ordering.descending)
 
     def action_columns(self) -> None:
         """Choose the columns of the table and their order."""
 
         def take(names: Names) -> None:
-            with self._kept.changing() as state:
-                state.columns = ["code", *names]
-            self.table.first_column = 1
-            self.columns = chosen(names)
+            self.columns = columns_named(names)
 
         self.ask(ColumnDialog([column.name for column in self.columns]), take)
 
     def watch_ordering(self) -> None:
-        """Read the rows again, in the new order or with the new columns."""
+        """Read the rows again, in the new order."""
         if self.asked is not None:
             self.read(self.asked)
 
-    watch_columns = watch_ordering
+    def watch_columns(self, columns: tuple[Column, ...]) -> None:
+        """Read the rows again, with the new columns, and keep the columns for the next session."""
+        with self._kept.changing() as state:
+            state.columns = [column.name for column in columns]
+        self.watch_ordering()
 
     # reading
 
     def read(self, selection: Selection) -> None:
-        """Read the rows of a subset in a worker, and show them unless others have been requested meanwhile.
+        """Read the rows of a subset in a worker, and hand them over unless others are requested meanwhile.
 
         If the table is empty and all words are requested in the default order, the first rows are shown
         early.
@@ -122,11 +126,10 @@ class RowsPanel(Vertical, Working):
         ordering, total = self.ordering, self.total
         fields = fields_of(self.columns, ordering.column)
         self.asked = selection
-        self.report = _AT_WORK[ordering != self.table.ordering]
-        self.say(self.report)
+        self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
         everything, nothing = Selection(selection.a), self.table.source is NONE
 
-        def find(cancelled: Callable[[], bool]) -> Iterator[_Found]:
+        def find(cancelled: Callable[[], bool]) -> Iterator[_Reading]:
             with catalogue.moment() as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
@@ -138,13 +141,13 @@ class RowsPanel(Vertical, Working):
             count = total if every is None else len(every)
             yield Pages(catalogue, chosen, fields), gaps, count or 0
 
-        def show(found: _Found) -> None:
-            rows, gaps, self.total = found
+        def show(reading: _Reading) -> None:
+            rows, gaps, self.total = reading
             self.table.ordering = ordering
             self.say_gaps(*gaps)
             if self.total is not None:
                 self.report = f"{len(rows):,} of {self.total:,} words"
-                self._take(rows)
+                self.post_message(self.Read(rows))
             elif self._shown is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
 
@@ -166,15 +169,14 @@ class RowsPanel(Vertical, Working):
         """Stop reading, because another subset is going to be chosen."""
         if self.reads:
             self.give_up("rows")
-            self.report, self.asked = "", None
-            self.say()
+            self.report, self.asked, self.border_title = "", None, "words"
 
     # the cursor
 
     def show(self, rows: Pages, cursor: int = 0) -> None:
         """Show rows, and remove the note that they are being read."""
         self.table.show(rows, cursor)
-        self.say()
+        self.border_title = "words"
 
     @property
     def alone(self) -> str | None:
@@ -213,35 +215,30 @@ class RowsPanel(Vertical, Working):
         row = self.table.row
         self.left = None if row is None else row[0]
 
-    # titles and notes
+    def forget(self) -> None:
+        """Show no rows, because those of another stadium are going to be read."""
+        self.wanted = self.left = self.total = None
+        self.say_gaps("", "")
+        self.table.show(NONE)
 
-    def say(self, what: str = "") -> None:
-        """Set the title to the work in progress or, without any, to the number of orbits at another a."""
-        source = self.table.source
-        if not what and source.a is not None:
-            what = f"{source.counts().get(_ORBIT, 0):,} orbits at a = {source.a:.9g}"
-        self.border_title = what or "words"
+    # notes
 
     def say_gaps(self, partial: str, gaps: str) -> None:
         """Show which chosen periods are partial, and what the other periods lack."""
         self.border_subtitle = partial
-        self.note("#unfilled", gaps)
-
-    def note(self, name: str, text: str | None) -> None:
-        """Show a note below the table, or hide the note if there is no text."""
-        note = self.query_one(name, Static)
-        if note.display or text:  # otherwise every key would lay out the screen again
-            note.display = bool(text)
-            note.update(text or "")
+        note = self.query_one("#unfilled", Static)
+        if note.display or gaps:  # otherwise every key would lay out the screen again
+            note.display = bool(gaps)
+            note.update(gaps)
 
     def say_orbit(self, orbit: Orbit | None) -> None:
         """Take the current orbit; if it has no row, say so in place of the position of the cursor."""
         self._shown = None if orbit is None else least_rotation(orbit.code)
-        told = ""
+        aside = ""
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            told = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
-        self.position.aside = told
+            aside = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
+        self.position.aside = aside
         self.position.refresh()
 
     def on_paged_table_moved(self, message: PagedTable.Moved) -> None:

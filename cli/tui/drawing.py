@@ -10,7 +10,7 @@ from textual.timer import Timer
 from textual.widget import Widget
 
 from orbitdb.arrays import Floats
-from orbitdb.cli.tui.orbit.braille import (
+from orbitdb.cli.tui.braille import (
     COLOURS,
     Curve,
     Picture,
@@ -54,10 +54,9 @@ class PictureWidget(Widget):
 
 
 class OrbitDrawing(PictureWidget):
-    """An orbit in its stadium, with or without a particle, or in phase space with other orbits to compare."""
+    """An orbit in its stadium, with or without a particle, or in phase space."""
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
-    compared: reactive[tuple[Orbit, ...]] = reactive((), always_update=True)
     phase: reactive[bool] = reactive(False)
     particle: reactive[float | None] = reactive(None)
 
@@ -92,18 +91,11 @@ class OrbitDrawing(PictureWidget):
         if self.particle is not None and self.orbit is not None and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
-    def in_phase_space(self) -> list[Orbit]:
-        """Return the orbits to draw in phase space: the current one, and those to compare with it."""
-        here = [self.orbit] if self.orbit is not None and self.orbit.coordinates is not None else []
-        return here + [other for other in self.compared if other.code not in {o.code for o in here}]
-
     def picture(self, columns: int, rows: int) -> Picture:
         """Return a picture of the stadium or of phase space."""
         if self.phase:
-            orbits = self.in_phase_space()
-            names = [orbit.code if orbit.p <= 20 else f"{orbit.code[:19]}…" for orbit in orbits]
             self._entitle("phase space: sine against arclength")
-            return draw_phase(self.a, [phase_points(orbit) for orbit in orbits], columns, rows, names)
+            return draw_phase(self.a, phase_points(self.orbit), columns, rows)
         picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
         self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))
         return picture

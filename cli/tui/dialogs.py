@@ -1,4 +1,4 @@
-"""Dialogs with a list of names: to choose one name, or to mark several and change their order."""
+"""Dialogs that ask for a line of text, or for names from a list."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import ClassVar
@@ -8,15 +8,16 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
 from textual.events import Key
-from textual.widgets import OptionList
+from textual.widgets import Input, Label, OptionList
 
-from orbitdb.cli.tui.columns import EVERY, USUAL
-from orbitdb.cli.tui.keys import key
-from orbitdb.cli.tui.screens import Dialog, Result
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.render import code_text
+from orbitdb.cli.tui.screens import Dialog, Field, Result, key
+from orbitdb.cli.tui.view import EVERY, USUAL
+from orbitdb.errors import InputError, StoreError
+from orbitdb.numerals import real
 from orbitdb.plaintext import printable
-
-KEEP = ""
-"""The answer that saves the current filter; no saved filter has this name."""
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
 Names = tuple[str, ...]
 
@@ -25,6 +26,102 @@ class NameList(OptionList):
     """A list in which j and k move the cursor, as in the table."""
 
     BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
+
+
+class LineDialog(Dialog[str | None]):
+    """Ask for a line of text, check it as it is typed, and offer other lines to choose from.
+
+    `check` returns what a line means, or raises an error that says what is wrong with it.
+    """
+
+    AUTO_FOCUS = "Input"
+    EMPTY: str | None = None
+    """The answer if the line is empty."""
+    BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
+
+    def __init__(
+        self,
+        title: str,
+        value: str = "",
+        placeholder: str = "",
+        check: Callable[[str], str] = lambda _: "",
+        others: Sequence[str] = (),
+    ) -> None:
+        super().__init__()
+        self._title, self._placeholder = title, placeholder
+        self._check_line = check
+        self._lines = [*dict.fromkeys(line for line in others if line != value), value]
+        self._place = len(self._lines) - 1
+
+    def compose(self) -> ComposeResult:
+        """Lay out the lines to choose from, the field, and the message about the line."""
+        others = self._lines[:-1]
+        with Vertical(classes="dialog bottom") as box:
+            box.border_title = self._title
+            box.border_subtitle = "enter accepts, escape cancels" + (", ↑ ↓ choose" if others else "")
+            if others:
+                yield NameList(*map(Text, others), classes="others")
+            yield Field(self._lines[-1], placeholder=self._placeholder)
+            yield Label("", classes="complaint", markup=False)
+
+    def on_input_changed(self, event: Input.Changed) -> None:
+        """Check the line as it is typed."""
+        self.follow(event.value)
+
+    def follow(self, text: str) -> None:
+        """Show what a line means, or what is wrong with it."""
+        self.tell(*self.checked(text))
+
+    def checked(self, text: str) -> tuple[str, bool]:
+        """Return what a line means or what is wrong with it, and whether it is wrong."""
+        try:
+            return (self._check_line(text) if text.strip() else ""), False
+        except (InputError, StoreError) as error:
+            return str(error), True
+
+    def tell(self, text: str, wrong: bool = False) -> None:
+        """Show a message about the line, marked as an error if `wrong`."""
+        self.query_one(Input).set_class(wrong, "-wrong")
+        self.query_one(Label).set_class(not wrong, "-note").update(text)
+
+    def on_input_submitted(self, event: Input.Submitted) -> None:
+        """Accept the line if it is valid."""
+        told, wrong = self.checked(event.value)
+        if wrong:
+            self.tell(told, wrong)
+        else:
+            self.dismiss(event.value.strip() or self.EMPTY)
+
+    def action_older(self, steps: int) -> None:
+        """Move up or down in the list of lines; the last one is the line that the dialog opened with."""
+        self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
+
+    def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
+        """Put the line that was clicked into the input."""
+        self._take_up(event.option_index)
+
+    def _take_up(self, place: int) -> None:
+        self._place, line = place, self.query_one(Input)
+        line.value = self._lines[place]
+        line.cursor_position = len(line.value)
+        line.focus()
+        for listed in self.query(OptionList):
+            listed.highlighted = place if place < listed.option_count else None
+
+
+def half_length(text: str) -> float:
+    """Parse a half length, or raise an error that says how to write one."""
+    try:
+        value = real(text.strip())
+    except ValueError:
+        raise InputError(f"a = {text!r}: write a number such as 1.6") from None
+    return Stadium(value).a
+
+
+def describe_code(code: str) -> str:
+    """Return the period and the least rotation of a code, as text."""
+    word = primitive_root(parse(code))
+    return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
 class ListDialog(Dialog[Result]):
@@ -76,27 +173,6 @@ class ChoiceDialog(ListDialog[str | None]):
     def on_option_list_option_selected(self) -> None:
         """Close with the chosen name."""
         self.dismiss(self._names[self._place])
-
-
-class FiltersDialog(ChoiceDialog):
-    """Choose, save or delete a named filter; each name is shown with the meaning of its filter."""
-
-    BINDINGS: ClassVar[list[BindingType]] = [key("delete,backspace", "forget")]
-
-    def __init__(self, filters: Mapping[str, str], forget: Callable[[str], None], present: str) -> None:
-        width = max(map(len, filters), default=0)
-        texts = {name: f"{name:{width}}  {told}" for name, told in filters.items()}
-        texts = {KEEP: f"save the current filter … ({present})"} | texts
-        super().__init__("filters", "enter accepts, delete removes", texts, next(iter(filters), KEEP))
-        self._forget = forget
-
-    def action_forget(self) -> None:
-        """Delete the filter under the cursor."""
-        place = self._place
-        if self._names[place] != KEEP:
-            self._forget(self._names.pop(place))
-            self._list.remove_option_at_index(place)
-            self._list.highlighted = min(place, len(self._names) - 1)
 
 
 class MarksDialog(ListDialog[Names | None]):

@@ -2,48 +2,18 @@
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 
 from rich.text import Text
 from textual.reactive import reactive
 from textual.widget import Widget
 
+from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.pages import Place, place_of
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.table.paged_table import PagedTable
-from orbitdb.cli.tui.table.pages import Pages
-from orbitdb.store.asking.limits import never
-from orbitdb.store.reading.matching import first_beginning, first_of_period, position_of
-from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0
 """Seconds without a key after which a digit begins a new number."""
-
-Found = tuple[int | None, str]
-"""The index of a row, or None, and a description of what was found there."""
-
-
-def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Found:
-    """Return the index of the first row that the typed digits stand for, and a description of it.
-
-    A number of one or two digits is a period if there are rows of that period. Anything else is a code: a
-    word in any rotation, or the beginning of the code of a row. Once `cancelled` returns True, this raises
-    `CancelledError`.
-    """
-    assert pages.catalogue is not None
-    period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    with pages.catalogue.moment() as moment:
-        connection = moment.connection
-        place = first_of_period(connection, pages.chosen, period) if period else None
-        if place is not None:
-            return place, f"period {period}"
-        if not set(typed) <= set(SYMBOLS):
-            return None, f"no period {period}" if period else f"no code {typed}"
-        with suppress(WordError):
-            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
-        if place is None:
-            place = first_beginning(connection, pages.chosen, typed, cancelled)
-    return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
 class Position(Widget, Working):
@@ -79,16 +49,16 @@ class Position(Widget, Working):
     @property
     def note(self) -> str:
         """Where the digits led; empty once the cursor has moved on."""
-        told = f"{self._typed} …" if self._led_to is None else self._led_to
-        return told if self.under_way else ""
+        result = f"{self._typed} …" if self._led_to is None else self._led_to
+        return result if self.under_way else ""
 
-    def action_type(self, digit: int) -> None:
-        """Add a digit, and go to the row that the typed digits stand for."""
+    def take(self, digits: str) -> None:
+        """Add typed or pasted digits, and go to the row that they stand for."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
             self._typed, self._begun_at = "", self._table.cursor
         self._typed_at = now
-        self._jump(f"{self._typed}{digit}")
+        self._jump(f"{self._typed}{digits}")
 
     def action_take_back(self) -> None:
         """Remove the last digit."""
@@ -112,15 +82,15 @@ class Position(Widget, Working):
         if not typed:
             self._land((self._begun_at, ""))
         elif not self._reads():
-            self.in_thread("jump", partial(place_of, self._table.source.pages, typed), self._arrive)
+            self.in_thread("jump", partial(place_of, self._table.source, typed), self._arrive)
         self.refresh()
 
-    def _arrive(self, found: Found) -> None:
+    def _arrive(self, place: Place) -> None:
         """Go to the row that was found, unless the cursor has moved on."""
         if self.under_way:
-            self._land(found)
+            self._land(place)
 
-    def _land(self, found: Found) -> None:
-        place, self._led_to = found
-        self._table.cursor = self._landed = self._table.cursor if place is None else place
+    def _land(self, place: Place) -> None:
+        index, self._led_to = place
+        self._table.cursor = self._landed = self._table.cursor if index is None else index
         self.refresh()

@@ -1,0 +1,266 @@
+"""The panel of the current orbit: its drawing, its facts, and moves to other orbits and stadiums."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from textual.app import ComposeResult
+from textual.containers import Vertical
+from textual.message import Message
+from textual.reactive import reactive
+
+from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.cli.render import code_text, repeats
+from orbitdb.cli.tui.dialogs import LineDialog, describe_code
+from orbitdb.cli.tui.drawing import OrbitDrawing
+from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, most_important, whole
+from orbitdb.cli.tui.screens import Working
+from orbitdb.cli.tui.stored import CatalogueFile, Partners
+from orbitdb.errors import StoreError
+from orbitdb.numerals import exact
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.reading.lookup import with_existence
+from orbitdb.store.reading.soundness import need_words
+from orbitdb.symbols.symmetry import images_of
+from orbitdb.symbols.words import least_rotation, parse, primitive_root
+
+STEP = 0.02
+"""Step in ln a per key press."""
+_DIGITS, _DIGITS_BESIDE = 4, 11
+"""Significant digits of a after a step, and beside a birth or death."""
+_BESIDE = 1e-9
+
+Lives = Sequence[tuple[float, float | None]]
+
+
+def stops_of(lives: Lives) -> list[float]:
+    """Return the values of a just below and just above each birth and death.
+
+    There one sees the last margin of an orbit before it disappears.
+    """
+    ends = [end for life in lives for end in life if end]
+    return [float(f"{end * (1 + side * _BESIDE):.{_DIGITS_BESIDE}g}") for end in ends for side in (-1, 1)]
+
+
+def next_a(lives: Lives, a: float, up: bool, home: float) -> float:
+    """Return the a that is one step away, or the first stop on the way there (`stops_of`, or `home`)."""
+    way = 1 if up else -1
+    new = min(max(float(f"{a * math.exp(way * STEP):.{_DIGITS}g}"), MIN_A), MAX_A)
+    ahead = [stop for stop in (*stops_of(lives), home) if 0 < way * (stop - a) <= way * (new - a)]
+    return min(ahead, key=lambda stop: way * stop, default=new)
+
+
+def next_change(lives: Lives, a: float, up: bool) -> float | None:
+    """Return the a beside the next birth or death, on its far side if a is beside it already, or None."""
+    way = 1 if up else -1
+    ahead = [stop for stop in stops_of(lives) if way * (stop - a) > 0]
+    return min(ahead, key=lambda stop: way * stop, default=None)
+
+
+def change_between(lives: Lives, before: float, after: float) -> str | None:
+    """Return a message about a birth or death between two values of a, or None if there is none."""
+    low, high = sorted((before, after))
+    for born, dies in lives:
+        for end, begins in ((born, True), (dies, False)):
+            if end and low < end < high:
+                verb = "born" if begins is (after > before) else "gone"
+                return f"{verb} at a = {end:.12g}"
+    return None
+
+
+class OrbitPanel(Vertical, Working):
+    """The current orbit, which may differ from the row under the cursor, and may be at another a.
+
+    `home` is the a of the rows. `sought` is an orbit that was asked for, until the rows have looked for it.
+    """
+
+    orbit: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
+    whole: reactive[bool] = reactive(False, init=False, repaint=False)
+    sought: Orbit | None = None
+
+    class Sought(Message):
+        """Reports that an orbit is shown that was asked for."""
+
+    def __init__(self, file: CatalogueFile, a: float) -> None:
+        super().__init__(id="side")
+        self._file, self.home = file, a
+        self._solving: str | None = None
+        self._codes: list[str] = []
+        self._steps: list[tuple[bool, bool]] = []
+        self._following = False
+
+    def compose(self) -> ComposeResult:
+        """Lay out the drawing and the facts."""
+        yield OrbitDrawing(self.home, id="drawing").data_bind(OrbitPanel.orbit)
+        yield FactsPanel(id="facts")
+
+    # what is shown
+
+    def watch_orbit(self, orbit: Orbit | None) -> None:
+        """Show the orbit and its facts; drop the steps that were meant for another one."""
+        self._steps = []
+        self._entitle()
+        self.query_one(OrbitDrawing).a = self.home if orbit is None else orbit.a
+        self._show_facts()
+
+    def watch_whole(self) -> None:
+        """Show all facts about the orbit, or only the most important ones."""
+        self._entitle()
+        self._show_facts()
+
+    def _show_facts(self) -> None:
+        """Show the facts at once. If all are wanted, add the births and deaths when they have been found."""
+        orbit, facts = self.orbit, self.query_one(FactsPanel)
+        if orbit is None:
+            facts.show()
+        elif self.whole:
+            self._show_whole((orbit, ()))
+            self.in_thread("lives", lambda _: self._complete(orbit), self._show_whole)
+        else:
+            self.give_up("lives")
+            facts.show(*most_important(orbit, self._file.certificate(orbit)))
+
+    def _complete(self, orbit: Orbit) -> tuple[Orbit, Partners]:
+        """Return the orbit with the ranges of a in which it exists, and the classes born with it."""
+        orbit = with_existence(orbit)
+        return orbit, self._file.partners(orbit)
+
+    def _show_whole(self, complete: tuple[Orbit, Partners]) -> None:
+        orbit, partners = complete
+        self.query_one(FactsPanel).show(*whole(orbit, self._file.certificate(orbit), partners))
+
+    def _entitle(self, title: str = "") -> None:
+        """Set the title of the facts to the work in progress, to `title`, or to the a of a followed orbit."""
+        if self._solving is not None:
+            title = f"solving {code_text(self._solving)} …"
+        elif self._following:
+            title = "following …"
+        elif self.orbit is not None and self.orbit.a != self.home:
+            title = title or f"facts at a = {exact(self.orbit.a)}"
+        self.query_one(FactsPanel).border_title = title or ("all facts" if self.whole else "facts")
+
+    def clear(self, a: float) -> None:
+        """Move to another a, with no orbit shown."""
+        self.home = a
+        self.sought = self.orbit = None
+
+    def need(self) -> Orbit | None:
+        """Return the current orbit, or report that there is none."""
+        if self.orbit is None:
+            self.notify("no orbit is shown: press c and type a code", timeout=2)
+        return self.orbit
+
+    def show_word(self, word: str, anew: bool = False) -> None:
+        """Show a word, given as its least rotation; if another rotation is shown, keep it unless `anew`."""
+        shown = self.orbit
+        if shown is not None and not anew and word in (shown.code, least_rotation(shown.code)):
+            if shown.stored or shown.a != self.home:
+                return
+            word = shown.code
+        try:
+            need_words([word], [len(word)])
+            self.orbit = self._file.find(word, self.home)
+        except StoreError as error:
+            self.orbit = None
+            self.failed(str(error))
+
+    def seek(self, orbit: Orbit) -> None:
+        """Show an orbit as given, and ask for its row."""
+        self.orbit = self.sought = orbit
+        self.post_message(self.Sought())
+
+    # other orbits
+
+    def ask_for(self, code: str) -> None:
+        """Look up a word in the given rotation, or solve it if it is not stored; this runs in a worker."""
+        word = parse(code)
+        root, a = primitive_root(word), self.home
+        if root != word:
+            self.notify(repeats(word, root))
+        self._solve(root)
+        self.in_thread("find", lambda _: self._file.find(root, a), self.take_found, self._solve_failed)
+
+    def _solve(self, word: str | None) -> None:
+        self._solving = word
+        self._entitle()
+
+    def _solve_failed(self, reason: str) -> None:
+        self._solve(None)
+        self.failed(reason)
+
+    def take_found(self, orbit: Orbit) -> None:
+        """Show an orbit that was looked up, unless a has changed meanwhile."""
+        self._solve(None)
+        if orbit.a == self.home:
+            self.seek(orbit)
+
+    def action_code(self) -> None:
+        """Ask for a code in any rotation."""
+
+        def take(code: str) -> None:
+            self._codes.append(code)
+            self.ask_for(code)
+
+        title, example = "code, in any rotation", "1232131 or 1^20(02)^5 3"
+        self.ask(LineDialog(title, "", example, describe_code, self._codes), take)
+
+    def action_move_in_class(self, element: int) -> None:
+        """Show the image of the orbit under a reflection or time reversal."""
+        if (orbit := self.need()) is None:
+            return
+        word = images_of(orbit.code)[element]
+        self.seek(replace(self._file.find(word, orbit.a), exists=orbit.exists))
+        same = least_rotation(word) == least_rotation(orbit.code)
+        self._entitle(f"{'itself' if same else orbit.code[:20]}, {ELEMENT_NAMES[element]}")
+
+    def action_copy(self) -> None:
+        """Copy the code to the clipboard."""
+        if (orbit := self.need()) is not None:
+            self.app.copy_to_clipboard(orbit.code)
+            self.notify(f"copied {orbit.code}", timeout=2)
+
+    # other stadiums
+
+    def action_follow(self, up: bool, to_change: bool = False) -> None:
+        """Follow the orbit to a larger or smaller a by one step, or to its next birth or death.
+
+        Steps that are asked for during a search are taken together afterwards.
+        """
+        if self.need() is not None:
+            self._steps.append((up, to_change))
+            self._go_on()
+
+    def _go_on(self) -> None:
+        orbit, home = self.orbit, self.home
+        if self._following or orbit is None or not self._steps:
+            return
+        steps, self._steps = self._steps, []
+
+        def follow(_: object) -> Orbit:
+            lives, a = with_existence(orbit).exists or (), orbit.a
+            for up, to_change in steps:
+                after = next_change(lives, a, up) if to_change else next_a(lives, a, up, home)
+                a = a if after is None else after
+            return replace(orbit if a == orbit.a else self._file.find(orbit.code, a), exists=lives)
+
+        def arrive(followed: Orbit) -> None:
+            self._following, waiting = False, self._steps
+            if self.orbit is orbit:
+                self.orbit, self._steps = followed, waiting
+                if followed.a == orbit.a and steps[-1][1]:
+                    self.notify(
+                        f"no birth or death at a {'larger' if steps[-1][0] else 'smaller'} a", timeout=2
+                    )
+                elif happened := change_between(followed.exists or (), orbit.a, followed.a):
+                    self.notify(happened)
+            self._entitle()
+            self._go_on()
+
+        def fail(reason: str) -> None:
+            self._following, self._steps = False, []
+            self._entitle()
+            self.failed(reason)
+
+        self._following = True
+        self._entitle()
+        self.in_thread("follow", follow, arrive, fail)

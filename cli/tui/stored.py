@@ -1,0 +1,142 @@
+"""The files of the screen: the catalogue, which need not exist yet, and what is kept between sessions."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+
+from orbitdb.cli.tui.view import USUAL
+from orbitdb.errors import InputError, StoreError
+from orbitdb.export import complete
+from orbitdb.orbits.orbit import Orbit, solve_word
+from orbitdb.store.file.database import check_file, driver
+from orbitdb.store.reading.lookup import born_with, certificate_of
+from orbitdb.store.reading.moment import Reader
+from orbitdb.symbols.words import least_rotation, parse_primitive
+
+Certificate = tuple[float, int] | None
+"""Radius and precision, in bits, of a stored proof; None if there is no proof."""
+Partners = Sequence[tuple[float, list[str]]]
+"""The a of each birth of a word, with the representatives of the classes born there on the same path."""
+
+_MOST_FILTERS = 50
+
+
+class CatalogueFile:
+    """The catalogue in a file that may not exist yet."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._reader = _opened(path)
+
+    @property
+    def reader(self) -> Reader | None:
+        """A reader of the catalogue; None as long as there is no file."""
+        self._reader = self._reader or _opened(self.path)
+        return self._reader
+
+    def find(self, word: str, a: float) -> Orbit:
+        """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
+        stored = None
+        if self.reader is not None:
+            with self.reader.moment() as moment:
+                stored = moment.find(word, a)
+        return solve_word(word, a) if stored is None else stored
+
+    def a_values(self) -> list[float]:
+        """Return the values of a that are in the catalogue."""
+        if self.reader is None:
+            return []
+        with self.reader.moment() as moment:
+            return moment.a_values()
+
+    def periods(self, a: float) -> list[int]:
+        """Return the periods that are filled at this a, completely or in part."""
+        if self.reader is None:
+            return []
+        with self.reader.moment() as moment:
+            return [fill.p for fill in moment.fills(a)]
+
+    def certificate(self, orbit: Orbit) -> Certificate:
+        """Return the stored proof of an orbit, if there is one."""
+        if self.reader is None or not orbit.stored or orbit.length is None:
+            return None
+        with self.reader.moment() as moment:
+            return certificate_of(driver(moment.connection), orbit.representative, orbit.a)
+
+    def partners(self, orbit: Orbit) -> Partners:
+        """Return the births of an orbit, each with the classes born there on the same path."""
+        return born_with(None if self.reader is None else self.path, orbit)
+
+
+def _opened(path: Path) -> Reader | None:
+    return None if check_file(path) is None else Reader(path)
+
+
+@dataclass
+class State:
+    """Columns in order, words in the order of marking, and the filters used so far, the latest last."""
+
+    columns: list[str] = field(default_factory=lambda: list(USUAL))
+    marked: list[str] = field(default_factory=list)
+    filters: list[str] = field(default_factory=list)
+
+
+class Kept:
+    """The state and its JSON file, which need not exist. Without a path, the state lasts for the session.
+
+    Each change first reads the file again, so two sessions that run at the same time keep each other's marks.
+    A file that cannot be used is reported and left unchanged.
+    """
+
+    def __init__(self, path: Path | None, complain: Callable[[str], object]) -> None:
+        self.path, self._complain = path, complain
+        self.state = State()
+
+    def load(self) -> bool:
+        """Read the file, if there is one; return whether the file can be used."""
+        try:
+            if self.path is not None:
+                stored = json.loads(self.path.read_text(encoding="utf-8"))
+                columns, marked, filters = (stored.get(each.name) or () for each in fields(State))
+                self.state = State(
+                    [str(name) for name in columns or USUAL],
+                    [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
+                    [str(where) for where in filters],
+                )
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            self._complain(f"{self.path} cannot be read ({error.strerror})")
+            return False
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            self._complain(f"{self.path} was not written by orbitdb: move it away")
+            return False
+        return True
+
+    @contextmanager
+    def changing(self) -> Iterator[State]:
+        """Let a block change the state, then write it to the file, unless the file cannot be used."""
+        usable = self.load()
+        yield self.state
+        if usable and self.path is not None:
+            try:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                with complete(self.path) as draft:
+                    draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
+            except (OSError, StoreError, InputError) as error:
+                self._complain(f"{error}: your choice lasts for this session only")
+
+    def remember(self, where: str) -> None:
+        """Keep a filter, so that it can be recalled; the oldest of more than 50 is forgotten."""
+        with self.changing() as state:
+            others = [each for each in state.filters if each != where]
+            state.filters = [*others[-_MOST_FILTERS + 1 :], where]
+
+
+def state_path() -> Path:
+    """Return the path of the state file, which is in the user's state folder."""
+    from platformdirs import user_state_path
+
+    return user_state_path("orbitdb") / "browse.json"

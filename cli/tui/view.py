@@ -1,0 +1,125 @@
+"""What the rows show: a subset, in an order, with some columns. A view can be written down as a command."""
+
+import shlex
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.numerals import exact
+from orbitdb.store.asking.selection import Selection
+
+
+class Column(NamedTuple):
+    """A column: its name in the catalogue, its minimum width, whether it contains text, and its meaning."""
+
+    name: str
+    width: int
+    text: bool
+    brief: str
+
+
+USUAL = (
+    "code", "p", "length", "status", "lambda_d", "lambda_c", "lyapunov", "time_reversal", "symmetry",
+    "class_size", "margin", "error",
+)  # fmt: skip
+"""Names of the default columns."""
+
+_WIDTHS = {
+    "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
+    "dies": 11, "solver": 10, "rules": 7, "cycle": 12,
+}  # fmt: skip
+"""Widths of the columns whose values are wider than their names."""
+
+
+def _every() -> dict[str, Column]:
+    # the word equals the code, and all rows have the same a
+    known = {each.name: each for each in IN_CATALOGUE if each.name not in ("word", "a")}
+    columns = {}
+    for name in dict.fromkeys((*USUAL, *known)):
+        text = known[name].kind not in ("number", "integer")
+        width = max(_WIDTHS.get(name, 0), len(name) + 1)  # room for the arrow of the sort order
+        columns[name] = Column(name, width, text, known[name].brief)
+    return columns
+
+
+EVERY = _every()
+"""All columns of the view ``catalogue`` that the table can show, by name."""
+
+COLUMNS = tuple(EVERY[name] for name in USUAL)
+"""The default columns."""
+
+
+def columns_named(names: Iterable[str]) -> tuple[Column, ...]:
+    """Return the columns with the given names, the code first; unknown names are ignored."""
+    known = [EVERY[name] for name in dict.fromkeys(names) if name in EVERY and name != "code"]
+    return (EVERY["code"], *known)
+
+
+def fields_of(columns: Sequence[Column], sorted_by: str) -> tuple[str, ...]:
+    """Return the fields to read: the code, the shown columns, the status and the sort column."""
+    return tuple(dict.fromkeys(("code", *(column.name for column in columns), "status", sorted_by)))
+
+
+class Ordering(NamedTuple):
+    """The sort column, and whether the order is descending."""
+
+    column: str = "p"
+    descending: bool = False
+
+    def __str__(self) -> str:
+        """Return the order as `Catalogue.rows` and ``--order`` take it, such as ``p desc``."""
+        return self.column + (" desc" if self.descending else "")
+
+
+class View(NamedTuple):
+    """The rows that are shown."""
+
+    selection: Selection
+    ordering: Ordering = Ordering()
+    columns: tuple[Column, ...] = COLUMNS
+
+    def command(self, path: Path) -> str:
+        """Return the shell command that writes these rows."""
+        options = {"time_reversal": "reversal", "parameters": ""}
+        words = ["orbitdb", "query", f"--db={path}"]
+        for name, value in self._criteria().items():
+            option = f"--{options.get(name, name).replace('_', '-')}"
+            match value:
+                case dict():
+                    words += [word for pair in value.items() for word in ("-P", "=".join(map(str, pair)))]
+                case tuple() if name in self.selection.ranges:
+                    low, high = ("" if bound is None else exact(bound) for bound in value)
+                    words.append(f"--range={name}={low}:{high}")
+                case list():
+                    words += [f"{option}={exact(each)}" for each in value]
+                case _:
+                    words.append(f"{option}={exact(value) if isinstance(value, float) else value}")
+        if self.ordering != Ordering():
+            words.append(f"--order={self.ordering}")
+        words.append(f"--columns={','.join(column.name for column in self.columns)}")
+        return shlex.join(words)
+
+    def python(self, path: Path) -> str:
+        """Return the line of Python that selects these rows, after ``from orbitdb import Catalogue``."""
+        criteria = self._criteria()
+        if self.ordering != Ordering():
+            criteria["order"] = str(self.ordering)
+        arguments = ", ".join(f"{name}={value!r}" for name, value in criteria.items())
+        return f"Catalogue({str(path)!r}).select({arguments})"
+
+    def _criteria(self) -> dict[str, Any]:
+        """Return the arguments of `Catalogue.select` that give this subset."""
+        chosen = self.selection
+        spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in chosen.periods)
+        criteria = {
+            "p": spans,
+            "status": ",".join(chosen.statuses),
+            **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
+            "exists": list(chosen.exists),
+            "not_at": list(chosen.not_at),
+            **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},
+            "where": chosen.where,
+            "parameters": dict(chosen.parameters),
+        }
+        return {"a": chosen.a, **{name: value for name, value in criteria.items() if value}}
