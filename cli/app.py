@@ -170,13 +170,15 @@ def _command(names: tuple[str, ...]) -> Any:
 def call(arguments: Sequence[str]) -> Any:
     """Run a command; return its exit code, if it sets one.
 
-    Raises `ParsingError` for bad arguments, KeyboardInterrupt after Ctrl-C or if the input ends early, and
-    BrokenPipeError if the output is no longer read.
+    Raises `ParsingError` for bad arguments, KeyboardInterrupt if the input ends early, BrokenPipeError if the
+    output is no longer read, and SystemExit after a signal to terminate.
     """
     command = _command((arguments[0],) if arguments[0] in _MODULES else tuple(_MODULES))
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
         raise KeyboardInterrupt from end
-    except SystemExit as end:  # Typer ends in this way if the output is no longer read
-        raise end.__context__ or end from None
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # Typer ends in this way if the output is not read
+            raise end.__context__ from None
+        raise

@@ -4,34 +4,39 @@ The commands are imported after the handlers for Ctrl-C are set, because importi
 a second.
 """
 
+import atexit
 import errno
 import gc
 import os
+import signal
 import sys
+import time
 from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
-from typing import TYPE_CHECKING
+from types import FrameType
+from typing import TYPE_CHECKING, NoReturn
 
 from orbitdb.cli.advice import completed, remember
-from orbitdb.cli.interrupts import (
-    INTERRUPTED,
-    Terminated,
-    end_as_users_expect,
-    end_undisturbed,
-    ending,
-    last_words,
-    leave,
-)
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.plaintext import line
 
 if TYPE_CHECKING:
     from orbitdb.cli.app import ParsingError
 
-DONE, FAILED, USAGE, NO_DATABASE, UNREAD = 0, 1, 2, 3, 141
-_STREAMS = 3
+DONE, FAILED, USAGE, NO_DATABASE, SIGNALLED, INTERRUPTED, UNREAD = 0, 1, 2, 3, 128, 130, 141
+"""Exit codes; the number of a signal is added to `SIGNALLED`."""
+
 _LOADED = 100_000
 """Objects that may be created before garbage is collected: more than any command needs to start."""
+
+_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_PATIENCE = 1.0
+"""Seconds during which further signals are ignored, so that they do not disturb the cleaning up."""
+
+_signalled: list[tuple[int, float]] = []
+"""Number and time of the signals that arrived; SQLite and NumPy can swallow the exception that they raise."""
+
+_RESUMES = ("fill", "sweep", "births", "levels")
 
 
 def run() -> None:
@@ -42,21 +47,33 @@ def run() -> None:
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     gc.set_threshold(_LOADED)  # garbage collection takes a tenth of the time of a short command
-    end_as_users_expect()
-    stand_in_for_closed()
+    for number in _SIGNALS:
+        if signal.getsignal(number) != signal.SIG_IGN:  # as with nohup
+            signal.signal(number, _end)
+    for name, mode in (("stdin", "r"), ("stdout", "r"), ("stderr", "w")):
+        if getattr(sys, name) is None:  # closed; without stdout, a command that has data then fails
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, until the end
     if isinstance(sys.stdout, TextIOWrapper) and sys.stdout.errors == "strict":
         sys.stdout.reconfigure(errors="backslashreplace")  # for characters outside its encoding, as on stderr
-    code = execute(sys.argv[1:] or ["--help"])
-    end_undisturbed()
-    gc.freeze()  # ending the process frees everything
-    try:
-        sys.stdout.flush()
-    except OSError as error:
-        code = code or _unwritten(error)
-        os.dup2(
-            os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno()
-        )  # for the flush at the end of the process
-    leave(code)
+    leave(execute(sys.argv[1:] or ["--help"]))
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """Raise an exception where the command is, so that everything is cleaned up as after a failure."""
+    now = time.monotonic()
+    if not _signalled or now - _signalled[-1][1] >= _PATIENCE:
+        _signalled.append((number, now))
+        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(SIGNALLED + number)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process without the rest of Python's shutdown, which waits for threads that still work."""
+    for number in _SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+    atexit._run_exitfuncs()
+    with suppress(OSError):
+        sys.stderr.flush()
+    os._exit(code)
 
 
 def execute(arguments: list[str]) -> int:
@@ -70,16 +87,24 @@ def execute(arguments: list[str]) -> int:
         from orbitdb.cli.app import call
 
         result = call(arguments)
-    except Terminated as end:
-        return _say(*last_words(end, arguments))
+        sys.stdout.flush()
     except KeyboardInterrupt:
         result = INTERRUPTED
+    except SystemExit as end:
+        result = end.code
     except Exception as error:
-        lost = ending()  # a library may have replaced that exception by another
-        return _failed(error) if lost is None else _say(*last_words(lost, arguments))
-    if result == INTERRUPTED:  # SQLite, for example, does not say what interrupted it
-        return _say(*last_words(ending() or KeyboardInterrupt(), arguments))
-    return result if isinstance(result, int) else DONE
+        if not _signalled:
+            return _failed(error)
+        result = SIGNALLED + _signalled[0][0]
+    code = result if isinstance(result, int) else DONE
+    return _ended(code, arguments) if code > SIGNALLED and code != UNREAD else code
+
+
+def _ended(code: int, arguments: list[str]) -> int:
+    """Report a command that a signal ended."""
+    resumes = arguments[0] in _RESUMES or "--rigorous" in arguments
+    safe = "; nothing that was stored is lost, and the same command continues from there" if resumes else ""
+    return _say(f"{'interrupted' if code == INTERRUPTED else 'terminated'}{safe}", code)
 
 
 def _failed(error: Exception) -> int:
@@ -97,6 +122,8 @@ def _failed(error: Exception) -> int:
             return _say(f"{' '.join(error.format_message().split())} ({_advice(error)})", USAGE)
         case UnsupportedOperation():
             return _say("the output cannot be written (it is closed)", NO_DATABASE)
+        case MemoryError():
+            return _say("not enough memory: choose fewer periods, rows or processes (--jobs)", FAILED)
         case OSError():
             return _unwritten(error)
     raise error
@@ -132,17 +159,3 @@ def _say(message: str, code: int) -> int:
     with suppress(OSError):
         print(over + line(f"orbitdb: {completed(message)}"), file=sys.stderr)
     return code
-
-
-def stand_in_for_closed() -> None:
-    """Replace the standard streams that are closed, because Python sets them to None.
-
-    Their file descriptors are taken, so that no other file gets one of them and is written to by mistake. The
-    replacement for stdout cannot be written to, which matters only to a command that has data.
-    """
-    while (number := os.open(os.devnull, os.O_RDWR)) < _STREAMS:
-        pass
-    os.close(number)
-    for name, mode in (("stdin", "r"), ("stdout", "r"), ("stderr", "w")):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, until the end

@@ -10,10 +10,10 @@ from enum import StrEnum
 from typing import Any
 
 from orbitdb.cli.advice import completed
-from orbitdb.cli.progress import aside
 from orbitdb.export import TEXT_WRITERS
 from orbitdb.numerals import as_sure, outward, upwards
 from orbitdb.plaintext import line, printable
+from orbitdb.progress import aside
 
 
 class Format(StrEnum):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -77,37 +77,25 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be 
 
 @dataclass(frozen=True)
 class Solvers:
-    """The options that say where to solve: in local processes or on a dask cluster.
-
-    Contradictory or incomplete options are refused.
-    """
+    """The options that say where to solve: in local processes, or on a dask cluster."""
 
     jobs: Jobs = None
-    executor: Annotated[
-        Literal["processes", "dask"] | None,
-        typer.Option(help="Solve in local processes [default] or on a dask cluster."),
-    ] = None
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS|FILE", help="Address or scheduler file of the dask cluster."),
+        typer.Option(
+            metavar="ADDRESS|FILE", help="Solve on the dask cluster with this scheduler (address or file)."
+        ),
     ] = None
 
     def __post_init__(self) -> None:
-        if self.scheduler is not None and self.executor == "processes":
-            raise InputError("--scheduler is for --executor dask: leave one of them out")
-        if self.scheduler is None and self.executor == "dask":
-            raise InputError(
-                "--executor dask: give the address of the scheduler, such as --scheduler tcp://host:8786, or "
-                "its file, such as --scheduler scheduler.json"
-            )
         if self.scheduler is not None and self.jobs is not None:
             raise InputError("--jobs is for local processes; a dask cluster has its own: leave out --jobs")
 
     def number(self) -> int:
         """Return the number of processes that estimates assume; for a cluster, the maximum."""
-        from orbitdb.filling.workers import cores
+        from orbitdb.filling.workers import number_of
 
-        return _MOST_JOBS if self.scheduler else self.jobs or cores()
+        return _MOST_JOBS if self.scheduler else number_of(self.jobs)
 
     @contextmanager
     def cluster(self) -> "Iterator[Workers | None]":

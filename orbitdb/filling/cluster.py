@@ -19,6 +19,7 @@ from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
+from orbitdb.extras import load
 from orbitdb.filling.workers import Answer, Task, Workers, begun_ahead
 
 if TYPE_CHECKING:
@@ -61,7 +62,9 @@ class Cluster(Workers):
         Raises
         ------
         InputError
-            If no scheduler answers, or dask is not installed.
+            If no scheduler answers.
+        ModuleNotFoundError
+            If dask is not installed (extra ``dask``).
         """
         self._client = _connect(self.scheduler)
         self.jobs = max(self.size()[0], 1)
@@ -134,12 +137,10 @@ def _solve_alone(block: Task[Any]) -> tuple[str, Any]:
 
 
 def _connect(scheduler: str) -> "Client":
-    try:
-        from distributed import Client
-        from distributed.comm import connect
-        from distributed.security import Security
-    except ImportError as error:
-        raise InputError(f"{error}: to work on a cluster, pip install 'orbitdb[dask]'") from error
+    load("distributed", "a cluster", "dask")
+    from distributed import Client
+    from distributed.comm import connect
+    from distributed.security import Security
 
     async def call(address: str) -> None:
         """Check that a scheduler answers, because Client would hang if some other server answered."""

@@ -4,15 +4,14 @@ import io
 import re
 import sys
 import threading
-from functools import partial
 
 import pytest
-from rich.progress import Progress
 
-from orbitdb.cli import progress as line
-from orbitdb.cli.progress import bars_on, frame
+from orbitdb import progress as line
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.filling.resuming import Step, run_steps
+from orbitdb.progress import Work, telling
 
 TEXT = "words, p =  9 of 11"
 
@@ -20,13 +19,13 @@ TEXT = "words, p =  9 of 11"
 class Screen(io.TextIOWrapper):
     """A terminal that signals when a bar has been drawn on it."""
 
-    def __init__(self, encoding: str = "utf-8") -> None:
+    def __init__(self, encoding: str = "utf-8", terminal: bool = True) -> None:
         self.bytes = io.BytesIO()
         super().__init__(self.bytes, encoding=encoding, newline="")
-        self.drawn = threading.Event()
+        self.drawn, self.terminal = threading.Event(), terminal
 
     def isatty(self) -> bool:
-        return True
+        return self.terminal
 
     def write(self, text: str) -> int:
         count = super().write(text)
@@ -36,76 +35,75 @@ class Screen(io.TextIOWrapper):
 
     def shown(self) -> str:
         self.flush()
-        return without_colours(self.bytes.getvalue().decode(self.encoding))
+        return self.bytes.getvalue().decode(self.encoding)
 
 
-def without_colours(text: str) -> str:
-    return re.sub(r"\x1b\[[\d;]*m", "", text)
-
-
-@pytest.fixture
-def bars(monkeypatch) -> Progress:
-    """Return bars on a terminal of 80 columns, with a clock to set."""
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "80")
-    return bars_on(Screen())
-
-
-def after(bars: Progress, *steps: tuple[float, float], total: float = 1000.0, expected: float | None = None):
-    """Return the line after steps of (time, amount done)."""
+def reported(*steps: tuple[float, float], total: float = 1000.0, expected: float | None = None) -> Work:
+    """Return work after reports of (time, amount done)."""
+    work = Work(TEXT, expected, began=0.0)
     for now, done in steps:
-        bars.get_time = partial(float, now)
-        drawn = without_colours(frame(bars, done, total, TEXT, now, expected))
-    return drawn
+        work.report(done, total, TEXT, now)
+    return work
 
 
-def test_the_line_fits_80_columns(bars):
-    drawn = after(bars, (0.0, 0.0), (10.0, 100.0), (20.0, 250.0))
-    assert re.fullmatch(rf"{TEXT} ━+[╸╺]?━+  25%  0:00:50 left  15/s  250 of 1,000", drawn)
-    assert len(drawn) == 79
+def after(*steps: tuple[float, float], total: float = 1000.0, expected: float | None = None) -> str:
+    return reported(*steps, total=total, expected=expected).line(79, steps[-1][0])
 
 
-def test_unknown_totals_and_times_are_left_out(bars):
-    assert after(bars, (0.0, 0.0)).endswith("━   0%  0 of 1,000")
-    assert re.fullmatch("reading ━{40} 0:00:03", without_colours(frame(bars, 0.0, 0.0, "reading", 3.0)))
-    done = after(bars, (0.0, 0.0), (10.0, 500.0), (20.0, 1000.0))
+def test_the_line_fits_80_columns():
+    drawn = after((0.0, 0.0), (10.0, 100.0), (20.0, 250.0))
+    assert re.fullmatch(rf"{TEXT} ━+─+  25%  0:01:00 left  12/s  250 of 1,000", drawn)
+    assert len(drawn) <= 79
+
+
+def test_unknown_totals_and_times_are_left_out():
+    assert re.search("[─]   0%  0 of 1,000$", after((0.0, 0.0)))
+    work = Work("reading", began=0.0)
+    assert work.line(79, 3.0) == "reading 0:00:03"
+    done = after((0.0, 0.0), (10.0, 500.0), (20.0, 1000.0))
     assert "left" not in done
     assert "100%" in done
 
 
-def test_too_little_work_gives_no_remaining_time(bars):
-    assert "left" not in after(bars, (0.0, 0.0), (1.0, 4.0), (2.0, 9.0))
-    assert "0:05:30 left" in after(bars, (3.0, 10.0))
+def test_too_little_work_gives_no_remaining_time():
+    assert "left" not in after((0.0, 0.0), (1.0, 4.0), (2.0, 9.0))
+    assert "0:04:57 left" in after((0.0, 0.0), (1.0, 4.0), (2.0, 9.0), (3.0, 10.0))
 
 
-def test_a_resumed_fill_shows_its_current_rate(bars):
+def test_the_remaining_time_runs_down_during_a_long_step():
+    work = reported((0.0, 0.0), (10.0, 500.0))
+    assert "0:00:10 left" in work.line(79, 10.0)
+    assert "0:00:04 left" in work.line(79, 16.0)
+
+
+def test_a_resumed_fill_shows_its_current_rate():
     """Rows stored before took no time."""
-    assert "0:00:07 left" in after(bars, (0.0, 900.0), (5.0, 925.0), (10.0, 950.0), (15.0, 970.0))
+    assert "0:00:06 left" in after((0.0, 900.0), (5.0, 925.0), (10.0, 950.0), (15.0, 970.0))
 
 
-def test_a_new_stage_starts_from_zero(bars):
-    for total in (500.0, 1000.0):
-        assert "/s" in after(bars, (0.0, 0.0), (10.0, 300.0), (20.0, 600.0))
-        assert "/s" not in after(bars, (21.0, 10.0), total=total)
+def test_a_new_stage_starts_from_zero():
+    work = reported((0.0, 0.0), (10.0, 300.0), (20.0, 600.0), total=500.0)
+    assert "/s" in work.line(79, 20.0)
+    work.report(10.0, 1000.0, TEXT, 21.0)
+    assert "/s" not in work.line(79, 21.0)
 
 
-def test_the_bar_starts_from_the_announced_time(bars):
+def test_the_bar_starts_from_the_announced_time():
     steps = ((0.0, 0.0), (1.0, 1.0), (2.0, 2.0))
-    assert "0:00:39 left" in after(bars, *steps, expected=40.0)
-    assert "0:00:04 left" in after(bars, (4.0, 500.0), expected=40.0)
+    assert "0:00:39 left" in after(*steps, expected=40.0)
+    assert "0:00:04 left" in after(*steps, (4.0, 500.0), expected=40.0)
 
 
-def test_the_line_fits_any_width_without_cutting_numbers(bars):
-    for columns in range(1, 200):
-        bars.console.width = columns
-        shown = after(bars, (0.0, 0.0), (5.0, 100.0), (10.0, 250.0))
-        assert len(shown) <= max(columns - 1, 1)
-        assert "\n" not in shown
-        assert re.search(r"25%(  0:00:\d\d left(  30/s(  250 of 1,000)?)?)?$", shown) or columns < 8
+def test_the_line_fits_any_width_without_cutting_numbers():
+    work = reported((0.0, 0.0), (5.0, 100.0), (10.0, 250.0))
+    for width in range(1, 200):
+        line = work.line(width, 10.0)
+        assert len(line) <= width
+        assert re.search(r" 25%(  0:00:\d\d left(  25/s(  250 of 1,000)?)?)?$", line) or width < 8
 
 
-def test_a_fraction_has_no_count(bars):
-    assert after(bars, (0.0, 0.0), (5.0, 0.1), (10.0, 0.25), total=1.0).endswith("━  25%  0:00:25 left")
+def test_a_fraction_has_no_count():
+    assert after((0.0, 0.0), (5.0, 0.1), (10.0, 0.25), total=1.0).endswith("─  25%  0:00:30 left")
 
 
 def test_a_fill_of_several_periods_has_one_bar():
@@ -127,8 +125,8 @@ def test_a_fill_of_several_periods_has_one_bar():
 def screen(monkeypatch):
     """Make stderr a terminal and draw frames without delay."""
 
-    def begin(encoding: str = "utf-8") -> Screen:
-        screen = Screen(encoding)
+    def begin(encoding: str = "utf-8", terminal: bool = True) -> Screen:
+        screen = Screen(encoding, terminal)
         monkeypatch.setattr(sys, "stderr", screen)
         return screen
 
@@ -139,10 +137,10 @@ def screen(monkeypatch):
     return begin
 
 
-@pytest.mark.parametrize(("encoding", "bar"), [("utf-8", "━━━━━━━━━━╺━━"), ("ascii", "---------- ---")])
+@pytest.mark.parametrize(("encoding", "bar"), [("utf-8", "━━━━━━━━━━─"), ("ascii", "==========-")])
 def test_the_line_makes_room_for_notes_and_is_erased_at_the_end(screen, encoding, bar):
     terminal = screen(encoding)
-    with line.progress("windows") as shown:
+    with progress("windows") as shown:
         shown(1, 4, "windows")
         assert terminal.drawn.wait(60)
         note("an aside")
@@ -157,7 +155,7 @@ def test_the_line_makes_room_for_notes_and_is_erased_at_the_end(screen, encoding
 
 def test_the_line_is_only_drawn_on_a_terminal_and_never_among_rows(screen, monkeypatch):
     def shows(**asked: bool) -> bool:
-        with line.progress("rows", **asked):
+        with progress("rows", **asked):
             return line._on_screen is not None
 
     terminal = screen()
@@ -169,3 +167,15 @@ def test_the_line_is_only_drawn_on_a_terminal_and_never_among_rows(screen, monke
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     monkeypatch.setenv("TERM", "xterm")
     assert not shows()
+
+
+def test_a_notebook_has_the_same_line_without_terminal_codes(screen, monkeypatch):
+    """Neither ipywidgets nor tqdm are needed."""
+    notebook = screen(terminal=False)
+    monkeypatch.setattr(line, "_in_notebook", lambda: True)
+    with telling(None, "fill") as tell:
+        tell(1, 4, "words")
+        assert notebook.drawn.wait(60)
+    text = notebook.shown()
+    assert "\x1b" not in text
+    assert re.search(r"words ━+─+  25%  1 of 4\r+ +\r$", text)

@@ -48,32 +48,6 @@ def stop(process, name: str, group: bool) -> str:
     return err
 
 
-LOST = """
-import signal, sys, weakref
-from orbitdb.cli.interrupts import Terminated, end_as_users_expect, go_on
-end_as_users_expect()
-kept = {1}
-watch = weakref.ref(kept, lambda _: signal.raise_signal(getattr(signal, sys.argv[1])))
-del kept
-print("lost")
-try:
-    go_on()
-except (KeyboardInterrupt, Terminated) as end:
-    print(repr(end))
-    signal.raise_signal(getattr(signal, sys.argv[1]))  # once is enough
-class HalfOpen:
-    def __del__(self):
-        raise ValueError("write to closed file")
-HalfOpen()
-"""
-
-
-@pytest.mark.parametrize(("name", "end"), [("SIGINT", "KeyboardInterrupt()"), ("SIGTERM", "Terminated(15)")])
-def test_a_signal_during_garbage_collection_is_silently_remembered(name, end):
-    done = run(name, command=[sys.executable, "-P", "-c", LOST])
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"lost\n{end}\n", "")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", fuzz_but([0, 1, 2], range(4)))
 def test_ctrl_c_ends_a_fill_at_any_moment(tmp_path, turn):
@@ -131,31 +105,3 @@ def test_workers_end_with_their_parent(tmp_path):
     process.wait()
     assert nobody_left(process)
     process.communicate()
-
-
-_DEAF = """
-import os, signal
-import numpy as np
-from orbitdb.filling import fill
-from orbitdb.cli.main import run
-solve = fill.METHODS["newton"].solve
-class Looked:
-    def __getattr__(self, name):
-        if name.startswith("__array"):
-            os.kill(os.getpid(), signal.SIGINT)
-        raise AttributeError(name)
-def lost(words, stadium):
-    np.asarray(Looked())
-    return solve(words, stadium)
-fill.METHODS["newton"] = fill.Method(lost, 64)
-run()
-"""
-
-
-@pytest.mark.slow
-def test_a_ctrl_c_that_numpy_clears_is_not_lost(tmp_path):
-    command = [sys.executable, "-P", "-c", _DEAF]
-    done = run("fill", "--p", "8", "--jobs", "1", "--db", tmp_path / "orbits.db", command=command)
-    assert done.returncode == 130
-    assert done.stderr == f"orbitdb: interrupted; {GOES_ON}\n"
-    agrees(tmp_path / "orbits.db")

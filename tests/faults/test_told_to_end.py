@@ -113,25 +113,6 @@ def test_no_partial_file_stays(stored, tmp_path):
     assert started.process.returncode == 143
 
 
-FRAGILE = """
-import os, sys
-class Fragile:
-    def __del__(self, abort=os.abort):
-        abort()
-sys.fragile = Fragile()  # freed only when Python shuts down
-from orbitdb.cli.main import run
-run()
-"""
-
-
-def test_a_library_that_was_interrupted_cannot_crash_the_end():
-    started = start("bench", "--p", "9", command=[sys.executable, "-P", "-c", FRAGILE])
-    assert there(started.stderr).readline()  # the announcement of its work
-    started.send_signal(signal.SIGTERM)
-    assert started.wait(60) == 143
-    started.communicate()
-
-
 def test_an_ignored_hangup_stays_ignored(tmp_path):
     """This is how nohup runs a command."""
     ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]

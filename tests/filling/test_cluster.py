@@ -127,5 +127,5 @@ def test_a_missing_scheduler_is_reported_in_one_line(tmp_path, monkeypatch, cli,
 def test_without_dask_the_extra_is_named(cli, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     found = cli("fill", "--p", "5", "--scheduler", "127.0.0.1:8786")
-    assert found.code == 2
-    assert "pip install 'orbitdb[dask]'" in found.err
+    assert found.code == 1
+    assert found.err == "orbitdb: a cluster needs distributed: pip install 'orbitdb[dask]'\n"

@@ -133,9 +133,8 @@ def ended(child: pexpect.spawn, *written: tuple[str, int]) -> Session:
 
 _SEVERAL = """
 import fcntl, json, os, struct, sys, termios
-import rich.progress  # imported early, so that a line appears at once
 from orbitdb.filling import fill
-from orbitdb.cli import progress
+from orbitdb import progress
 from orbitdb.cli.main import execute
 progress.PATIENCE = 0.0
 for name in fill.METHODS:

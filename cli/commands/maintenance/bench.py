@@ -9,11 +9,12 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
-from orbitdb.cli.progress import aside, progress
+from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.numerals import exact
+from orbitdb.progress import aside
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
