@@ -1,1 +1,1 @@
-"""Benchmarks: run time against error, run times of the stages, stress tests, and agreement of methods."""
+"""Benchmarks: run time against error, and hard cases."""

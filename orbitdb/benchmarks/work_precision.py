@@ -1,4 +1,4 @@
-"""Run time of each method against its error, and run times of the stages of a solution.
+"""Run time of each method against its error.
 
 The reference is ball arithmetic, which encloses every orbit to more than 50 digits
 (`orbitdb.orbits.newton.certificates`). The error of a method is the distance of its result from the
@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Places, Words
-from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
-from orbitdb.orbits.newton import certificates, newton, solve_in_doubles
+from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import Orbits, Status, assess
+from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:
@@ -206,37 +205,3 @@ def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
         result = work()
         times.append(perf_counter() - begin)
     return result, float(np.median(times))
-
-
-@dataclass(frozen=True)
-class StageTimes:
-    """Run time in seconds of each stage of solving a whole period."""
-
-    p: int
-    sequences: int  # number of admissible cyclic words
-    classes: int  # number of their symmetry classes
-    enumeration: float  # time to generate the representatives
-    cutting: float  # time to cut them into legs
-    newton: float  # time to solve for the directions of the legs
-    assessment: float  # time to decide statuses in double precision
-    balls: float  # time to decide the remaining statuses in ball arithmetic
-
-
-def stage_times(p: int, stadium: Stadium) -> StageTimes:
-    """Measure each stage once, for all classes of one period."""
-    clock = [perf_counter()]
-    least, sizes = representatives(p)
-    clock.append(perf_counter())
-    groups = cut(least)
-    clock.append(perf_counter())
-    found = [newton(legs, stadium.a) for _, legs in groups]
-    clock.append(perf_counter())
-    orbits = Orbits.empty(least)
-    for (rows, legs), way in zip(groups, found, strict=True):
-        orbits.place(rows, assess(least[rows], legs, stadium, way))
-    clock.append(perf_counter())
-    open_words = least[orbits.status == Status.UNRESOLVED]
-    if len(open_words):
-        certificates(open_words, stadium)
-    clock.append(perf_counter())
-    return StageTimes(p, int(sizes.sum()), len(least), *np.diff(clock).tolist())

@@ -16,7 +16,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
-from orbitdb.billiard.stability import Links, bounce_matrices, forces, hessian
+from orbitdb.billiard.stability import Links, bounce_matrices, forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.status import Orbits, Status
 
@@ -95,19 +95,6 @@ def starting_points(words: Words, stadium: Stadium) -> Floats:
         ahead = 1.0 - 2.0 * (run % 2)
         start[rows] = (spread * np.where(straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
     return start
-
-
-def slowest_rates(words: Words, stadium: Stadium, coordinates: Floats) -> Floats:
-    """Return the slowest relaxation rate of each word at rest, shape (N,): deviations decay as exp(-rate t).
-
-    It is the slowest rate of the dynamics linearised at the fixed point, and is not positive if the fixed
-    point is unstable. A Runge-Kutta step takes the time `STEP`. A remaining force f means a deviation of
-    f / rate.
-    """
-    way = np.where(STRAIGHT[words], -1.0, 1.0)  # shortens the path on walls, lengthens it on semicircles
-    jacobian = way[:, :, None] * hessian(stadium, words, coordinates)
-    rates: Floats = -np.linalg.eigvals(jacobian).real.max(axis=1)
-    return rates
 
 
 def _velocity(stadium: Stadium, symbols: Words, x: Floats) -> Floats:

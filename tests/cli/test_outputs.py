@@ -23,12 +23,9 @@ from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.benchmarks.agreement import agreement
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.births import fill_births
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.relaxation import relax
-from orbitdb.orbits.status import Status
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing.writer import Writer, add_reference
@@ -206,10 +203,6 @@ CASES = [
     Case("bounds --a 3 --window 6", enclosed, reads=False),
     Case("info", filled),
     Case("verify --a 1.6 --p 2-4 --restarts 2 --seed 7", checked, slow=True),
-    Case("bench --kind statuses --p 2-3", measured(lambda: (agreement(p, Stadium(1.6))[0] for p in (2, 3))),
-         reads=False, slow=True),
-    Case("bench --kind stages --p 3-4",
-         measured(lambda: map(methods.stage_times, (3, 4), [Stadium(1.6)] * 2)), reads=False),
     Case("bench --p 3", measured(lambda: methods.work_precision(methods.sample(3, Stadium(1.6)))),
          reads=False, slow=True),
     Case("bench --kind stress", measured(stress.stress), reads=False),
@@ -286,22 +279,6 @@ def test_a_command_writes_what_the_library_says(case, forms, stored, cli, same_c
         for i, row in enumerate(rows):
             for name, shown in row.items():
                 assert same(shown, expected[name][i], form, name), (form, name, i, shown, expected[name][i])
-
-
-def test_an_unexplained_disagreement_of_methods_exits_with_1(cli, monkeypatch):
-    """Here the relaxation claims that every word is pruned, and that it has converged."""
-
-    def wrong(*given, **options):
-        found = relax(*given, **options)
-        found.status[:] = Status.DYNAMICAL
-        return found
-
-    monkeypatch.setattr("orbitdb.benchmarks.agreement.relax", wrong)
-    done = cli("bench", "--kind", "statuses", "--p", "3", "--format", "csv")
-    names, row = (line.split(",") for line in done.out.splitlines())
-    assert done.code == 1
-    assert int(dict(zip(names, row, strict=True))["unexplained"]) == 2
-    assert len(done.err.splitlines()) >= 2
 
 
 def test_a_hard_case_beyond_its_bound_exits_with_1(cli, monkeypatch):

@@ -42,8 +42,7 @@ READING = [
     ("lyapunov", "--cut", "4", "--p", "2-4", "--json"),
 ]
 MEASURING = [
-    ("bench", "--kind", "stages", "--p", "2-4"),
-    ("bench", "--kind", "statuses", "--p", "2,3", "--format", "csv"),
+    ("bench", "--p", "3", "--format", "csv"),
     ("bench", "--kind", "methods", "--p", "3"),
 ]
 QUIET = [

@@ -1,4 +1,4 @@
-"""``orbitdb bench``: run time against error, run time by stage, and hard cases."""
+"""``orbitdb bench``: run time against error, and hard cases."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
@@ -19,16 +19,13 @@ from orbitdb.progress import aside
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from orbitdb.benchmarks.agreement import Agreement
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
 EXAMPLES = (
     "bench",
     "bench --p 9 --plot work-precision.svg",
-    "bench --kind stages --p 2-12",
     "bench --kind stress --json",
-    "bench --kind statuses --a 1 --p 2-6",
 )
 _MOST = 13
 _DOUBLE = 2.0**-53
@@ -38,10 +35,8 @@ def bench(
     *,
     context: typer.Context,
     kind: Annotated[
-        Literal["methods", "stages", "stress", "statuses"],
-        typer.Option(
-            help="Compare methods, time the stages of a fill, solve hard cases, or compare statuses."
-        ),
+        Literal["methods", "stress"],
+        typer.Option(help="Compare methods, or solve hard cases."),
     ] = "methods",
     a: options.HalfLength = 1.6,
     p: options.Periods = None,
@@ -53,60 +48,48 @@ def bench(
     ] = None,
     output: Output,
 ) -> None:
-    """Measure run time against error, time the stages of a fill, solve hard cases, or compare statuses.
+    """Measure run time against error, or solve hard cases.
 
     methods runs Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
-    classes of one period (default 9), and shows their true errors. stages shows the run time of every step
-    from a period to its orbits (default 2-11). stress solves hard cases, and shows the errors and times.
-    statuses compares the status of every class, by Newton's method in double precision and by the relaxation,
-    with the status that ball arithmetic proves (default 2-8); stderr names every word that differs, with the
-    reason. The relaxation takes seconds at a = 1.6, and half an hour at a = 10. bench does not use the
-    catalogue.
+    classes of one period (default 9), and shows their true errors. stress solves hard cases, and shows the
+    errors and times. bench does not use the catalogue.
     """
     from orbitdb.billiard.stadium import Stadium
 
-    idle = {"methods": [], "stress": ["a", "p", "picture"]}.get(kind, ["picture"])
-    options.refuse_idle(context, f"with --kind {kind}", *idle)
-    stadium = Stadium(a)
     if kind == "stress":
         from orbitdb.benchmarks.stress import Outcome, stress
 
+        options.refuse_idle(context, "with --kind stress", "a", "p", "picture")
         outcomes = _write(output, Outcome, _watched(stress()))
         if not all(each.passed for each in outcomes):
             raise typer.Exit(1)
-    elif kind == "stages":
-        from orbitdb.benchmarks.work_precision import StageTimes, stage_times
-
-        periods = _periods(p or "2-11")
-        _write(output, StageTimes, _watched(stage_times(period, stadium) for period in periods))
-    elif kind == "statuses":
-        from orbitdb.benchmarks.agreement import Agreement
-
-        found = _write(output, Agreement, _agreements(_periods(p or "2-8"), stadium))
-        if any(each.unexplained for each in found):
-            raise typer.Exit(1)
     else:
-        _compare(_periods(p or "9"), stadium, output, picture)
+        _compare(_period(p or "9"), Stadium(a), output, picture)
 
 
-def _compare(periods: list[int], stadium: "Stadium", output: Output, picture: Path | None) -> None:
+def _period(text: str) -> int:
+    from orbitdb.store.asking.criteria import parse_periods
+
+    ((p, last), *others) = parse_periods(text)
+    if others or p != last or not 2 <= p <= _MOST:
+        raise InputError(f"periods {text!r}: give a single period from 2 to {_MOST}, such as --p 9")
+    return p
+
+
+def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods for one period, and draw the diagram if requested."""
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.export import FIGURES, complete, form_of
 
-    if len(periods) > 1:
-        raise InputError(
-            f"periods {periods[0]} to {periods[-1]}: compare the methods for a single period, such as --p 9"
-        )
-    said = f"p = {periods[0]} at a = {exact(stadium.a)}"
+    said = f"p = {p} at a = {exact(stadium.a)}"
     if picture is None:
         note(f"{said}: times are in seconds, errors of length and lambda are relative")
-        _write(output, WorkPrecision, _compared(periods[0], stadium))
+        _write(output, WorkPrecision, _compared(p, stadium))
         return
     ending = form_of(picture, known=FIGURES)
     style = load("orbitdb.plots.style", "a figure", "plot")  # late, because matplotlib is slow to import
     with complete(picture) as draft:
-        rows = _write(output, WorkPrecision, _compared(periods[0], stadium))
+        rows = _write(output, WorkPrecision, _compared(p, stadium))
         style.save(draw_work_precision(rows, said), draft, ending, said)
     note(f"{said}, in {picture}")
 
@@ -142,32 +125,6 @@ def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
     with progress("true orbits in ball arithmetic"):
         cases = sample(p, stadium)
     yield from _watched(work_precision(cases))
-
-
-def _agreements(periods: list[int], stadium: "Stadium") -> "Iterator[Agreement]":
-    """Compare the statuses that three methods give, by period; write a note for each word that differs."""
-    from orbitdb.benchmarks.agreement import agreement
-
-    with progress("the paper's relaxation") as shown:
-        for p in periods:
-
-            def show(step: int, moving: int, p: int = p) -> None:
-                shown(0, 0, f"p = {p}: step {step:,}, {moving} classes still move")
-
-            found, differing = agreement(p, stadium, show)
-            with aside():
-                for each in differing:
-                    note(each)
-                yield found
-
-
-def _periods(text: str) -> list[int]:
-    from orbitdb.store.asking.criteria import parse_periods
-
-    periods = [period for low, high in parse_periods(text) for period in range(low, min(high, _MOST) + 1)]
-    if not periods or min(periods) < 2:
-        raise InputError(f"periods {text!r}: give periods from 2 to {_MOST}")
-    return periods
 
 
 def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
