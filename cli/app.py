@@ -46,6 +46,7 @@ PANELS = {
     "Maintenance": {
         "info": "Show where the catalogue is and what it contains",
         "verify": "Recompute the catalogue and compare the results",
+        "delete": "Delete what is stored at one half length",
         "migrate": "Update an older catalogue to the latest schema",
         "bench": "Measure run time against error, or solve hard cases",
     },
@@ -55,7 +56,12 @@ PANELS = {
 _ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
 _MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
-_MODULES |= {"info": "maintenance.file", "migrate": "maintenance.file", "sweep": "make.fill"}
+_MODULES |= {
+    "info": "maintenance.file",
+    "delete": "maintenance.file",
+    "migrate": "maintenance.file",
+    "sweep": "make.fill",
+}
 _UNLISTED = {"tui": "ask.browse"}
 _MODULES |= _UNLISTED
 """The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from orbitdb.quantum.weyl import Parity
     from orbitdb.store.reading.fills import Fill, Sweep
     from orbitdb.store.reading.lives import BirthFill, Life
+    from orbitdb.store.reading.records import Contents
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.verification.verify import Verification
 
@@ -375,6 +376,40 @@ class CatalogueFile:
         work = verification_steps(self.path, selections, sample, restarts, drawn, births, rigorous, jobs=jobs)
         with telling(progress, "verify") as tell, closing(work) as steps:
             return Verification(tuple(report(told(steps, tell))))
+
+    # deleting
+
+    def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
+        from orbitdb.store.reading.records import contents
+
+        chosen = chosen_by(a=a, p=p)
+        with self._file.moment() as moment:
+            return contents(moment.connection, chosen.a, chosen.periods)
+
+    def delete(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Delete what is stored at a given ``a``, and return what that was.
+
+        Parameters
+        ----------
+        a : float
+            Half length of the stadium.
+        p : int, str or iterable of int, optional
+            Periods whose orbits, fills and sweeps are deleted. By default everything at this ``a`` is
+            deleted, levels, bounds on the entropy and averages over trajectories, too.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> fills = own.fill("2-5")
+        >>> print(own.delete(1, p="4-5"))
+        128 words, 2 fills (periods 4-5)
+        """
+        from orbitdb.store.writing.deleting import delete
+
+        contents, chosen = self.contents(a, p), chosen_by(a=a, p=p)
+        delete(self.path, chosen.a, chosen.periods)
+        return contents
 
     # what is stored
 

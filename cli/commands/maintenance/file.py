@@ -1,19 +1,25 @@
-"""``orbitdb info`` and ``migrate``: describe the catalogue, and update its schema."""
+"""``orbitdb info``, ``delete`` and ``migrate``: describe the catalogue, delete parts, update its schema."""
 
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+import sys
+from itertools import groupby
+from operator import attrgetter, itemgetter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output
 from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
-from orbitdb.plaintext import printable
+from orbitdb.errors import InputError
+from orbitdb.plaintext import printable, several
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
 
 EXAMPLES = {
     "info": ("info", "info --json"),
+    "delete": ("delete --a 2.5", "delete --a 2.5 --p 12-13 --yes"),
     "migrate": ("migrate --db old.db",),
 }
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
@@ -58,6 +64,39 @@ def info(
         )
 
 
+def delete(
+    *,
+    a: Annotated[
+        float, options.number_option("--a", help="Half length.", offers=options.offered_half_lengths)
+    ],
+    p: options.Periods = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
+    db: options.Database,
+) -> None:
+    """Delete what is stored at one half length: orbits, fills, sweeps, levels, bounds and trajectories.
+
+    With --p, only the orbits, fills and sweeps of these periods go. Births and deaths stay, because they
+    belong to no half length. On a terminal you are asked first.
+    """
+    from orbitdb.catalogue import Catalogue
+    from orbitdb.numerals import exact
+
+    catalogue = Catalogue(db)
+    contents = catalogue.contents(a, p)
+    where = f"at a = {exact(a)} in {db}"
+    if not contents:
+        note(f"nothing is stored {where}")
+        raise typer.Exit(1)
+    if not yes:
+        if not sys.stdin.isatty():
+            raise InputError(f"this would delete {contents} {where}: say so with --yes")
+        if not typer.confirm(f"Delete {contents} {where}?", err=True):
+            note("nothing was deleted")
+            raise typer.Exit(1)
+    catalogue.delete(a, p)
+    note(f"deleted {contents} {where}")
+
+
 def migrate(db: options.Database) -> None:
     """Update a catalogue to the latest schema, or create an empty one."""
     before, after = bring(db)
@@ -85,9 +124,10 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     from orbitdb.filling.estimate import gigabytes
+    from orbitdb.numerals import exact
     from orbitdb.store.asking.selection import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.records import room
+    from orbitdb.store.reading.records import level_windows, room, trajectories
 
     taken = room(moment.connection)
     facts = [
@@ -99,6 +139,13 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
     if born := [each.p for each in moment.birth_fills() if each.whole]:
         facts.append(("births", written_periods(born)))
+    for a, ranges in groupby(level_windows(moment.connection), key=itemgetter(0)):
+        parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
+        facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
+    for a, count, bounces in trajectories(moment.connection):
+        facts.append(
+            ("trajectories", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces")
+        )
     return facts + _enclosures(moment)
 
 
