@@ -1,6 +1,7 @@
 """The commands of ``orbitdb``, each imported when it is used, and their help, grouped into panels."""
 
 import logging
+import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -140,6 +141,7 @@ def _options(
     pass
 
 
+os.environ["MPLBACKEND"] = "agg"  # files need no display; a notebook leaves a backend that this program lacks
 logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report missing fonts
 logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # it would report Ctrl-C while a file closes
 

@@ -47,6 +47,8 @@ def cell(value: object) -> object:
     """
     if isinstance(value, list | tuple):
         return " ".join(str(cell(item)) for item in value)
+    if isinstance(value, float):
+        return value + 0.0  # -0.0 becomes 0.0
     if not isinstance(value, str):
         return value
     text = printable(value)

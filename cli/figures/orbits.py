@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import typer
@@ -21,6 +22,7 @@ from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import code_text, note
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit, solve_word
+from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
@@ -106,10 +108,13 @@ def draw_life(found: Orbit) -> Figure:
 
 
 _BINS = 120
+_MOST = 500
+"""Largest number of orbits on a sheet that can still be told apart."""
 
 
 def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
+    chosen = _with_paths(moment, chosen)
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
     for (word,) in moment.rows(moment.choose(chosen, order), ("representative",)):
@@ -122,7 +127,8 @@ def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") 
         raise _nothing(moment, chosen)
     if len(first) > limit:
         total = len(moment.choose(chosen).ids)
-        note(f"{limit} of {total} classes are drawn; --limit {total} draws them all")
+        rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
+        note(f"{limit} of {total} classes are drawn; {rest}")
     return sheet_of(drawn, f"Classes of {chosen.describe()}")
 
 
@@ -135,7 +141,7 @@ def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
 
 def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
-    stadium = Stadium(chosen.a)
+    stadium, chosen = Stadium(chosen.a), _with_paths(moment, chosen)
     note_gaps(moment, chosen)
     subset = read_subset(moment, chosen, "p", coordinates=True)
     if not len(subset):
@@ -172,6 +178,18 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
         made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
         above.set(xlabel="")
     return made
+
+
+def _with_paths(moment: Moment, chosen: Selection) -> Selection:
+    """Return the part of a subset that has paths; end the command if the subset has none."""
+    statuses = tuple(status for status in chosen.statuses if status in EXISTING)
+    if statuses or not chosen.statuses:
+        return replace(chosen, statuses=statuses)
+    note_gaps(moment, chosen)
+    if total := len(moment.choose(chosen)):
+        note(f"{chosen.describe(count=total)}: no path to draw; --status orbit draws orbits instead")
+        raise typer.Exit(1)
+    raise _nothing(moment, chosen)
 
 
 def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:

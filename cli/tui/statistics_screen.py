@@ -58,7 +58,7 @@ def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.
         proved, line = enclosure(moment, selection.a)
     if subset is None:
         raise InputError("; ".join(notes))
-    periods, classes = subset.periods, subset.classes.p.tolist()
+    periods, classes = subset.shown, subset.classes.p.tolist()
     columns = {
         "N_t": [count_admissible(p) for p in periods],
         "N_c": subset.cycles()[periods].tolist(),

@@ -7,16 +7,21 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+import sqlalchemy as sa
+
 from orbitdb.answers.counts import Counted
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import asks_of_lives
 from orbitdb.store.asking.selection import Selection, are_many, joined_spans, written_periods, written_spans
 from orbitdb.store.file.database import driver
+from orbitdb.store.file.tables import pruned
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lookup import a_stored
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.enumeration import MAX_PERIOD
+from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 _USUAL = 11
 """Highest period of the first fill that messages suggest."""
@@ -41,7 +46,9 @@ def gaps(
     line names the periods that were counted from births or a sweep; these are complete. Set `left_out` if the
     result leaves out partial periods.
     """
-    said: list[str | None] = []
+    said: list[str | None] = [pruned_not_stored(moment, chosen)]
+    if chosen.statuses == (Status.GEOMETRIC,):  # fills do not store these words
+        return [line for line in said if line]
     rest: Selection | None = chosen
     partial = partial_fills(moment, chosen)
     if counted is not None and counted.without_rows:
@@ -64,6 +71,24 @@ def unfilled(moment: Moment, chosen: Selection) -> str | None:
     """Return a line that names the chosen periods that are not filled, or None (`describe_unfilled`)."""
     elsewhere = a_stored(driver(moment.connection), ["fill"])
     return describe_unfilled(moment.fills(chosen.a), chosen.periods, chosen.a, elsewhere)
+
+
+def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
+    """Return a line that names chosen periods without stored geometrically pruned words, or None."""
+    if Status.GEOMETRIC not in chosen.statuses:
+        return None
+    stored = set(moment.connection.scalars(sa.select(pruned.c.p).distinct()))
+    filled = [(fill.p, fill.p) for fill in moment.fills(chosen.a) if fill.whole]
+    periods, _ = _missing(chosen.periods or filled or [(2, _USUAL)], stored)
+    if not periods:
+        return None
+    there = sum(count_primitive(p) - count_admissible(p) for p in periods)
+    are = "are" if there > 1 else "is"
+    first = f" --from {periods[0]}" if periods[0] > 2 else ""
+    return (
+        f"geometrically pruned words of {written_periods(periods)} are not stored (there {are} {there}): "
+        f"'orbitdb fill --p {periods[-1]}{first} --geometric' stores them"
+    )
 
 
 def lacking_births(
@@ -102,6 +127,8 @@ def _missing(
 
 def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]:
     """Return a message that a subset is empty, or [] if none of its periods is filled or swept."""
+    if chosen.statuses == (Status.GEOMETRIC,):
+        return [] if pruned_not_stored(moment, chosen) else [f"no {chosen.describe()}"]
     missing = unfilled(moment, chosen)
     if missing and not swept and not any(chosen.includes(fill.p) for fill in moment.fills(chosen.a)):
         return []

@@ -16,6 +16,7 @@ from orbitdb.answers.whole_periods import (
     rows_of,
     told_missing,
     why_missing,
+    with_lower,
 )
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
@@ -43,7 +44,8 @@ def table(moment: Moment, chosen: Selection) -> Result:
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
-    known = stored_enclosure(moment, chosen.a) if counted.chosen else None
+    stored = counted.chosen and moment.entropy_bounds(chosen.a) is not None
+    known = enclosure(moment, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.known)
     return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
 
@@ -74,20 +76,25 @@ def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list
 
 def entropy(moment: Moment, chosen: Selection) -> Result:
     """Return the topological entropy by period, from rows or counts (`Catalogue.entropy`)."""
-    if all_orbits(chosen) and (counted := count(moment, chosen)).without_rows:
+    wide, whole = with_lower(chosen), all_orbits(chosen)
+    if whole and (counted := count(moment, wide)).without_rows and any(map(chosen.includes, counted.chosen)):
         notes = gaps(moment, chosen, left_out=True, counted=counted)
-        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), chosen)
+        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), wide)
         chosen = replace(chosen, statuses=(Status.ORBIT,))
-        columns, told = _entropy(counted.cycles(), counted.chosen, lacking, chosen)
+        shown = [p for p in counted.chosen if chosen.includes(p)]
+        columns, told = _entropy(counted.cycles(), counted.chosen, shown, lacking, wide)
     else:
         notes = _uncounted(moment, chosen)
         subset = read_noted(moment, chosen, notes, swept=True)
         if subset is None:
             return Result(chosen, {}, (), tuple(notes))
         chosen = subset.selection
-        columns, told = _entropy(subset.cycles(), subset.periods, subset.why_missing(), chosen)
+        columns, told = _entropy(subset.cycles(), subset.periods, subset.shown, subset.why_missing(), wide)
+    notes += told
+    if not whole:  # the bounds are those of all orbits
+        return Result(chosen, columns, (chosen.describe(),), tuple(notes))
     proved, line = enclosure(moment, chosen.a)
-    notes += [outside(columns["p"], columns["h_zeta"], proved, chosen), *told]
+    notes.append(outside(columns["p"], columns["h_zeta"], proved, chosen))
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
     return Result(chosen, columns, (chosen.describe(), line), tuple(filter(None, notes)))
@@ -95,20 +102,24 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
 
 def entropy_of_rows(subset: WholePeriods) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
-    columns, notes = _entropy(subset.cycles(), subset.periods, subset.why_missing(), subset.selection)
+    read = with_lower(subset.selection) if subset.lower else subset.selection
+    columns, notes = _entropy(subset.cycles(), subset.periods, subset.shown, subset.why_missing(), read)
     return Result(subset.selection, columns, (subset.selection.describe(),), notes)
 
 
 def _entropy(
-    cycles: Integers, periods: Sequence[int], lacking: str, chosen: Selection
+    cycles: Integers, periods: Sequence[int], shown: Sequence[int], lacking: str, chosen: Selection
 ) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the columns of the entropy by period, and notes, given the number of orbits of each period."""
+    """Return the columns of the entropy by period, and notes, given the number of orbits of each period.
+
+    The counts of `periods` are complete; the `shown` ones among them have rows.
+    """
     found = by_period.entropy_of_counts(cycles)
     columns = {"p": found.p.tolist()}
     columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
     zeta = {"h_zeta": found.h_zeta, "h_zeta_change": found.h_zeta_change}
     columns |= standing(found.p, zeta, every_period, periods)
-    return rows_of(columns, periods), told_missing(found, periods, lacking, chosen)
+    return rows_of(columns, shown), told_missing(found, periods, shown, lacking, chosen)
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
@@ -139,10 +150,13 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
 
 
 def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
-    """Return the tightest stored bounds on the entropy, or else new ones, and a line that describes them."""
-    if (known := stored_enclosure(moment, a)) is not None:
-        return known
+    """Return the tightest stored bounds on the entropy, or better new ones, and a line about them."""
+    stored = stored_enclosure(moment, a)
+    if stored is not None and stored[0].window >= _EDGES:
+        return stored
     found = _found_now(a)
+    if stored is not None and stored[0].width <= found.width:
+        return stored
     closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
     return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
 

@@ -12,11 +12,13 @@ from typing import Any
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
+    all_orbits,
     read_noted,
     rows_of,
     sum_rules_of,
     told_missing,
     why_no_sum_rules_of,
+    with_lower,
 )
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
@@ -138,13 +140,16 @@ def lyapunov(
 ) -> Result:
     """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
-    subset = read_noted(moment, chosen, notes, swept=cut is None)
+    subset = read_noted(moment, chosen, notes, swept=cut is None, lower=cut is None)
     if subset is None:
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
     reference, facts = moment.reference(chosen.a), [subset.selection.describe()]
-    if reference is None:
+    whole = all_orbits(subset.selection)
+    if not whole:
+        pass  # neither trajectories nor exact means are about some of the orbits
+    elif reference is None:
         a = exact(chosen.a)
         notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' computes one")
     else:
@@ -154,7 +159,8 @@ def lyapunov(
     columns = averages(subset, wanted, notes)
     for name in TRAJECTORIES if reference is not None else ():
         columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
-    facts.append(_without_orbits(chosen.a))
+    if whole:
+        facts.append(_without_orbits(chosen.a))
     return Result(subset.selection, columns, tuple(facts), tuple(filter(None, notes)))
 
 
@@ -180,8 +186,9 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
     notes.append(why_no_sum_rules_of(subset))
-    notes += told_missing(given.sums, subset.periods, subset.why_missing(), subset.selection)
-    return rows_of(columns, subset.periods)
+    read = with_lower(subset.selection) if subset.lower else subset.selection
+    notes += told_missing(given.sums, subset.periods, subset.shown, subset.why_missing(), read)
+    return rows_of(columns, subset.shown)
 
 
 def _without_orbits(a: float) -> str:

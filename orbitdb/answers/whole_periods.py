@@ -67,19 +67,21 @@ class WholePeriods:
     selection : Selection
         What was chosen; orbits if no status was named.
     filled : tuple of int
-        The chosen periods that are completely filled, in order.
+        The periods that are completely filled, in order.
     classes : OrbitClasses
         The chosen classes of the filled periods.
     swept : mapping of int to PeriodSums
-        Sums over the chosen periods that are not filled but swept, by period.
+        Sums over the periods that are not filled but swept, by period.
     moments : sequence
         Moments of swept periods for sum rules (`orbitdb.store.reading.fills.moments_of`).
     orbits : mapping of int to int
         Number of chosen orbits of each swept period.
     unborn : tuple of int
-        The chosen periods left out because the subset depends on births that are not stored.
+        The periods left out because the subset depends on births that are not stored.
     part : bool
         Whether the classes are only a part of the chosen ones.
+    lower : bool
+        Whether the periods include those below the chosen ones, which averages by period need, too.
     """
 
     selection: Selection
@@ -90,11 +92,17 @@ class WholePeriods:
     orbits: Mapping[int, int] = field(default_factory=dict)
     unborn: tuple[int, ...] = ()
     part: bool = False
+    lower: bool = False
 
     @cached_property
     def periods(self) -> list[int]:
         """The complete periods, filled or swept, in ascending order."""
         return sorted([*self.filled, *self.swept])
+
+    @property
+    def shown(self) -> list[int]:
+        """The chosen periods among the complete ones, which a table has rows for."""
+        return [p for p in self.periods if self.selection.includes(p)]
 
     def counted(self) -> Counted:
         """Return which periods come from fills and which from sweeps."""
@@ -125,16 +133,25 @@ class WholePeriods:
 
     def why_missing(self) -> str:
         """Return a text that lists the `missing` periods with the reasons."""
-        return why_missing(self.missing, self.selection, self.unborn)
+        read = with_lower(self.selection) if self.lower else self.selection
+        return why_missing(self.missing, read, self.unborn)
 
 
-def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> WholePeriods:
+def with_lower(chosen: Selection) -> Selection:
+    """Return a subset with all periods up to its highest one."""
+    highest = max((high for _, high in chosen.periods), default=0)
+    return replace(chosen, periods=((2, highest),)) if chosen.periods else chosen
+
+
+def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bool = False) -> WholePeriods:
     """Return the chosen classes of the filled periods.
 
     If `swept`, include periods without rows for which a sweep stored the sums over exactly the chosen orbits.
+    If `lower`, include the periods below the chosen ones.
     """
-    if not selection.statuses:
-        selection = replace(selection, statuses=(Status.ORBIT,))
+    if not chosen.statuses:
+        chosen = replace(chosen, statuses=(Status.ORBIT,))
+    selection = with_lower(chosen) if lower else chosen
     fills = [fill for fill in moment.fills(selection.a) if selection.includes(fill.p)]
     unborn = tuple(without_births(moment, selection))
     whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
@@ -144,30 +161,43 @@ def read_whole(moment: Moment, selection: Selection, swept: bool = False) -> Who
     orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
     spans = tuple((p, p) for p in whole) or ((0, 0),)
     classes = read_classes(moment, replace(selection, periods=spans))
-    return WholePeriods(selection, whole, classes, sums, moments_of(known), orbits, unborn)
+    return WholePeriods(chosen, whole, classes, sums, moments_of(known), orbits, unborn, lower=lower)
 
 
-def read_noted(moment: Moment, chosen: Selection, notes: list[str], swept: bool) -> WholePeriods | None:
-    """Return the chosen classes of complete periods, if there are any; add to `notes` what is left out."""
-    subset = read_whole(moment, chosen, swept)
+def read_noted(
+    moment: Moment, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
+) -> WholePeriods | None:
+    """Return the chosen classes of complete periods, with those of lower periods (`read_whole`).
+
+    Return None if no orbit of the chosen periods is there. What is left out is added to `notes`.
+    """
+    subset = read_whole(moment, chosen, swept, lower)
     notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
-    if len(subset.classes) or any(np.isfinite(sums.ranges).all() for sums in subset.swept.values()):
+    swept_orbits = (p for p, sums in subset.swept.items() if np.isfinite(sums.ranges).all())
+    if not {*np.unique(subset.classes.p).tolist(), *swept_orbits}.isdisjoint(subset.shown):
         return subset
     notes += nothing(moment, subset.selection, swept=bool(subset.swept))
     return None
 
 
 def told_missing(
-    found: by_period.Entropy | by_period.Lyapunov, periods: Sequence[int], lacking: str, chosen: Selection
+    found: by_period.Entropy | by_period.Lyapunov,
+    periods: Sequence[int],
+    shown: Sequence[int],
+    lacking: str,
+    chosen: Selection,
 ) -> tuple[str, ...]:
-    """Return notes on the periods missing from the zeta function or from sums over fixed points."""
+    """Return notes on the periods missing from the zeta function or from sums over fixed points.
+
+    `periods` were read, `shown` have rows, and `lacking` names missing ones (`why_missing`).
+    """
     divided = [
         f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
-        for p in periods
+        for p in shown
         if (gone := sorted(of_divisors(p).difference(periods)))
     ]
     zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
-    return tuple(filter(None, [zeta, faults_of(found, periods), *divided]))
+    return tuple(filter(None, [zeta, faults_of(found, periods, shown), *divided]))
 
 
 def rows_of(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:

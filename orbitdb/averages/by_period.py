@@ -243,17 +243,17 @@ def standing(
     }  # fmt: skip
 
 
-def faults_of(found: Entropy | Lyapunov, filled: Iterable[int]) -> str:
+def faults_of(found: Entropy | Lyapunov, filled: Iterable[int], shown: Iterable[int] | None = None) -> str:
     """Return a line that says at which orders, and why, the zeta function has no usable zero.
 
-    The line is empty if the zeta function has a usable zero at each order.
-
-    Orders p are only named if all periods up to p are filled.
+    The line is empty if the zeta function has a usable zero at each order. Only `shown` orders (by
+    default, all) are named, and only if all periods up to the order are filled.
     """
     have = set(filled)
     periods: dict[str, list[int]] = {}
+    named = have if shown is None else set(shown)
     for p, fault in zip(found.p.tolist(), found.faults, strict=True):
-        if fault and have >= every_period(p):
+        if fault and p in named and have >= every_period(p):
             periods.setdefault(fault, []).append(p)
     said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())
     return said and f"the zeta function gives no average {said}"

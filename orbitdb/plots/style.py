@@ -33,6 +33,7 @@ _LOOK: Any = {
     "legend.frameon": False,
     "legend.fontsize": 9,
     "lines.linewidth": 1.4,
+    "text.usetex": False,  # all formulas are matplotlib's own, so that no figure needs LaTeX
     "mathtext.fontset": "dejavusans",
     "pdf.fonttype": 42,
     "svg.hashsalt": "orbitdb",

@@ -55,6 +55,24 @@ def test_concise_errors_follow_the_digits_they_belong_to(value, error, text):
     assert concise(value, error) == text
 
 
+@pytest.mark.parametrize("command", ["entropy", "lyapunov", "table", "lyapunov --weight det"])
+@pytest.mark.parametrize("periods", ["5-6", "4", "2,6"])
+def test_p_chooses_rows_and_leaves_their_numbers_alone(varied, cli, command, periods):
+    asked = (*command.split(), "--a", "1.6", "--json", "--db", str(varied))
+    every, some = (json.loads(cli(*asked, *which).out) for which in ((), ("--p", periods)))
+    first, _, last = periods.replace(",", "-").partition("-")
+    chosen = {2, 6} if "," in periods else set(range(int(first), int(last or first) + 1))
+    assert some == [row for row in every if row["p"] in chosen]
+
+
+@pytest.mark.parametrize("command", ["entropy", "lyapunov"])
+def test_a_lower_period_that_is_missing_is_named(tmp_path, cli, command):
+    for p in ("2", "4"):
+        assert cli("fill", "--p", p, "--from", p).code == 0
+    shown = cli(command, "--p", "4")
+    assert "the zeta function lacks p = 3 (not filled)" in shown.err
+
+
 def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
     """A cut of 1000 works. With determinants the number of terms is limited, and the advised cut works."""
     monkeypatch.setattr("orbitdb.answers.lyapunov.MOST_FACTORS", 600)

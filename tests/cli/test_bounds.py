@@ -85,6 +85,14 @@ def test_a_grid_shows_the_last_bounds_at_every_a_and_stores_them(cli, jobs, tmp_
 
 
 @pytest.mark.slow
+def test_weak_stored_bounds_do_not_replace_better_ones(cli, varied, own):
+    before = json.loads(cli("entropy", "--p", "4", "--json", "--db", str(own)).out)
+    assert cli("bounds", "--window", "5", "--store", "--db", str(own)).code == 0
+    assert json.loads(cli("entropy", "--p", "4", "--json", "--db", str(own)).out) == before
+    shown = cli("entropy", "--reversal", "self", "--db", str(own))
+    assert "h <" not in shown.err  # the bounds are those of all orbits
+
+
 def test_ctrl_c_still_shows_the_rows_computed_so_far():
     child = spawn("bounds", "--time", "600")
     child.expect("1[0-9] letters")

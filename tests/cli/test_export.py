@@ -1,6 +1,7 @@
 """Exported files keep every bit and their provenance, or are not written at all."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -123,6 +124,14 @@ def test_an_output_through_a_link_replaces_its_target_and_keeps_the_mode(varied,
     assert cli(*command.split(), str(link), "--force", "--db", str(varied)).code == 0
     assert (link.is_symlink(), target.stat().st_mode & 0o777) == (True, 0o640)
     assert target.read_text() != "old"
+
+
+def test_settings_of_a_notebook_or_of_latex_do_not_stop_a_figure(varied, tmp_path):
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
+    settings = os.environ | {"MPLBACKEND": "module://missing", "PATH": str(tmp_path)}
+    drawn = [*COMMAND, "plot", "orbit", "13", "-o", "x.png", "--db", str(varied)]
+    done = subprocess.run(drawn, cwd=tmp_path, env=settings, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "orbit 13 at a = 1.6, in x.png\n")
 
 
 @pytest.mark.slow

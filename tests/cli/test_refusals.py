@@ -91,6 +91,12 @@ plot orbit -o x.svg | 2 | plot orbit 1232131
 plot orbit --code 001 -o x.svg | 2 | geometrically pruned
 plot life 0011 -o x.svg | 2 | 0011 is not an orbit at any a
 plot life 13 113 -o x.svg | 2 | name one orbit to draw: plot life
+query --status geometric --p 4 | 1 | (there are 283): 'orbitdb fill --p 4 --from 4 --geometric' stores them
+query --status geometric --p 4-5 | 1 | of periods 4-5 are not stored (there are 1741): 'orbitdb
+export x.csv --status geometric --p 4 | 1 | of period 4 are not stored (there are 283)
+plot sheet --status geometric --p 4 -o x.svg | 1 | of period 4 are not stored (there are 283)
+plot sheet --status dynamical --p 6 -o x.svg | 1 | 64 dynamically pruned words of | : no path to draw
+plot phase-space --status dynamical --p 6 -o x.svg | 1 | : no path to draw; --status orbit
 plot phase-space --p 77 -o x.svg | 1 | period 77 is not filled at a = 1.6 (filled: periods 2-6; some at
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7

@@ -1,9 +1,13 @@
 """What a command imports before it works; no files left open and no warnings, with -W error -X dev."""
 
+import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from processes import run
+
+import orbitdb
 
 ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
@@ -138,3 +142,18 @@ def test_the_process_of_a_command_ends_cleanly(filled, arguments, code):
 def test_a_catalogue_may_be_dropped_without_close(filled):
     done = run(filled, command=[*STRICT, LIBRARY])
     assert (done.returncode, done.stderr) == (0, "")
+
+
+AS_A_MODULE = """
+import runpy, sys
+sys.meta_path = [finder for finder in sys.meta_path if "Editable" not in repr(finder)]
+sys.path.insert(0, "")
+runpy.run_module("orbitdb", run_name="__main__", alter_sys=True)
+"""
+
+
+def test_the_source_folder_runs_without_installation(tmp_path):
+    root = Path(orbitdb.__file__).parents[1]
+    command = [sys.executable, "-c", AS_A_MODULE, "migrate", "--db", str(tmp_path / "new.db")]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True)
+    assert (done.returncode, done.stderr.count("created, schema")) == (0, 1), done.stderr

@@ -156,8 +156,9 @@ def read_back(path, form, names):
 def as_written(value, name, form):
     """Return a value as it is read back from a file in a format, including missing values."""
     if form == "csv":
-        cell = " ".join(map(str, value)) if isinstance(value, list) else value
-        return "" if value is None else str(cell)
+        if isinstance(value, list):
+            return " ".join(as_written(item, name, form) for item in value)
+        return "" if value is None else str(value + 0.0 if isinstance(value, float) else value)  # no -0.0
     return value
 
 

@@ -140,6 +140,8 @@ def _show_words(
     if in_rows:
         return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
     for orbit in found:
+        if orbit is not found[0]:
+            print()
         write_facts(facts(orbit, born_with(catalogue, orbit)))
         write_bounces(orbit)
     return len(found)
