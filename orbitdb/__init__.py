@@ -10,7 +10,8 @@ Orbits
     `solve_word` solves one word, and `solve` many words as arrays; `existence` finds the ranges of a in
     which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
-    `simulate` averages over random trajectories; the result is a `Reference`.
+    `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
+    `Reference`.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
 Errors
@@ -52,6 +53,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.reading.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.reading.lives import Life as Life
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
     # isort: on
 
@@ -76,6 +78,7 @@ _HOMES = {
     "store.reading.fills": ("Fill", "Sweep"),
     "store.reading.lives": ("Life",),
     "trajectories.ensemble": ("Reference", "simulate"),
+    "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),
 }
 _HOME_OF = {name: f"orbitdb.{home}" for home, names in _HOMES.items() for name in names}

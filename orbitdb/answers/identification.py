@@ -20,7 +20,7 @@ from orbitdb.plaintext import several
 from orbitdb.store.file.tables import classes
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import to_strings
-from orbitdb.trajectories.traces import trace_points, trace_start
+from orbitdb.trajectories.trajectory import trace_points, trace_start
 
 if TYPE_CHECKING:
     import pandas

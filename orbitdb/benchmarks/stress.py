@@ -24,7 +24,8 @@ from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
-from orbitdb.trajectories.rays import Rays, bounce, random_arcs
+from orbitdb.trajectories.ensemble import random_arcs
+from orbitdb.trajectories.trajectory import Rays, bounce
 
 _WINDOW = 200
 

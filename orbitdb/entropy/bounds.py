@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Marks
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.avoidance import Automaton, automaton
-from orbitdb.entropy.growth import growth
+from orbitdb.entropy.growth import Automaton, automaton, growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
 from orbitdb.extras import Record

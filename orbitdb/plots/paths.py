@@ -65,6 +65,13 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -
                         va="center", fontsize=size, color=INK, bbox=ground, zorder=5)  # fmt: skip
 
 
+def draw_path(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
+    """Draw the path of a trajectory through its bounces, shape (T, 2), in the stadium."""
+    _draw_stadium(ax, stadium, ax.get_window_extent().width < _SMALL * ax.figure.dpi)
+    ax.plot(*points.T, color=colour, linewidth=0.6 if len(points) > _MOST_MARKED else 1.3, zorder=3)
+    ax.plot(*points[0], "o", color=colour, markersize=4, zorder=4)
+
+
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
     """Draw an arrow on every chord, or only on the first chord if there are many."""
     ahead = np.roll(points, -1, axis=0) - points

@@ -1,8 +1,12 @@
 """Ensembles of random trajectories: the reference for averages over orbits.
 
 The trajectories start from the invariant measure of the bounces on the semicircles and are followed from one
-such bounce to the next (`orbitdb.trajectories.rays`). So all steps, including the first, sample the invariant
-measure; only the tangent vectors need time to settle.
+such bounce to the next. So all steps, including the first, sample the invariant measure; only the tangent
+vectors need time to settle.
+
+If the stadium is unfolded at its straight walls, a path from one semicircle to the other is a straight line.
+The number of walls that it hits follows from the copy of the stadium in which it ends. So thousands of
+bounces between the walls cost no more than one bounce, and their rounding errors do not accumulate.
 """
 
 import math
@@ -13,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.extras import Record
-from orbitdb.trajectories.rays import Arcs, advance, random_arcs
+from orbitdb.trajectories.trajectory import reflect_off_circle
 
 TRAJECTORIES = 4096
 """Maximum number of trajectories by default, small enough for their arrays to stay in the cache."""
@@ -24,8 +28,58 @@ LEAST = 256
 """Minimum number of trajectories by default; with fewer, errors estimated from their spread are uncertain."""
 
 BLOCK = 256
+_TINY = 1e-150
 _RENORMALISE = 8
 _SETTLED = 8.0
+
+
+class Arcs(NamedTuple):
+    """N trajectories just after a bounce on a semicircle; all arrays have shape (N,)."""
+
+    side: Floats  # -1 for the left semicircle, +1 for the right semicircle
+    x: Floats  # point of the bounce, from the centre of its circle
+    y: Floats
+    vx: Floats  # direction of the outgoing path, a unit vector
+    vy: Floats
+
+
+def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
+    """Draw n bounces on the semicircles from the invariant measure."""
+    side = np.where(rng.random(n) < 0.5, -1.0, 1.0)
+    angle = rng.uniform(-HALF_PI, HALF_PI, n)
+    sine = rng.uniform(-1, 1, n)
+    cosine = np.sqrt(1 - sine**2)
+    x, y = side * np.cos(angle), np.sin(angle)
+    return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
+
+
+class Step(NamedTuple):
+    """The step of N trajectories to their next bounce on a semicircle; all arrays have shape (N,)."""
+
+    arcs: Arcs  # the trajectories just after this bounce
+    path: Floats  # length of the path to this bounce
+    walls: Floats  # number of straight bounces on the way
+    kick: Floats  # 2 / sin(theta), the convergence that the bounce adds to a beam
+
+
+def advance(arcs: Arcs, a: float) -> Step:
+    """Move trajectories to their next bounce on a semicircle and reflect them.
+
+    The next bounce is on the same semicircle if the chord of the full circle ends on it. Otherwise, the path
+    is unfolded, and the height at which it reaches the x of the other centre determines the copy it hits.
+    """
+    side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
+    along = x * vx + y * vy
+    same = side * (x - 2 * along * vx) > 0
+    dx = np.where(same, x, x + 2 * a * side)
+    level = y - vy * dx / np.copysign(np.maximum(np.abs(vx), _TINY), -side)
+    copy = np.where(same, 0.0, np.rint(level / 2))
+    dy = y - 2 * copy
+    path, sine, nx, ny, vx, vy = reflect_off_circle(dx, dy, vx, vy, same)
+    walls = np.abs(copy)
+    fold = 1 - 2 * (walls % 2)
+    after = Arcs(np.where(same, side, -side), nx, ny * fold, vx, vy * fold)
+    return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
 
 
 class Beam(NamedTuple):

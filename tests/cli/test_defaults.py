@@ -18,7 +18,7 @@ from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengt
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import cores
 from orbitdb.trajectories.ensemble import simulate
-from orbitdb.trajectories.traces import BOUNCES
+from orbitdb.trajectories.trajectory import BOUNCES
 from orbitdb.verification.verify import verify
 
 

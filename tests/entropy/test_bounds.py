@@ -14,9 +14,8 @@ from solutions import words_of
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.avoidance import automaton
 from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, levels, search
-from orbitdb.entropy.growth import TOLERANCE, growth
+from orbitdb.entropy.growth import TOLERANCE, automaton, growth
 from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import (
     MAY_FOLLOW,

@@ -16,7 +16,7 @@ from orbitdb.orbits.shadowing import shadows
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
-from orbitdb.trajectories.traces import trace_start
+from orbitdb.trajectories.trajectory import trace_start
 
 STADIUM = Stadium(1.6)
 WORDS = ["13", "033244", "1232131"]

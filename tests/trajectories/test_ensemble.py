@@ -11,9 +11,20 @@ from itineraries import is_uniform, random_rays
 from quick import slow_but
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.ensemble import LEAST, TRAJECTORIES, Beam, Reference, follow, references, simulate
+from orbitdb.trajectories.ensemble import (
+    LEAST,
+    TRAJECTORIES,
+    Arcs,
+    Beam,
+    Reference,
+    advance,
+    follow,
+    random_arcs,
+    references,
+    simulate,
+)
 from orbitdb.trajectories.legwise import simulate_legs
-from orbitdb.trajectories.rays import Arcs, Rays, advance, bounce, random_arcs
+from orbitdb.trajectories.trajectory import Rays, bounce
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

@@ -6,9 +6,8 @@ from quick import slow_but
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.ensemble import simulate
+from orbitdb.trajectories.ensemble import Arcs, advance, random_arcs, simulate
 from orbitdb.trajectories.legwise import Beams, Runs, follow, next_leg, random_runs, simulate_legs
-from orbitdb.trajectories.rays import Arcs, advance, random_arcs
 
 
 def run_of(arcs):

@@ -121,7 +121,7 @@ def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
     """Write a note if the trajectory from --start could not be followed as far as requested."""
     if "start" not in asked:
         return
-    from orbitdb.trajectories.traces import BOUNCES
+    from orbitdb.trajectories.trajectory import BOUNCES
 
     last = found.first + len(found.sequence) - 1
     wanted = asked["bounces"] or BOUNCES

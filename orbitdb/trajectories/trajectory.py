@@ -1,24 +1,97 @@
-"""A single trajectory as a sequence of symbols, followed both ways from a start or given as points."""
+"""Single trajectories, bounce by bounce: as arrays, and as symbols with the certainty of each bounce."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from numbers import Integral
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from orbitdb.arithmetic import EPSILON
-from orbitdb.arrays import Floats, Words
-from orbitdb.billiard.stadium import HALF_PI, Stadium, written
+from orbitdb.arrays import Floats, Marks, Words
+from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
 from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
+from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
-from orbitdb.trajectories.rays import Rays, bounce
+from orbitdb.plaintext import several
+
+if TYPE_CHECKING:
+    import pandas
+
+
+_TINY = 1e-150
+
+
+class Rays(NamedTuple):
+    """N trajectories just after a bounce; all arrays have shape (N,)."""
+
+    x: Floats  # point of the bounce, from the centre of the stadium
+    y: Floats
+    vx: Floats  # direction of the outgoing path, a unit vector
+    vy: Floats
+    side: Floats  # what the bounce is on: -1 left semicircle, +1 right semicircle, 0 straight wall
+
+
+class Bounce(NamedTuple):
+    """The next bounce of each of N rays; all arrays have shape (N,)."""
+
+    rays: Rays  # the rays just after the bounce
+    path: Floats  # length of the path to the bounce
+    kick: Floats  # convergence that the bounce adds to a beam: 2 / sin(theta) on a semicircle, 0 on a wall
+
+
+def bounce(rays: Rays, a: float) -> Bounce:
+    """Move rays to their next bounce and reflect them.
+
+    Because the stadium is convex, a path hits the straight wall ahead if it reaches the height of the wall at
+    an x in (-a, a). Otherwise it hits the semicircle on the side of this x.
+    """
+    x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
+    wall = np.copysign(1.0, vy)
+    to_wall = (1 - wall * y) / np.maximum(np.abs(vy), _TINY)
+    x_wall = x + vx * to_wall
+    curved = np.abs(x_wall) > a
+    side = np.copysign(curved, x_wall)
+    dx = x - side * a
+    path, sine, nx, ny, out_x, out_y = reflect_off_circle(dx, y, vx, vy, curved & (side == rays.side))
+    after = Rays(
+        x=np.where(curved, nx + side * a, x_wall),
+        y=np.where(curved, ny, wall),
+        vx=np.where(curved, out_x, vx),
+        vy=np.where(curved, out_y, -vy),
+        side=side,
+    )
+    return Bounce(after, np.where(curved, path, to_wall), np.where(curved, 2 / np.maximum(sine, _TINY), 0.0))
+
+
+def reflect_off_circle(dx: Floats, dy: Floats, vx: Floats, vy: Floats, same: Marks) -> tuple[Floats, ...]:
+    """Reflect paths at a circle; return their lengths, sin(theta), points from the centre, and directions.
+
+    The length is computed from the impact parameter, which is accurate at any distance. Successive bounces on
+    the same circle keep their angle exactly. Points and directions are normalised to first order.
+    """
+    along = dx * vx + dy * vy
+    impact = dx * vy - dy * vx
+    sine = np.sqrt(np.maximum((1 - impact) * (1 + impact), 0))
+    sine = np.where(same, np.maximum(-along, 0), sine)
+    path = np.maximum(sine - along, 0)
+    nx, ny = dx + path * vx, dy + path * vy
+    scale = 1.5 - 0.5 * (nx * nx + ny * ny)
+    nx, ny = nx * scale, ny * scale
+    vx, vy = vx - 2 * sine * nx, vy - 2 * sine * ny
+    scale = 1.5 - 0.5 * (vx * vx + vy * vy)
+    return path, sine, nx, ny, vx * scale, vy * scale
+
 
 BOUNCES = 60
 """Default number of bounces in each direction; rounding errors may allow fewer."""
 
 MOST_BOUNCES = 1000
+MOST_FOLLOWED = 100_000
+"""Largest number of bounces of a trajectory as arrays, which takes some seconds."""
+
 _LEAST_POINTS = 3
 _ROUNDED = 1e-6
 """Allowed distance of a start outside the stadium, because it may be given with only six digits."""
@@ -31,6 +104,98 @@ _LOST = 1e20
 
 _EXACT = 1e-9
 """A bounce whose error is below this counts as on a joint if the joint is no farther away than the error."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bounces(ByValue, Drawn):
+    """Successive bounces of one trajectory, as arrays of shape (T,).
+
+    `plot` draws the path from the first bounce to the last one in its stadium.
+
+    Attributes
+    ----------
+    stadium : Stadium
+    x, y : ndarray
+        The points of the bounces, from the centre of the stadium, in units of the radius.
+    angle : ndarray
+        Direction of the path after each bounce, from the x axis, in (-pi, pi] (radians).
+    symbol : ndarray of uint8
+        The symbols 0 to 5. In a run on one semicircle, they say whether it goes up or down.
+    path : ndarray
+        Length of the path to each bounce from the one before, or from the start, in units of the radius.
+    error : ndarray
+        Estimated error of each point, due to rounding, in units of the radius. It grows by about e^0.9 with
+        every bounce at a = 1.6; once it is about 1, the trajectory is one of the billiard, but no longer
+        that of the start.
+    """
+
+    stadium: Stadium
+    x: Floats
+    y: Floats
+    angle: Floats
+    symbol: Words
+    path: Floats
+    error: Floats
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def __repr__(self) -> str:
+        return f"<{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame with one row per bounce (extra ``pandas``)."""
+        names = ("x", "y", "angle", "symbol", "path", "error")
+        return data_frame({name: getattr(self, name) for name in names})
+
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        title = f"{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}"
+        return "paths.draw_path", (self.stadium, np.stack([self.x, self.y], axis=1)), title
+
+
+def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounces: int = BOUNCES) -> Bounces:
+    """Follow any trajectory, bounce by bounce.
+
+    Parameters
+    ----------
+    stadium : Stadium or float
+        The stadium, or its half length.
+    x, y : float
+        The start, inside the stadium or on its boundary, from the centre, in units of the radius.
+    angle : float
+        Direction of the path at the start, from the x axis (radians).
+    bounces : int, optional
+        Number of bounces to follow, from 1 to `MOST_FOLLOWED`.
+
+    Returns
+    -------
+    Bounces
+        The bounces after the start, which is not one of them.
+
+    Raises
+    ------
+    StadiumError
+        If the half length is not valid.
+    InputError
+        If the start is not three finite numbers or is outside the stadium, or `bounces` is out of range.
+
+    Examples
+    --------
+    >>> from orbitdb import trajectory
+    >>> path = trajectory(1.6, 0, 0, 1.2, bounces=3)
+    >>> path.symbol.tolist(), path.x.round(6).tolist()
+    ([2, 0, 2], [0.38878, 1.16634, 1.9439])
+    """
+    stadium = as_stadium(stadium)
+    if isinstance(bounces, bool) or not isinstance(bounces, Integral) or not 1 <= bounces <= MOST_FOLLOWED:
+        raise InputError(f"bounces {bounces}: give 1 to {MOST_FOLLOWED}")
+    x, y, side, error, vx, vy, path = _follow(stadium, _both_ways(stadium, (x, y, angle)), int(bounces))
+    joined = [
+        np.append(row[1, 0], row[0])[None] for row in (x, y, side)
+    ]  # the one before tells a run's sense
+    (symbols,), _ = written(stadium, *joined)
+    x, y, error, vx, vy, path = (row[0, :-1] for row in (x, y, error, vx, vy, path))
+    return Bounces(stadium, x, y, np.arctan2(vy, vx), symbols, path, error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +237,9 @@ def trace_start(
     rows = _follow(stadium, ray, bounces or BOUNCES)
     joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows[:3]]  # in order of time
     symbols, coordinates = written(stadium, *joined)
-    ahead, back = (_known(stadium, [row[n] for row in rows], tolerance, way) for n, way in ((0, 1), (1, -1)))
+    ahead, back = (
+        _known(stadium, [row[n] for row in rows[:4]], tolerance, way) for n, way in ((0, 1), (1, -1))
+    )
     if not ahead + back:
         raise InputError(
             f"rounding makes every bounce uncertain by more than {tolerance:g}: give a larger tolerance"
@@ -113,8 +280,9 @@ def _numbers(values: Any, help: str) -> Floats:
     return found
 
 
-def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return x, y and side of each bounce, and an estimate of the error of its position along the boundary.
+def _follow(stadium: Stadium, rays: Rays, bounces: int) -> list[Floats]:
+    """Return x, y and side of each bounce, an estimate of the error of its position along the boundary, the
+    direction after it, and the length of the path to it.
 
     Notes
     -----
@@ -130,9 +298,9 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Floats, Floats,
         slope = np.clip(slope - np.minimum(hit.kick, _LOST) * offset, -_LOST, _LOST)
         steepness = np.where(rays.side == 0, np.abs(rays.vy), 2 / np.maximum(hit.kick, 2.0))
         grown = np.abs(offset).sum(axis=0) / np.maximum(steepness, _ROUNDING)
-        rows.append((rays.x, rays.y, rays.side, _ROUNDING * (1 + stadium.a) * (1 + grown)))
-    x, y, side, error = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
-    return x, y, side, error
+        error = _ROUNDING * (1 + stadium.a) * (1 + grown)
+        rows.append((rays.x, rays.y, rays.side, error, rays.vx, rays.vy, hit.path))
+    return [np.stack(part, axis=1) for part in zip(*rows, strict=True)]
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:

@@ -2,19 +2,23 @@
 
 import math
 
+import matplotlib
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from itineraries import itineraries, random_rays
+from matplotlib import pyplot
 from solutions import words_of
+from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.newton import solve
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.symbols.words import to_strings
-from orbitdb.trajectories.rays import Arcs, Rays, advance, bounce
-from orbitdb.trajectories.traces import trace_points, trace_start
+from orbitdb.trajectories.ensemble import Arcs, advance
+from orbitdb.trajectories.trajectory import Rays, bounce, trace_points, trace_start, trajectory
 
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
 seeds = st.integers(0, 2**32 - 1)
@@ -118,3 +122,61 @@ def test_a_polygon_that_ends_where_it_starts_is_closed():
     assert to_strings(trace_points(Stadium(1.6), points, 0.0).symbols[None]) == ["020"]
     joint = [(1.6, 1), (0.5, -1), (0.3, 1)]  # the end of a wall
     assert to_strings(trace_points(Stadium(1.6), joint, 0.0).symbols[None]) == ["202"]
+
+
+@given(widths, seeds)
+@settings(max_examples=settings().max_examples // 4)
+def test_any_trajectory_obeys_the_law_of_reflection_at_every_bounce(a, seed):
+    stadium, rng = Stadium(a), np.random.default_rng(seed)
+    x, y, angle = rng.uniform(-a, a), rng.uniform(-1, 1), rng.uniform(-math.pi, math.pi)
+    path = trajectory(a, x, y, angle, bounces=30)
+    assert len(path) == 30
+    points = np.stack([np.append(x, path.x), np.append(y, path.y)], axis=1)
+    steps = np.diff(points, axis=0)
+    before = np.stack([np.cos(np.append(angle, path.angle[:-1])), np.sin(np.append(angle, path.angle[:-1]))])
+    after = np.stack([np.cos(path.angle), np.sin(path.angle)])
+    np.testing.assert_allclose(steps, before.T * path.path[:, None], atol=1e-12 * (1 + a))
+    curved = ~np.isin(path.symbol, (0, 2))
+    normal = np.stack([np.where(curved, path.x - np.sign(path.x) * a, 0.0), path.y])
+    np.testing.assert_allclose(np.hypot(*normal), 1, atol=1e-12 * (1 + a))
+    mirrored = before - 2 * (before * normal).sum(axis=0) * normal
+    np.testing.assert_allclose(mirrored, after, atol=1e-11 * (1 + a))
+    assert np.all(np.abs(path.x[~curved]) <= stadium.a)
+
+
+def test_a_trajectory_along_an_orbit_has_its_bounces_and_symbols():
+    orbit = there(solve_word("1232131", 1.6))
+    points = there(orbit.points)
+    step = points[0] - points[-1]
+    path = trajectory(1.6, *points[-1], math.atan2(step[1], step[0]), bounces=14)
+    assert to_strings(path.symbol[None])[0] == 2 * orbit.code
+    off = np.hypot(path.x - np.tile(points[:, 0], 2), path.y - np.tile(points[:, 1], 2))
+    assert (off <= 1e-13 + 10 * path.error).all()
+    assert path.path[:7].sum() == pytest.approx(there(orbit.length), rel=1e-12)
+
+
+def test_a_trajectory_is_a_table_and_a_picture():
+    matplotlib.use("agg")
+    path = trajectory(Stadium(1.0), 0.2, -1, 1.0, 5)
+    assert repr(path) == "<5 bounces at a = 1>"
+    frame = path.to_pandas()
+    assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error"]
+    assert frame["x"].tolist() == path.x.tolist()
+    axes = path.plot()
+    assert axes.get_title() == "5 bounces at a = 1"
+    pyplot.close("all")
+
+
+@pytest.mark.parametrize(
+    ("start", "bounces", "message"),
+    [
+        ((3, 0, 1), 5, "outside the stadium"),
+        ((0, math.nan, 1), 5, "nan and inf"),
+        (("left", 0, 1), 5, "three numbers|give the start"),
+        ((0, 0, 1), 0, "give 1 to"),
+        ((0, 0, 1), 2.5, "give 1 to"),
+    ],
+)
+def test_an_impossible_trajectory_says_why(start, bounces, message):
+    with pytest.raises(InputError, match=message):
+        trajectory(1.6, *start, bounces)
