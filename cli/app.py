@@ -54,17 +54,10 @@ PANELS = {
 }
 """The commands in each panel of the help, with one-line summaries; `_UNLISTED` commands work, too."""
 
-_ROOMS = dict(zip(PANELS, ("make", "ask", "average", "files", "maintenance"), strict=True))
-_MODULES = {name: f"{_ROOMS[panel]}.{name}" for panel, names in PANELS.items() for name in names}
-_MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "average.by_period")
-_MODULES |= {
-    "info": "maintenance.file",
-    "delete": "maintenance.file",
-    "migrate": "maintenance.file",
-    "sweep": "make.fill",
-}
-_UNLISTED = {"tui": "ask.browse"}
-_MODULES |= _UNLISTED
+_UNLISTED = {"tui": "browse"}
+_MODULES = {name: name for names in PANELS.values() for name in names}
+_MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "averages")
+_MODULES |= {"delete": "info", "migrate": "info", "sweep": "fill"} | _UNLISTED
 """The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`
 (a dict if the module has several commands) and optionally an `AFTERWORD`."""
 

@@ -13,7 +13,7 @@ from terminal import ended, spawn
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.arguments import lengths
-from orbitdb.cli.commands.make.bounds import balls_of
+from orbitdb.cli.commands.bounds import balls_of
 from orbitdb.errors import InputError
 
 WHY = "the time, the window length or the memory was not enough\n"

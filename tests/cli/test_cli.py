@@ -24,13 +24,13 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.results import TABLE
     from orbitdb.answers.scars import Scar
-    from orbitdb.cli.commands.ask.identify import LENGTH_KEYS
-    from orbitdb.cli.commands.ask.query import WORD_KEYS
-    from orbitdb.cli.commands.average.assess import COLUMNS as GAP_KEYS
-    from orbitdb.cli.commands.average.spectrum import PEAKS
-    from orbitdb.cli.commands.make.bounds import COLUMNS as BOUNDS
-    from orbitdb.cli.commands.make.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.cli.commands.make.simulate import COLUMNS as SIMULATED
+    from orbitdb.cli.commands.assess import COLUMNS as GAP_KEYS
+    from orbitdb.cli.commands.bounds import COLUMNS as BOUNDS
+    from orbitdb.cli.commands.identify import LENGTH_KEYS
+    from orbitdb.cli.commands.levels import COLUMNS as LEVEL_KEYS
+    from orbitdb.cli.commands.query import WORD_KEYS
+    from orbitdb.cli.commands.simulate import COLUMNS as SIMULATED
+    from orbitdb.cli.commands.spectrum import PEAKS
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.level_statistics import Statistics

@@ -13,7 +13,7 @@ ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
     "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy.bounds", "orbitdb.filling",
     "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots",
-    "orbitdb.cli.commands.maintenance.bench",
+    "orbitdb.cli.commands.bench",
 ]  # fmt: skip
 """Modules that take 0.01 to 0.1 s to import."""
 
@@ -27,7 +27,7 @@ LIGHTEST_FIRST = {
     "lyapunov": "",
     "births --p 2": "multiprocessing orbitdb.filling",
     "fill --p 2 --db new.db": "",
-    "--help": "orbitdb.cli.commands.maintenance.bench",
+    "--help": "orbitdb.cli.commands.bench",
 }
 """Commands with the slow modules each may import beyond those of the earlier ones."""
 

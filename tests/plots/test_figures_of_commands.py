@@ -26,7 +26,7 @@ from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.cli.advice import remember
-from orbitdb.cli.commands.maintenance.bench import draw_work_precision
+from orbitdb.cli.commands.bench import draw_work_precision
 from orbitdb.cli.figures import averages, levels, orbits
 from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.errors import InputError

@@ -1,1 +1,0 @@
-"""Commands that ask for single orbits or for rows of the catalogue."""

@@ -1,1 +1,0 @@
-"""Commands that average over orbits, or compare orbits with quantum levels."""

@@ -1,1 +1,0 @@
-"""Commands that make data: orbits, births, sums, trajectories, bounds and levels."""
