@@ -16,7 +16,6 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.file.database import default_path, home_expanded
 from orbitdb.store.reading.lookup import meant
 from orbitdb.store.reading.moment import Moment, Reader
-from orbitdb.symbols.words import parse_primitive
 
 if TYPE_CHECKING:
     import numpy as np
@@ -106,7 +105,7 @@ class CatalogueFile:
     def fill(
         self,
         periods: int | str | Iterable[int] | None = None,
-        words: Iterable[str] = (),
+        words: str | Iterable[str] = (),
         *,
         jobs: int | None = 1,
         geometric: bool = False,
@@ -123,11 +122,10 @@ class CatalogueFile:
         ----------
         periods : int, str or iterable of int, optional
             Periods, such as ``"2-11"``.
-        words : iterable of str, optional
-            Primitive words of any period, to store with their symmetry classes.
+        words : str or iterable of str, optional
+            Primitive words of any period, to store with their symmetry classes; a single text is one word.
         jobs : int or None, optional
-            Number of processes; None for one per core if there is enough work. A script that uses more than
-            one needs the usual ``if __name__ == "__main__":``.
+            Number of processes; None for one per core if there is enough work.
         geometric : bool, optional
             Whether to store the geometrically pruned words of the periods as well.
         method : str, optional
@@ -157,9 +155,10 @@ class CatalogueFile:
         >>> [fill.n_c for fill in own.fill("2-5")]
         [1, 8, 32, 48]
         """
-        from orbitdb.filling.fill import fill
+        from orbitdb.filling.fill import fill, fillable
 
-        at, wanted, single = self._at(a), _periods(periods), list(words)
+        at, wanted = self._at(a), _periods(periods)
+        single = [fillable(word) for word in ([words] if isinstance(words, str) else words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if geometric and not wanted:
@@ -178,7 +177,7 @@ class CatalogueFile:
         """
         from orbitdb.filling.fill import fill_word
 
-        return fill_word(self.path, parse_primitive(word), self._at(a), method)
+        return fill_word(self.path, word, self._at(a), method)
 
     def fill_births(
         self,
@@ -257,6 +256,7 @@ class CatalogueFile:
         from orbitdb.filling import records
 
         at = Stadium(self._at(a))
+        records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
             found = records.simulate(at, bounces, _seed(seed), legwise, tell)
         records.keep_simulated(self.path, at.a, found)

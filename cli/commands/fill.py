@@ -73,7 +73,7 @@ def fill(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import check_room, need
-    from orbitdb.filling.fill import METHODS
+    from orbitdb.filling.fill import METHODS, fillable
     from orbitdb.orbits.status import Status
 
     Stadium(a)
@@ -81,7 +81,7 @@ def fill(
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
-        _fill_words([primitive(each) for each in given_codes(code)], a, method, db, dry_run)
+        _fill_words([fillable(primitive(each)) for each in given_codes(code)], a, method, db, dry_run)
         return
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")

@@ -1,6 +1,5 @@
 """``orbitdb simulate``: averages over random trajectories."""
 
-from contextlib import closing
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -48,17 +47,13 @@ def simulate(
     only the small part of lambda whose mean is not known exactly is sampled.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import keep_simulated
+    from orbitdb.filling.records import check_writable, keep_simulated
     from orbitdb.filling.records import simulate as follow
-    from orbitdb.store.reading.moment import Reader
-    from orbitdb.store.writing.writer import Writer
 
     stadium = Stadium(a)
     if store:
         bring(db)
-        Reader(db)  # reports faults of the catalogue before the work
-        with closing(Writer(db, {})) as writer:
-            writer.try_to_write()
+        check_writable(db)
     with progress("trajectories") as shown:
         found = follow(stadium, wanted, seed, legwise, shown)
     try:

@@ -109,10 +109,11 @@ def check_room(path: Path, needed: Need) -> None:
     """Raise `StoreError` if the disk has less free space than a fill needs."""
     folder = next(parent for parent in path.resolve().parents if parent.exists())
     free = shutil.disk_usage(folder).free
-    if needed.bytes + min(needed.bytes, _JOURNAL) > free:
+    room = needed.bytes + min(needed.bytes, _JOURNAL)
+    if room > free:
         raise StoreError(
-            f"no room for {path}: {needed.words} words take about {gigabytes(needed.bytes)}, "
-            f"but only {gigabytes(free)} is free: make room, or name a file on another disk with --db"
+            f"no room for {path}: {needed.words} words and their journal take about {gigabytes(room)}, "
+            f"but only {gigabytes(free)} is free: make room, or name a file on another disk"
         )
 
 

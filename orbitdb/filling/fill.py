@@ -35,7 +35,7 @@ from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
-from orbitdb.symbols.words import from_strings, key, keys, pack, to_strings, unpack
+from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
 
 
 @dataclass(frozen=True)
@@ -128,6 +128,8 @@ def cut_into_blocks(
 
 
 _LAST_FULL_MASK = 64
+LEAST = 2
+"""The lowest period of an orbit."""
 
 
 def fill(
@@ -242,8 +244,19 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
                 yield Step(p, done, total)
 
 
+def fillable(code: str) -> str:
+    """Read a primitive word that a catalogue can store; raise `InputError` for others."""
+    word = parse_primitive(code)
+    if len(word) < LEAST:
+        raise InputError(f"{word} has one symbol, but orbits have two or more: give a longer word")
+    return word
+
+
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
+    word = fillable(word)
+    if method not in METHODS:
+        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _SECONDS_A_WINDOW = 0.6
 """Approximate time to find the levels of a window; it is longer at large k."""
+_FEWEST, MOST_EDGES = 2, 40
 _USUAL_WINDOW = 14
 """Default number of edges of the longest windows for entropy bounds."""
 _SECONDS_OF_BOUNDS = 0.4
@@ -47,6 +48,12 @@ def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tel
     if legwise:
         return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
     return simulate_bounces(stadium, bounces, seed, progress=show)
+
+
+def check_writable(path: Path) -> None:
+    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep."""
+    with closing(Writer(path, {})) as writer:
+        writer.try_to_write()
 
 
 def keep_simulated(path: Path, a: float, found: Reference) -> None:
@@ -161,10 +168,12 @@ def _enclosed(
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
     """Return the limits of a search for bounds, which stops at the first limit that it reaches.
 
-    Raises `InputError` unless width and time are above 0.
+    Raises `InputError` unless width and time are above 0, and the windows have 2 to 40 edges.
     """
+    if window is not None and window not in range(_FEWEST, MOST_EDGES + 1):
+        raise InputError(f"windows of {window} edges: give a whole number from {_FEWEST} to {MOST_EDGES}")
     for name, limit in (("width", width), ("time", seconds)):
         if limit is not None and not 0 < limit < math.inf:
             raise InputError(f"{name} {limit:g}: give a number above 0")
-    most = window or (_USUAL_WINDOW if width is None and seconds is None else None)
+    most = int(window) if window else _USUAL_WINDOW if width is None and seconds is None else None
     return most, width or 0.0, seconds or math.inf

@@ -1,5 +1,8 @@
 """Methods in Python store exactly the same bits as the commands."""
 
+import sqlite3
+from contextlib import closing
+
 import pandas
 import pytest
 from contents import ask, content
@@ -146,3 +149,40 @@ def test_a_file_that_cannot_be_written_is_refused(filled):
     with pytest.raises(StoreError):
         catalogue.fill("2-9")
     assert not filled.exists()
+
+
+@pytest.fixture
+def empty(tmp_path):
+    with Catalogue.create(tmp_path / "empty.db") as catalogue:
+        yield catalogue
+
+
+def test_a_bare_text_is_one_word(empty):
+    empty.fill(words="1232131")
+    assert {orbit.p for orbit in empty.select()} == {7}
+
+
+@pytest.mark.parametrize("words", ["1", ["13", "0"]])
+def test_a_word_of_one_symbol_is_refused_before_anything_is_stored(empty, words):
+    with pytest.raises(InputError, match="has one symbol, but orbits have two or more"):
+        empty.fill(words=words)
+    with pytest.raises(InputError, match="has one symbol"):
+        empty.fill_word("1")
+    assert empty.verify().sound
+    assert not empty.a_values()
+
+
+@pytest.mark.parametrize("edges", [0, 1, -1, 9.5, 41])
+def test_windows_of_impossible_length_are_refused(empty, edges):
+    with pytest.raises(InputError, match=f"windows of {edges} edges: give a whole number from 2 to 40"):
+        empty.prove_bounds(edges)
+
+
+def test_a_simulation_whose_result_cannot_be_stored_does_not_begin(empty):
+    def began(done, total, text):
+        raise AssertionError("it began")
+
+    with closing(sqlite3.connect(empty.path, timeout=60)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(StoreError, match="busy|locked|another"):
+            empty.simulate(10_000, progress=began)

@@ -46,7 +46,8 @@ plot lengths -o lengths.svg --where '1; DELETE FROM orbit' | 2 | where
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
 query --json --format csv | 2 | --json | --format csv | contradict
 fill --p 3 --code 13 | 2 | --p | --code
-fill --code 13 --from 2 --jobs 2 --geometric --executor processes | 2 | --geometric, --jobs | --code | them
+fill --code 1 | 2 | 1 has one symbol | longer
+fill --code 13 --from 2 --jobs 2 --geometric | 2 | --geometric, --jobs | --code | them
 plot orbit --code 13 --p 3 -o x.svg | 2 | --p | plot orbit
 plot reverse --code 13 --limit 3 -o x.svg | 2 | --limit | plot reverse
 plot entropy --code 13 -o x.svg | 2 | --code | plot entropy

@@ -145,7 +145,7 @@ def test_a_full_disk_is_reported_before_anything_is_written(cli, tmp_path, monke
     outcome = cli("fill", "--p", "5")
     assert outcome.code == 3
     assert len(outcome.err.splitlines()) == 1
-    assert "137 words take about 137000000 GB" in outcome.err
+    assert "137 words and their journal take about 137000000 GB" in outcome.err
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0, 1.0))
