@@ -184,5 +184,5 @@ def test_a_simulation_whose_result_cannot_be_stored_does_not_begin(empty):
 
     with closing(sqlite3.connect(empty.path, timeout=60)) as other:
         other.execute("BEGIN IMMEDIATE")
-        with pytest.raises(StoreError, match="busy|locked|another"):
+        with pytest.raises(StoreError, match=r"busy|locked|another"):
             empty.simulate(10_000, progress=began)
