@@ -16,7 +16,6 @@ from orbitdb.store.asking.selection import Selection, SelectionError, written_pe
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
@@ -103,13 +102,10 @@ def need_periods_alone(chosen: Selection) -> None:
 
 
 def _tally(fill: Fill) -> "Tally":
-    """Return the counts of a filled period; raise if one is missing, rather than treat it as zero."""
+    """Return the counts of a filled period."""
     from orbitdb.orbits.exponents import Tally
 
-    counts = [getattr(fill, name) for name in _COUNTS]
-    if None in counts:
-        raise unsound("a filled period without counts,", fill.p)
-    return Tally(*counts)
+    return Tally(*(getattr(fill, name) for name in _COUNTS))
 
 
 @dataclass(frozen=True, eq=False)

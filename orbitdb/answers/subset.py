@@ -23,7 +23,6 @@ from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.rows import COORDINATES
-from orbitdb.store.reading.soundness import unsound
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
 if TYPE_CHECKING:
@@ -325,10 +324,7 @@ def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
 def _array(name: str, parts: list[Any]) -> NDArray[Any]:
     """Join the parts of a column into an array, with '', 0 or NaN for missing text, integers or numbers."""
     if kind_of(name) == "number":
-        values: Floats = np.concatenate([np.zeros(0), *parts])
-        if np.isinf(values).any():
-            raise unsound("infinite numbers in the column", name)
-        return values
+        return np.concatenate([np.zeros(0), *parts])
     plain = [value for part in parts for value in part]
     if kind_of(name) == "integer":
         return np.array([value or 0 for value in plain], np.int64)

@@ -9,11 +9,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from orbitdb.answers.completeness import gaps, nothing, without_births
 from orbitdb.answers.counts import Counted
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
@@ -24,12 +23,7 @@ from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.soundness import unsound
-from orbitdb.symbols.pruning import rules_broken
-from orbitdb.symbols.words import SYMBOLS, keys_of_period, packed, unpack
-
-_IMPOSSIBLE = 1e15
-"""No number in a catalogue is this large: 1000 times the length of a million bounces at the largest a."""
+from orbitdb.symbols.words import packed, unpack
 
 
 def read_classes(moment: Moment, selection: Selection) -> OrbitClasses:
@@ -41,21 +35,9 @@ def read_classes(moment: Moment, selection: Selection) -> OrbitClasses:
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
     chosen = moment.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
-    found = dict(chosen.values)
-    positive = [_sound(selection, found[name], least=True) for name in ("p", "class_size", "length")]
-    lyapunov, walls = _sound(selection, found["lyapunov"], least=True), _sound(selection, found["walls"])
-    p, size, length = positive
-    p, size, words, walls = (values.astype(np.int64) for values in (p, size, chosen.counts, walls))
-    return OrbitClasses(p, words, length, lyapunov, walls, size, chosen.ids)
-
-
-def _sound(selection: Selection, values: NDArray[np.generic], least: bool = False) -> Floats:
-    """Return the numbers as floats; raise if one cannot occur in a catalogue."""
-    numbers = values.astype(np.float64)
-    possible = (np.abs(numbers) < _IMPOSSIBLE) & (not least or numbers > 1 / _IMPOSSIBLE)
-    if not possible.all():
-        raise unsound("impossible numbers among", selection.describe())
-    return numbers
+    p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
+    length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
+    return OrbitClasses(p, chosen.counts.astype(np.int64), length, lyapunov, walls, size, chosen.ids)
 
 
 @dataclass(frozen=True)
@@ -250,17 +232,8 @@ def sum_rules_of(subset: WholePeriods) -> SumRules | None:
 
 
 def read_terms(classes: OrbitClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:
-    """Yield the terms of sum rules from the chosen classes of filled periods, by period.
-
-    Raises `StoreError` if the id of a class is not that of an admissible word of its period.
-    """
+    """Yield the terms of sum rules from the chosen classes of filled periods, by period."""
     for p, part in classes.by_period().items():
         number = part.number
         assert number is not None
-        low, high = keys_of_period(p)
-        words = unpack(packed(number, p), p)
-        sound = (number >= low) & (number <= high) & (words < len(SYMBOLS)).all(axis=1)
-        sound[sound] = rules_broken(words[sound]) == 0
-        if not sound.all():
-            raise unsound("a class number without an admissible word:", number[~sound][0])
-        yield p, orbits_of_words(words, part.words, part.lyapunov, a)
+        yield p, orbits_of_words(unpack(packed(number, p), p), part.words, part.lyapunov, a)

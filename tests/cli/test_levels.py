@@ -72,18 +72,6 @@ def test_stored_levels_are_shown_and_counted(cli, filled, parity, span):
         assert line == f"{name}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}"
 
 
-@pytest.mark.parametrize(
-    "change",
-    ["level SET k = 4.9 WHERE number = 1",
-     "level SET number = 99 WHERE number = (SELECT max(number) FROM level)",
-     "level_fill SET high = 5.5 WHERE low = 0"],
-)  # fmt: skip
-def test_altered_levels_are_refused(cli, filled, change):
-    keep_made_levels(filled)
-    alter(filled, f"UPDATE {change}")
-    assert cli("levels", "--k", "0:5", "--db", str(filled)).says(3, "altered: levels", "in a window from k =")
-
-
 @pytest.fixture
 def levels_file(tmp_path):
     path = tmp_path / "k.txt"

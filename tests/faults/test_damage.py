@@ -7,13 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from contents import alter, made
+from contents import alter
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
-from orbitdb.catalogue import Catalogue
-from orbitdb.errors import StoreError
-from orbitdb.filling.births import fill_births
 from orbitdb.store.file.schema import PAGE_SIZE
 
 COMMANDS = (
@@ -108,36 +105,6 @@ def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
         judge(run_several(COMMANDS, broken))
 
 
-@pytest.mark.parametrize(
-    ("statement", "question", "message"),
-    [
-        ("UPDATE fill SET p = 1 WHERE p = 6", Catalogue.fills, "a fill of period '1'"),
-        ("UPDATE fill SET n_c = NULL WHERE p = 5", Catalogue.table, "a filled period without counts, '5'"),
-        (
-            "INSERT INTO birth_fill (p, state, seconds, words) VALUES (1, 'done', 0, 0)",
-            Catalogue.birth_fills,
-            "births of period '1'",
-        ),
-        (
-            "UPDATE orbit SET length = 9e999 WHERE length IS NOT NULL",
-            lambda catalogue: catalogue.select(p=5),
-            "infinite numbers in the column 'length'",
-        ),
-        (
-            "INSERT INTO trajectory SELECT id, id, 1, 1, 'abc', 1, 1, 1, 1, 1, 1, 1 FROM stadium",
-            Catalogue.reference,
-            "not a seed: 'abc'",
-        ),
-    ],
-)
-def test_the_altered_value_is_named(own, statement, question, message):
-    alter(own, statement)
-    with closing(Catalogue(own, a=1.6)) as catalogue, pytest.raises(StoreError) as error:
-        question(catalogue)
-    assert str(error.value).startswith(f"the catalogue was altered: {message}")
-    assert str(error.value).endswith("; 'orbitdb verify' shows what is wrong")
-
-
 def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
     target = tmp_path / "rows.parquet"
     last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
@@ -151,18 +118,3 @@ def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
         assert told in outcome.err
         assert outcome.err.endswith("'orbitdb verify' shows what is wrong\n")
     assert not target.exists()
-
-
-def test_births_of_a_class_that_is_not_a_word_are_refused(tmp_path):
-    path = tmp_path / "births.db"
-    alter(
-        made(path, fill_births(path, [4])),
-        "UPDATE change SET a = 1.6, error = 0.01",
-        "UPDATE change SET cycle = 0x105f WHERE cycle = (SELECT max(cycle) FROM change)",
-        "UPDATE cycle SET id = 0x105f WHERE id = (SELECT max(id) FROM cycle)",
-    )
-    told = pytest.raises(
-        StoreError, match="the catalogue was altered: an invalid word in a class with births: '0137'"
-    )
-    with closing(Catalogue(path, a=1.6)) as catalogue, told:
-        catalogue.counts(p=4)

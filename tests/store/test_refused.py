@@ -2,14 +2,12 @@
 
 import sqlite3
 from contextlib import closing
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from contents import alter
 
 from orbitdb import Catalogue, Stadium, solve_word
-from orbitdb.answers.whole_periods import read_terms
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
@@ -17,7 +15,7 @@ from orbitdb.store.asking.criteria import chosen_by, parse_bound
 from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.asking.where import check
 from orbitdb.store.file.database import plain_errors
-from orbitdb.symbols.words import from_strings, key
+from orbitdb.symbols.words import from_strings
 
 
 @pytest.fixture(scope="module")
@@ -95,20 +93,6 @@ def test_a_bound_number_matches_the_code_with_its_digits(varied):
         chosen = chosen_by(a=1.6, where="code LIKE :code", parameters={"code": 13})
         (found,) = catalogue.select(chosen)
         assert found.code == "13"
-
-
-def test_a_class_id_must_encode_a_word_of_its_period(varied):
-    """Ids with extra digits are refused, even if they end in an admissible word, and so are pruned words."""
-    with closing(Catalogue(varied)) as catalogue:
-        classes = catalogue.classes(a=1.6, p=5, status="orbit")
-    for wrong in (classes.number + (1 << 30), np.full_like(classes.number, key("00131"))):
-        with pytest.raises(StoreError, match="without an admissible word"):
-            list(read_terms(replace(classes, number=wrong), 1.6))
-    one = classes.number.copy()
-    for digit in (6, 7):
-        one[4] = one[4] & ~7 | digit
-        with pytest.raises(StoreError, match=f"without an admissible word: '{one[4]}'"):
-            list(read_terms(replace(classes, number=one), 1.6))
 
 
 def test_the_elements_of_a_class_must_lead_to_its_words(own):

@@ -23,9 +23,8 @@ from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import NEAR
 from orbitdb.store.file.schema import BORN, DONE
 from orbitdb.store.file.tables import birth_fill, change, cycle, life
-from orbitdb.store.reading.soundness import is_written, unsound
 from orbitdb.symbols.pruning import count_admissible
-from orbitdb.symbols.words import MAX_KEYED, from_strings, keys_of_period, word_of
+from orbitdb.symbols.words import from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
@@ -101,11 +100,7 @@ def birth_fills(connection: sa.Connection) -> list[BirthFill]:
     """Return how far births and deaths are stored, in order of period."""
     names = [each.name for each in fields(BirthFill)]
     query = sa.select(*(birth_fill.c[name] for name in names)).order_by(birth_fill.c.p)
-    found = [BirthFill(*row) for row in connection.execute(query)]
-    for each in found:
-        if not 2 <= each.p <= MAX_KEYED:
-            raise unsound("births of period", each.p)
-    return found
+    return [BirthFill(*row) for row in connection.execute(query)]
 
 
 def lives(connection: sa.Connection, p: int) -> list[Life]:
@@ -204,8 +199,6 @@ def _solved(words: Sequence[str], a: float) -> list[Status]:
     """Solve words of the same period at an a within the error of a birth or death of each."""
     from orbitdb.orbits.newton import solve  # seldom needed
 
-    if wrong := [word for word in words if not is_written(word, len(word))]:
-        raise unsound("an invalid word in a class with births:", wrong[0])
     return [Status(status) for status in solve(from_strings(words), Stadium(a)).status.tolist()]
 
 
@@ -235,11 +228,9 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     from orbitdb.orbits.exponents import Tally
 
     here = change.c.cycle.between(*keys_of_period(p))
-    query = sa.select(cycle.c.id, cycle.c.class_size, cycle.c.word).join_from(change, cycle)
+    query = sa.select(cycle.c.id, cycle.c.class_size).join_from(change, cycle)
     rows = connection.execute(query.where(here, change.c.number == 1)).cursor.fetchall()
-    if not all(is_written(word, p) for _, _, word in rows):
-        raise unsound("an invalid word in a class of period", p)
-    ids, sizes = np.array([row[:2] for row in rows], np.int64).reshape(-1, 2).T
+    ids, sizes = np.array(rows, np.int64).reshape(-1, 2).T
     standing = load_standings(connection, ids, here).at(a)
     classes, words = int((standing == Standing.ORBIT).sum()), sums(standing, sizes)
     orbits, boundary, unresolved = (words[each] for each in _SOLVED.values())

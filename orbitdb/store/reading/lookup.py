@@ -17,7 +17,6 @@ from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
 from orbitdb.store.file.database import asking
 from orbitdb.store.file.ids import LONG
-from orbitdb.store.reading.soundness import is_whole, unsound
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
 
@@ -51,8 +50,6 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
     if found is None:
         return None
     row = dict(zip(_KNOWN, found, strict=True))
-    if not is_whole(row, len(word)):
-        raise unsound("values that do not fit the status of the word", family.representative)
     coordinates = None
     if row["coordinates"] is not None:
         places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
@@ -24,13 +23,9 @@ from orbitdb.store.file.tables import (
     sweep,
     trajectory,
 )
-from orbitdb.store.reading.soundness import unsound
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
-
-_HIGHEST = 1.22
-"""Larger than every bound, because the entropy of the geometric rules alone is 1.218756."""
 
 
 def bounds_stored(
@@ -56,23 +51,8 @@ def closest(
     """Return the tightest bounds at each a; if two are equally tight, the one proved in ball arithmetic."""
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
-    found = bounds_stored(connection, proof, a)
-    for each in found:
-        if not is_sound(each):
-            raise unsound("a bound on the entropy at a =", each.a)
-    by_a = groupby(found, key=lambda each: each.a)
-    return [min(group, key=lambda each: (each.width, each.proof)) for _, group in by_a]
-
-
-def is_sound(found: EntropyBounds) -> bool:
-    """Tell whether a search could have found these bounds."""
-    return (
-        MIN_A <= found.a <= MAX_A
-        and 0 <= found.lower <= found.upper <= _HIGHEST
-        and found.window >= 2
-        and 0 <= found.undecided <= found.windows
-        and found.proof in (DOUBLES, BALLS)
-    )
+    by_a = groupby(bounds_stored(connection, proof, a), key=lambda bounds: bounds.a)
+    return [min(group, key=lambda bounds: (bounds.width, bounds.proof)) for _, group in by_a]
 
 
 def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
@@ -90,8 +70,6 @@ def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
     row = connection.execute(query).mappings().first()
     if row is None:
         return None
-    if not row["seed"].isdecimal():
-        raise unsound("not a seed:", row["seed"])
     return Reference(**{**row, "seed": int(row["seed"])})
 
 
