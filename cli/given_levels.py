@@ -67,7 +67,9 @@ class GivenLevels:
 
     def of_one(self) -> "Parity | None":
         """Return the parity given with --parity, or None without it; raise if several are given."""
-        return None if self.parity is None else one_parity(self.parity)
+        from orbitdb.quantum.weyl import one_parity
+
+        return one_parity(self.parity)
 
     def read(self, parity: "Parity | None") -> "Floats | None":
         """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
@@ -78,8 +80,9 @@ class GivenLevels:
         from orbitdb.answers.levels import levels_from_zero
         from orbitdb.billiard.stadium import Stadium
         from orbitdb.quantum.missing_levels import check_levels
+        from orbitdb.quantum.weyl import parities_of
 
-        named = read_parities(self.parity)
+        named = parities_of(self.parity)
         if self.levels is None:
             return {each: levels_from_zero(moment, a, each).k for each in named}
         table = self._table(self.levels)
@@ -124,26 +127,6 @@ def read_range(name: str, text: str) -> tuple[float, float]:
     if not colon or not 0 <= low < high:
         raise InputError(f"{name} {text!r:.40}: give FROM:TO with 0 <= FROM < TO, such as 0:30")
     return low, high
-
-
-def read_parities(text: str | None) -> "list[Parity]":
-    """Parse the parities in a text, by default all four, or raise."""
-    from orbitdb.quantum.weyl import Parity
-
-    if text is None:
-        return list(Parity)
-    try:
-        return list(dict.fromkeys(Parity(each.strip()) for each in text.split(",")))
-    except ValueError:
-        raise InputError(f"--parity {text!r:.40}: use ee, eo, oe or oo, separated by commas") from None
-
-
-def one_parity(text: str) -> "Parity":
-    """Parse a single parity; raise if there are several."""
-    first, *others = read_parities(text)
-    if others:
-        raise InputError(f"--parity {text}: give one parity, or leave out --parity for all")
-    return first
 
 
 def read_file(path: Path, name: str) -> "Table":

@@ -17,9 +17,11 @@ from orbitdb.numerals import exact, with_error
 EXAMPLES = (
     "assess levels.csv --parity oo",
     "assess measured.txt --parity oo --frequency GHz --radius 0.2 --fit-radius",
+    "assess window.txt --window --parity oo --a 1",
     "assess --statistics",
 )
 COLUMNS = ("after", "before", "missing")
+NUMBERS = ("k", "number", "excess")
 
 
 def assess(
@@ -28,6 +30,12 @@ def assess(
     given: MeasuredLevels,
     fit_radius: Annotated[
         bool, typer.Option("--fit-radius", help="Fit the radius, which must be known to half a per cent.")
+    ] = False,
+    window: Annotated[
+        bool, typer.Option("--window", help="The list begins anywhere; say with which level.")
+    ] = False,
+    numbers: Annotated[
+        bool, typer.Option("--numbers", help="Instead, show the true number of each level of the list.")
     ] = False,
     statistics: Annotated[
         bool, typer.Option("--statistics", help="Instead, show the statistics of the levels of each parity.")
@@ -39,16 +47,20 @@ def assess(
     """Find the levels that are missing from a list.
 
     The list is compared with the number of levels below each k, computed from the stored orbits. Give all
-    levels from the lowest upwards, with k in units of 1/radius. Each row is an interval between two levels.
-    missing is the number of levels missing there; a negative number counts spurious or duplicate levels. The
-    exit code is 1 if there is such an interval. --statistics shows gap ratios, the variance of the spacings,
-    Delta_3 and the number variance, first for the levels unfolded with Weyl's law (balls: in), then with the
-    contribution of the bouncing balls removed as well (balls: out).
+    levels from the lowest upwards, with k in units of 1/radius, or with --window the levels of any range of k.
+    Each row is an interval between two levels. missing is the number of levels missing there; a negative
+    number counts spurious or duplicate levels. The exit code is 1 if there is such an interval, or if the list
+    does not fit the stadium. --numbers shows the true number of each level, 0 for a spurious one, and excess,
+    how many levels are missing below it according to the orbits. --statistics shows gap ratios, the variance
+    of the spacings, Delta_3 and the number variance, first for the levels unfolded with Weyl's law (balls:
+    in), then with the contribution of the bouncing balls removed as well (balls: out).
     """
     if given.levels is None:
-        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius")
+        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "window")
+    if window:
+        options.refuse_idle(context, "with --window", "fit_radius")
     if statistics:
-        options.refuse_idle(context, "with --statistics", "fit_radius")
+        options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers")
         _show_statistics(given, a, output, db)
         return
     from orbitdb.answers.assessment import assess_levels
@@ -56,8 +68,11 @@ def assess(
     parity = given.of_one()
     read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found, told = assess_levels(moment, chosen.a, read, parity, fit_radius)
-    output.write(COLUMNS, found.gaps)
+        found, told = assess_levels(moment, chosen.a, read, parity, fit_radius, window)
+    if numbers:
+        output.write(NUMBERS, found.numbers())
+    else:
+        output.write(COLUMNS, found.gaps if found.fits else [])
     if fit_radius:
         unit = given.radius or 1.0
         scaled = with_error(found.scale * unit, found.scale_error * unit)
@@ -66,7 +81,7 @@ def assess(
         )
     for said in [*told, found.verdict()]:
         note(said)
-    if found.gaps:
+    if found.gaps or not found.fits:
         raise typer.Exit(1)
 
 

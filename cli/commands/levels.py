@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import Parities, SomeRange, read_parities, read_range
+from orbitdb.cli.given_levels import Parities, SomeRange, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.render import note
@@ -70,10 +70,10 @@ def _from_elements(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.records import find_levels
     from orbitdb.quantum.levels import Levels, windows
-    from orbitdb.quantum.weyl import weyl
+    from orbitdb.quantum.weyl import parities_of, weyl
 
     low, high = read_range("--k", k)
-    stadium, parities = Stadium(a), read_parities(parity)
+    stadium, parities = Stadium(a), parities_of(parity)
     for each in parities:
         list(windows(stadium, each, low, high))  # a refused range must leave no file
     if db is not None:
@@ -97,11 +97,12 @@ def _from_elements(
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
     """Show the levels computed from the stored orbits; return their number."""
     from orbitdb.answers.levels import beside, levels_from_orbits
+    from orbitdb.quantum.weyl import parities_of
     from orbitdb.store.reading.moment import reading
 
     low, high = (0.0, None) if k is None else read_range("--k", k)
     with progress("summing orbits"), reading(db) as moment:
-        found = levels_from_orbits(moment, a, high, read_parities(parity))
+        found = levels_from_orbits(moment, a, high, parities_of(parity))
         known = beside(moment, found)
     rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
     shown = [row for row in rows if row[0] >= low]

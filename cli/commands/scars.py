@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import primitive
-from orbitdb.cli.given_levels import Parities, Range, read_parities, read_range
+from orbitdb.cli.given_levels import Parities, Range, read_range
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
@@ -40,10 +40,11 @@ def scars(
     for each level the five of the twenty shortest stored orbits that scar it most.
     """
     from orbitdb.answers.scars import Scar
+    from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)
     with progress("waves"):
-        found = _found(word, low, high, read_parities(parity), a, db)
+        found = _found(word, low, high, parities_of(parity), a, db)
     output.write(Scar._fields, found)
     if not found:
         note(f"no level with k from {low:g} to {high:g}")

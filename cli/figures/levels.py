@@ -61,7 +61,7 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
     else:
         k = check_levels(levels, stadium, parity)
         end = float(k[-1])
-    orbits = orbits_for(stadium, read_classes(moment, chosen)[0], parity, end)
+    orbits = orbits_for(stadium, read_classes(moment, chosen)[0], parity, np.array([end]))
     here = orbits.k <= end
     at, smooth, count = orbits.k[here], orbits.smooth[here], orbits.count[0][here]
     label = f"orbits, $X = {orbits.cutoffs[0]:g}$"

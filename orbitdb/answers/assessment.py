@@ -6,18 +6,19 @@ from orbitdb.answers.levels import classes_for_levels, levels_from_zero
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
 from orbitdb.quantum.levels_from_orbits import Staircase, staircase
 from orbitdb.quantum.missing_levels import (
     CUTOFF,
     CUTOFF_OF_ALL,
+    FITS,
     WIDEST,
     Assessment,
     assess,
     check_levels,
-    misfit,
 )
 from orbitdb.quantum.trace_formula import Classes
-from orbitdb.quantum.weyl import Parity
+from orbitdb.quantum.weyl import Parity, one_parity
 from orbitdb.store.reading.moment import Moment
 
 if TYPE_CHECKING:
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 _SHOWN = 3
 """Maximum number of gaps with missing levels to name in one line."""
 
-_CLEARLY = 6.0
-"""Another parity is suggested if its misfit is smaller by this much, the cost of one missing level."""
+_CLEARLY = 0.7
+"""A hint must have a scatter smaller by this factor than the largest that fits."""
 
 
 def assess_levels(
@@ -37,27 +38,61 @@ def assess_levels(
     k: "ArrayLike | None" = None,
     parity: Parity | str | None = None,
     fit_radius: bool = False,
+    window: bool = False,
 ) -> tuple[Assessment, list[str]]:
     """Compare a list of levels with the stored orbits; return the assessment and notes.
 
     Raises
     ------
     InputError
-        If the numbers cannot be levels of the stadium, or too few orbits are stored.
+        If the numbers cannot be levels of the stadium, if too few orbits are stored, or if the orbits cannot
+        tell with which level a window begins.
     """
     stadium = Stadium(a)
-    of = None if parity is None else Parity(parity)
-    given = levels_from_zero(moment, stadium.a, of).k if k is None else check_levels(k, stadium, of)
-    notes = []
+    of = one_parity(parity)
+    if window and (fit_radius or k is None):
+        raise InputError("a window is a list that begins anywhere: give its levels, with the radius known")
+    if k is None:
+        k = levels_from_zero(moment, stadium.a, of).k
+    levels = check_levels(k, stadium, of, window)
     classes, _ = classes_for_levels(moment, stadium.a)
-    found = assess(given, orbits_for(stadium, classes, of, float(given[-1])), stadium.a, of, fit_radius)
-    if of is not None and found.gaps:
-        last = float(found.k[-1])
-        costs = {each: misfit(found.k, orbits_for(stadium, classes, each, last)) for each in Parity}
-        best = min(costs, key=lambda each: costs[each])
-        if costs[best] < costs[of] - _CLEARLY:
-            notes.append(f"the parity {best} fits these levels better than {of}")
-    return found, notes
+    orbits = orbits_for(stadium, classes, of, levels, window)
+    found = assess(levels, orbits, stadium, of, window, fit_radius)
+    return found, [] if found.fits and not found.at_limit else _hints(moment, found, classes, levels)
+
+
+def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> list[str]:
+    """Return what else could be tried with a list that does not fit, if it then fits."""
+    stadium, of, window = Stadium(found.a), found.parity, found.window
+
+    def better(stadium: Stadium, classes: Classes, parity: Parity | None, fit: bool = False) -> bool:
+        try:
+            check_levels(k, stadium, parity, window)
+            orbits = orbits_for(stadium, classes, parity, k, window)
+            other = assess(k, orbits, stadium, parity, window, fit)
+        except InputError:
+            return False
+        return other.scatter < _CLEARLY * FITS and not other.at_limit
+
+    hints = []
+    if found.at_limit:
+        hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
+    elif not window and found.scale == 1 and better(stadium, classes, of, True):
+        hints.append("they fit with another radius: fit it")
+    hints += [
+        f"they fit the parity {other}"
+        for other in (Parity if of is not None else ())
+        if other != of and better(stadium, classes, other)
+    ]
+    for a in moment.a_values(orbits=True):
+        if a != stadium.a and len(hints) < _SHOWN:
+            try:
+                there, _ = classes_for_levels(moment, a)
+            except InputError:
+                continue
+            if better(Stadium(a), there, of):
+                hints.append(f"they fit a = {exact(a)}")
+    return hints
 
 
 def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
@@ -66,14 +101,20 @@ def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> 
         found, notes = assess_levels(moment, a, k, parity)
     except InputError:
         return []
-    if not found.gaps:
+    if found.fits and not found.gaps:
         return []
+    if not found.fits:
+        return [found.verdict(), *notes]
     places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
     more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
     return [f"{found.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
 
 
-def orbits_for(stadium: Stadium, classes: Classes, parity: Parity | None, last: float) -> Staircase:
-    """Return the staircase for judging levels up to k = `last`."""
+def orbits_for(
+    stadium: Stadium, classes: Classes, parity: Parity | None, k: Floats, window: bool = False
+) -> Staircase:
+    """Return the staircase for comparison with the levels k, on their range alone if they are a window."""
     cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF
-    return staircase(stadium, classes, last * WIDEST + 0.1, parity, (cutoff,))
+    if window:
+        return staircase(stadium, classes, float(k[-1]) + 0.1, parity, (cutoff,), max(float(k[0]) - 0.1, 0.0))
+    return staircase(stadium, classes, float(k[-1]) * WIDEST + 0.1, parity, (cutoff,))

@@ -11,7 +11,7 @@ from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.missing_levels import check_levels
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity
+from orbitdb.quantum.weyl import Parity, one_parity
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
@@ -41,9 +41,7 @@ def read_spectrum(
         )
     if k_max is not None and not 1 <= k_max <= _MOST_K:
         raise InputError(f"k_max {k_max:g}: give 1 to {_MOST_K}")
-    if parity is not None and parity not in list(Parity):
-        raise InputError(f"parity {parity!r:.40}: use ee, eo, oe or oo")
-    stadium, of = Stadium(a), None if parity is None else Parity(parity)
+    stadium, of = Stadium(a), one_parity(parity)
     given = None if levels is None else check_levels(levels, stadium, of)
     classes, codes, highest = read_classes(moment, Selection(stadium.a))
     known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))

@@ -17,7 +17,7 @@ from orbitdb.plaintext import several
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
 from orbitdb.quantum.trace_formula import Classes
-from orbitdb.quantum.weyl import Parity, parities_of
+from orbitdb.quantum.weyl import Parity, one_parity, parities_of
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.tables import level, level_fill
 from orbitdb.store.reading.moment import Moment
@@ -33,7 +33,7 @@ def levels_from_zero(
     moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
-    parities = list(Parity) if parity is None else parities_of([parity])
+    parities = parities_of(one_parity(parity))
     found = {each: stored_levels(moment.connection, a, each) for each in parities}
     ends = {}
     for each, windows in found.items():

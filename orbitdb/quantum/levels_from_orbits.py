@@ -29,9 +29,9 @@ BEYOND = 2.5
 
 _BIN = 0.02
 """Width of the bins in which terms of similar length are collected, in units of the radius."""
-_ORDERS = 10
-"""Number of powers of k (l - centre of the bin) that are kept. At k = 100, this changes a term by less than
-1e-8 of its size."""
+_STRETCH, _ORDERS = 100.0, 8
+"""Length of the stretches of k, and number of powers of (k - middle of the stretch) (l - centre of the bin)
+that are kept. This changes a term by less than 1e-7 of its size."""
 _MORE = 3
 """Number of levels to look for beyond the number that Weyl's law predicts."""
 _NEIGHBOURS = 9
@@ -87,8 +87,9 @@ def staircase(
     k_max: float,
     parity: Parity | None = None,
     cutoffs: Sequence[float] = CUTOFFS,
+    k_min: float = 0.0,
 ) -> Staircase:
-    """Return the number of levels below k from orbits, on a grid up to `k_max`.
+    """Return the number of levels below k from orbits, on a grid from `k_min` to `k_max`.
 
     Parameters
     ----------
@@ -97,14 +98,15 @@ def staircase(
         All orbits shorter than `BEYOND` times the largest cutoff; for one parity, all orbits shorter than
         twice this length, because half orbits contribute.
     k_max : float
-        End of the grid, in 1/radius.
+        End of the grid, in 1/radius; `k_min` is its beginning.
     parity : Parity, optional
         Parity of the levels to count; by default, levels of all parities are counted.
     cutoffs : sequence of float, optional
         The cutoffs X, in units of the radius.
     """
     longest = BEYOND * max(cutoffs)
-    k = np.linspace(0.0, k_max, math.ceil(k_max * longest * _STEPS / (2 * math.pi)) + 2)[1:]
+    points = math.ceil((k_max - k_min) * longest * _STEPS / (2 * math.pi)) + 2
+    k = np.linspace(k_min, k_max, points)[1:]
     terms = orbit_terms(classes, longest, parity)
     smooth = weyl(stadium, parity)(k)
     count = smooth + _collected(terms.length, terms.amplitude / terms.length, k, cutoffs)
@@ -123,22 +125,26 @@ def _collected(
 ) -> Floats:
     """Return the weighted sum of Im(amplitude exp(i k l)) at each k for each cutoff, shape (X, n).
 
-    Terms of nearly equal length share a bin. Their sum is a power series in k (l - centre of the bin).
+    Terms of nearly equal length share a bin. Their sum is a power series in (k - k0) (l - centre of the bin),
+    where k0 is the middle of a stretch of k.
     """
     if not len(length):
         return np.zeros((len(cutoffs), len(k)))
     bins, place = np.unique(np.floor(length / _BIN).astype(np.int64), return_inverse=True)
     centre = (bins + 0.5) * _BIN
     off = length - centre[place]
-    found = np.zeros((len(cutoffs), len(k)), np.complex128)
-    waves = np.exp(1j * k[:, None] * centre)
     weighted = _weights(length, cutoffs) * amplitude
-    power = np.ones(len(length))
-    for order in range(_ORDERS):
-        moments = np.stack([_binned(place, row * power, len(bins)) for row in weighted])
-        found += (1j * k) ** order * (moments @ waves.T)
-        power = power * off / (order + 1)
-    return found.imag
+    parts = []
+    for part in np.array_split(k, max(1, math.ceil((k[-1] - k[0]) / _STRETCH))):
+        middle = (part[0] + part[-1]) / 2
+        factor, moments = np.exp(1j * middle * length), []
+        for order in range(_ORDERS):
+            moments += [_binned(place, row * factor, len(bins)) for row in weighted]
+            factor = factor * off / (order + 1)
+        waves = np.exp(1j * (part - middle)[:, None] * centre) @ np.array(moments).T
+        powers = (1j * (part - middle)[:, None]) ** np.arange(_ORDERS)
+        parts.append(np.einsum("no,nox->xn", powers, waves.reshape(len(part), _ORDERS, len(cutoffs))))
+    return np.concatenate(parts, axis=1).imag
 
 
 def _binned(place: NDArray[np.int64], values: NDArray[np.complex128], count: int) -> NDArray[np.complex128]:

@@ -7,13 +7,18 @@ behind it by one at each missing level. Define the excess
     D_i = N_X(k_i) - sum over j of Phi(X (k_i - k_j)),
 
 where Phi is the normal distribution function. Then i + D_i is approximately the true number of the level k_i,
-and `orbitdb.quantum.missing_levels` assigns an integer to it. The radius can also be fitted: the fit picks
-the scale of k for which the assignment has the lowest cost.
+and `orbitdb.quantum.level_numbers` assigns an integer to it. For a window, a list that begins anywhere, the
+first of these integers is free: the orbits number a list whose beginning is unknown.
+
+The error of N_X is largest where the trace formula fails, at the length of the perimeter, or half of it for
+one parity, because orbits that creep along a semicircle accumulate there. This part oscillates slowly, so it
+is fitted to the filled list and taken out. The radius can also be fitted: the fit picks the scale of k for
+which the assignment has the lowest cost.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -26,8 +31,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.quantum.length_spectrum import BLOCK
-from orbitdb.quantum.level_numbers import numbered
+from orbitdb.quantum.level_numbers import numbered, rearranged
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.weyl import Parity, weyl
 
@@ -39,28 +43,50 @@ if TYPE_CHECKING:
 CUTOFF, CUTOFF_OF_ALL = 10.0, 13.0
 """Cutoff X of the staircase for a list of one parity, and for a list of all levels."""
 
-_SIGMA = 0.2
-"""Uncertainty of the excess for an exact list; it is rarely larger, whatever the stadium, k and parity."""
-
+_SIGMA, _END = 0.2, 4.0
+"""Uncertainty of the excess of an exact list, and the factor on it at an end of the list."""
+_FILLED, _FILLED_END = 1.2, 2.3
+"""Uncertainty once the missing levels are filled in, in units of the scatter, and the factor at an end."""
+_LEAST_SPREAD = 0.08
+"""Lower limit for the scatter in these uncertainties."""
+_AT_END = 0.05
 _FAR = 4.0
-"""Distance, in units of 1/X, beyond which a level has no effect on the smoothed staircase."""
+"""Distance beyond the ends of the list, in units of 1/X, over which levels are assumed to go on evenly."""
+_PART = 256
+
+_CREEPING = (-0.3, 1.3)
+"""Lengths between which the error of N_X is fitted, relative to the perimeter, in units of the radius."""
+_RIDGE, _STRETCH = 3.0, 50.0
+"""Weight that keeps the fit small, and length of the stretches of k that are fitted separately."""
+_LARGE = 0.5
+"""Residuals above this do not make the fit worse: levels are misplaced there."""
 
 _WIDEST = 0.005
 """Maximum relative change of the radius in a fit."""
 _SCALES, _FINER, _REFINED = 401, 21, 4
 """Number of scales on the first grid, number of scales on each finer grid, and number of grids in all."""
+_FIRST, _LONGER = 1000, 8
+"""Number of levels to which the first grids are fitted, and the factor by which it then grows."""
 WIDEST = 1 + 2 * _WIDEST
 """How far the staircase has to extend, in units of the last level."""
 
 _CORRELATED = 2.0
 """Factor on the error of a fitted radius, because the deviations of neighbouring levels are correlated."""
 
+FITS = 0.27
+"""Largest scatter of a list that fits the stadium, in mean spacings. In tests, lists that fit had 0.22 or less,
+even with noise and missing levels, and others 0.29 or more."""
+_CERTAIN = 8.0
+"""How much more the second best first number of a window has to cost."""
+_CROWDED = 25.0
+"""Largest number of levels within the resolution 1/X of the orbits."""
+
 _LEAST_LEVELS = 10
 _OFF, _FEW = 0.2, 4
 """Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
 
 _ROUNDS = 3
-"""Maximum number of times the levels are numbered and the spread of their deviations is estimated."""
+"""Maximum number of times the levels are numbered and their scatter is estimated."""
 
 
 class Gap(NamedTuple):
@@ -101,12 +127,13 @@ class Assessment(ByValue, Drawn):
         True number of each level, counted from 1; 0 for a spurious level.
     excess : ndarray, shape (N,)
         Number of levels missing below each level according to the orbits, not rounded to an integer.
-    sigma : float
-        Uncertainty of the excess.
+    scatter : float
+        rms deviation of the staircase of the list from that of the orbits, once the missing levels are filled
+        in; a spurious level counts as a deviation of 1.
     scale, scale_error : float
         Ratio of the fitted radius to the given radius, and its standard error; 1 and 0 without a fit.
-    cost : float
-        Cost of the assignment of true numbers; lower is better.
+    window : bool
+        Whether the list was allowed to begin with any level.
     """
 
     a: float
@@ -114,10 +141,10 @@ class Assessment(ByValue, Drawn):
     k: Floats
     number: Integers
     excess: Floats
-    sigma: float
-    scale: float
-    scale_error: float
-    cost: float
+    scatter: float
+    scale: float = 1.0
+    scale_error: float = 0.0
+    window: bool = False
 
     def __len__(self) -> int:
         return len(self.k)
@@ -128,27 +155,52 @@ class Assessment(ByValue, Drawn):
     @property
     def gaps(self) -> list[Gap]:
         """The places where levels are missing or spurious, in ascending order of k."""
-        found: list[Gap] = []
-        after, last, spurious = None, 0, 0
+        gaps: list[Gap] = []
+        after, last, spurious = None, self.first - 1, 0
         for k, number in zip([*self.k.tolist(), None], [*self.number.tolist(), None], strict=True):
             if number == 0:
                 spurious += 1
                 continue
             missing = 0 if number is None else number - last - 1
             if missing - spurious or (missing and spurious):
-                found.append(Gap(after, k, missing - spurious))
+                gaps.append(Gap(after, k, missing - spurious))
             after, last, spurious = k, number or 0, 0
-        return found
+        return gaps
+
+    @property
+    def first(self) -> int:
+        """True number with which the list begins; 1 unless it is a window."""
+        true = self.number[self.number > 0]
+        return int(true[0]) if self.window and len(true) else 1
+
+    @property
+    def fits(self) -> bool:
+        """Whether the scatter is small enough for levels of this stadium and parity."""
+        return self.scatter <= FITS
+
+    @property
+    def at_limit(self) -> bool:
+        """Whether the fit of the radius ended at its limit, half a per cent, and has therefore failed."""
+        return abs(self.scale - 1) > 0.99 * _WIDEST
+
+    @property
+    def total(self) -> int:
+        """Number of levels from the first to the last true level of the list, with those that are missing."""
+        return max(int(self.number.max(initial=0)) - self.first + 1, 0)
 
     @property
     def missing(self) -> int:
         """Number of levels that are missing below the last true level of the list."""
-        return int(self.number.max(initial=0)) - int((self.number > 0).sum())
+        return self.total - int((self.number > 0).sum())
 
     @property
     def spurious(self) -> int:
         """Number of spurious or duplicate levels in the list."""
         return int((self.number == 0).sum())
+
+    def numbers(self) -> list[tuple[float, int, float]]:
+        """Return k, the true number (0 for a spurious level) and the excess of each level of the list."""
+        return list(zip(self.k.tolist(), self.number.tolist(), self.excess.tolist(), strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the gaps as a data frame with the columns ``after``, ``before`` and ``missing``."""
@@ -158,18 +210,28 @@ class Assessment(ByValue, Drawn):
         return "curves.draw_assessment", (self,), self.verdict()
 
     def verdict(self) -> str:
-        """Return a sentence that says how many levels are missing and how many are spurious."""
-        of = f" of {int(self.number.max(initial=0))} levels with k from 0 to {self.k[-1]:.4g}"
-        none = self.spurious
-        extra = f"; {none} {'is' if none == 1 else 'are'} spurious or duplicate" if none else ""
-        if not self.missing:
-            return f"none{of} is missing{extra}"
-        are = "is missing" if self.missing == 1 else "are missing"
-        return f"{self.missing}{of} {are}{extra}"
+        """Return a sentence that says whether the list fits, how many levels are missing or spurious."""
+        of = f"a = {exact(self.a)}, {'all parities' if self.parity is None else self.parity}"
+        scatter = f"scatter {self.scatter:.2f}"
+        if not self.fits:
+            return f"the list does not fit {of}: {scatter} mean spacings; lists that fit have less than 0.2"
+        low = f"{self.k[0]:.6g}" if self.window else "0"
+        levels = f" of {self.total} levels with k from {low} to {self.k[-1]:.{6 if self.window else 4}g}"
+        count = self.missing
+        said = f"{count or 'none'}{levels} {'is' if count < 2 else 'are'} missing"
+        if self.spurious:
+            said += f"; {self.spurious} {'is' if self.spurious == 1 else 'are'} spurious or duplicate"
+        begins = f"the list begins with level {self.first}; " if self.window else ""
+        return f"{begins}{said} ({of}; {scatter})"
 
 
 def assess(
-    k: Floats, orbits: Staircase, a: float, parity: Parity | None = None, fit_scale: bool = False
+    k: Floats,
+    orbits: Staircase,
+    stadium: Stadium,
+    parity: Parity | None = None,
+    window: bool = False,
+    fit_scale: bool = False,
 ) -> Assessment:
     """Compare a list of levels with the staircase from the orbits.
 
@@ -178,74 +240,150 @@ def assess(
     k : ndarray, shape (N,)
         Levels in ascending order, in 1/radius.
     orbits : Staircase
-        The staircase with a single cutoff, on a grid of k up to `WIDEST` times the last level.
-    a : float
-        Half length of the stadium.
+        The staircase with a single cutoff, on a grid of k from 0, or from the first level of a window, up to
+        `WIDEST` times the last level.
+    stadium : Stadium
     parity : Parity, optional
         Parity of the levels; None if the list contains levels of all parities.
+    window : bool, optional
+        Whether the list may begin with any level; otherwise it begins with the lowest.
     fit_scale : bool, optional
         Whether to fit the radius, which can then change by up to half a per cent.
+
+    Raises
+    ------
+    InputError
+        If the orbits cannot tell with which level a window begins.
     """
-    own, sigma = _smoothed(k, orbits), _SIGMA
-    place = np.arange(1, len(k) + 1)
-    scale, wide = 1.0, _WIDEST
-    for _ in range(_ROUNDS):
-        if fit_scale:
-            scale, wide = _fitted(k, orbits, own, sigma, scale, wide), _WIDEST / _FINER
-        excess = orbits.at(k * scale)[0] - own
-        numbers, cost = numbered((excess + place)[None], sigma)
-        number = numbers[0]
-        off = (excess + place - number)[number > 0]
-        spread = float(1.4826 * np.median(np.abs(off))) if len(off) else sigma
-        if spread <= sigma * 1.05:
-            break
-        sigma = spread
-    slope = k * scale * np.interp(k * scale, orbits.k, orbits.density)
-    scale_error = _CORRELATED * spread / float(np.linalg.norm(slope)) if fit_scale else 0.0
-    return Assessment(a, parity, k * scale, number, excess, sigma, scale, scale_error, float(cost[0]))
+    compared = _Compared(k, orbits, stadium, parity, window)
+    scale = compared.fitted() if fit_scale else 1.0
+    if window and compared.crowded > _CROWDED:
+        raise InputError(
+            f"the orbits cannot tell which levels are missing near k = {k[-1]:.4g}: "
+            f"{compared.crowded:.0f} levels lie within their resolution, 1/{compared.cutoff:g}"
+        )
+    excess = compared.excess(scale)
+    number, residual, scatter = compared.numbered(excess)
+    found = Assessment(stadium.a, parity, k * scale, number, excess, scatter, scale, window=window)
+    if window and found.fits:
+        compared.check_first(number, residual, scatter)
+    if fit_scale:
+        slope = k * scale * np.interp(k * scale, orbits.k, orbits.density)
+        found = replace(found, scale_error=_CORRELATED * scatter / float(np.linalg.norm(slope)))
+    return found
 
 
-def misfit(k: Floats, orbits: Staircase) -> float:
-    """Return the lowest cost of numbering the levels, assuming the uncertainty of an exact list."""
-    return float(_costs(k, orbits, _smoothed(k, orbits), _SIGMA, np.ones(1))[0])
+class _Compared:
+    """A list of levels beside the staircase from the orbits; the arguments are those of `assess`."""
+
+    def __init__(
+        self, k: Floats, orbits: Staircase, stadium: Stadium, parity: Parity | None, window: bool
+    ) -> None:
+        smooth = weyl(stadium, parity)
+        self.k, self.orbits, self.window = k, orbits, window
+        (self.cutoff,) = orbits.cutoffs
+        self.independent = 4 if parity is None else 1
+        self.lengths = (4 * stadium.a + 2 * math.pi + np.array(_CREEPING)) / (1 if parity is None else 2)
+        self.place, density = smooth(k), smooth.deriv()(k)
+        self.crowded = float(density[-1]) / self.cutoff
+        spacing, far = 1 / np.maximum(density[[0, -1]], 0.1), _FAR / self.cutoff
+        above = np.arange(k[-1] + spacing[1], k[-1] + far, spacing[1])
+        below = np.arange(k[0] - spacing[0], max(k[0] - far, 0.0), -spacing[0])[::-1] if window else k[:0]
+        self.own = _smoothed(k, np.concatenate([below, k, above]), self.cutoff) - len(below)
+        near_end = k[-1] - k
+        if window:
+            near_end = np.minimum(near_end, k - k[0])
+        self.end = np.exp(-((self.cutoff * near_end) ** 2) / 2)
+
+    def excess(self, scale: float) -> Floats:
+        excess: Floats = self.orbits.at(self.k * scale)[0] - self.own
+        return excess
+
+    def numbered(self, excess: Floats) -> tuple[Integers, Floats, float]:
+        """Return the true numbers, the residual of the filled list and its scatter."""
+        order, creeping = np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
+        sigma, spread, how = _SIGMA, _LEAST_SPREAD, (self.independent, self.window)
+        for turn in range(_ROUNDS):
+            rest, wide = excess - creeping, sigma * (1 + (_END - 1) * self.end)
+            (number,), _ = numbered((rest + order)[None], wide, self.place, *how)
+            filled = self.filled_sigma(spread)
+            number, residual = rearranged(self.k, self.place, number, rest, filled, self.cutoff, *how)
+            more = self.creeping(residual)
+            residual, creeping, before, true = residual - more, creeping + more, spread, number > 0
+            spread = float(1.4826 * np.median(np.abs(residual[true]))) if true.any() else 1.0
+            sigma = max(_SIGMA, spread)
+            if turn and spread < 1.1 * before:
+                break
+        inner = self.end < _AT_END if (self.end < _AT_END).any() else self.end >= 0
+        off = np.where(true, np.minimum(np.abs(residual + creeping), 1.0), 1.0)[inner]
+        return number, residual, float(np.sqrt((off**2).mean()))
+
+    def filled_sigma(self, spread: float) -> Floats:
+        """Return the uncertainty of the excess at each level once the missing levels are filled in."""
+        return np.asarray(_FILLED * max(spread, _LEAST_SPREAD) * (1 + (_FILLED_END - 1) * self.end))
+
+    def creeping(self, residual: Floats) -> Floats:
+        """Return the part of a residual that oscillates with lengths near the perimeter."""
+        low, high = self.lengths
+        parts = []
+        for part in np.array_split(np.arange(len(residual)), math.ceil(np.ptp(self.k) / _STRETCH)):
+            k, rest = self.k[part], np.clip(residual[part], -_LARGE, _LARGE)
+            count = math.ceil(np.ptp(k) * (high - low) / (2 * math.pi)) + 1
+            phase = k[:, None] * np.linspace(low, high, max(count, 2))
+            waves = np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+            normal = waves.T @ waves + _RIDGE**2 * np.eye(waves.shape[1])
+            parts.append(waves @ np.linalg.solve(normal, waves.T @ rest))
+        return np.concatenate(parts)
+
+    def check_first(self, number: Integers, residual: Floats, scatter: float) -> None:
+        """Raise if the next best first number of a window is nearly as good."""
+        spread = self.filled_sigma(scatter)
+        off = np.abs(residual[number > 0].mean())
+        weight = (1 / spread**2).sum() / max(1.0, 2.5 * self.crowded)
+        if weight * (0.5 - off) < _CERTAIN:
+            raise InputError(
+                f"the orbits cannot tell with which level a list of {several(len(self.k), 'level')} from k = "
+                f"{self.k[0]:.6g} to {self.k[-1]:.6g} begins: give a longer window, or fill further periods"
+            )
+
+    def fitted(self) -> float:
+        """Return the scale of k with the lowest cost, searching on finer grids and with more levels."""
+        scale, wide, steps, count = 1.0, _WIDEST, _SCALES, _FIRST
+        while True:
+            part = slice(0, count)
+            for _ in range(_REFINED):
+                scales = scale + wide * np.linspace(-1, 1, steps)
+                places = (self.k[part] * scales[:, None]).ravel()
+                excess = self.orbits.at(places)[0].reshape(steps, -1) - self.own[part]
+                order = np.arange(1, excess.shape[1] + 1)
+                cost = numbered(excess + order, _SIGMA, self.place[part], self.independent)[1]
+                scale = float(scales[cost.argmin()])
+                wide, steps = 2 * wide / (steps - 1), _FINER
+            if count >= len(self.k):
+                return scale
+            wide, count = _WIDEST / _FINER / 5 * (_FIRST / count), count * _LONGER
 
 
-def _costs(k: Floats, orbits: Staircase, own: Floats, sigma: float, scales: Floats) -> Floats:
-    """Return the lowest cost of numbering the levels for each of several scales of k."""
-    place = np.arange(1, len(k) + 1)
-    excess = orbits.at((k * scales[:, None]).ravel())[0].reshape(len(scales), -1) - own
-    return numbered(excess + place, sigma)[1]
+def _smoothed(k: Floats, levels: Floats, cutoff: float) -> Floats:
+    """Return the number of levels below each k, smoothed with a Gaussian of width 1/cutoff."""
+    counts = []
+    for first in range(0, len(k), _PART):
+        part = k[first : first + _PART]
+        low, high = np.searchsorted(levels, [part[0] - 9 / cutoff, part[-1] + 9 / cutoff])
+        counts.append(low + ndtr(cutoff * (part[:, None] - levels[low:high])).sum(axis=1))
+    return np.concatenate(counts)
 
 
-def _smoothed(k: Floats, orbits: Staircase) -> Floats:
-    """Return the smoothed staircase of a list at each of its levels.
-
-    Evenly spaced levels are added beyond the end of the list, so that the staircase does not level off there.
-    """
-    (cutoff,) = orbits.cutoffs
-    spacing = 1 / float(np.interp(k[-1], orbits.k, orbits.density))
-    every = np.append(k, np.arange(k[-1] + spacing, k[-1] + _FAR / cutoff, spacing))
-    parts = np.array_split(k, len(k) * len(every) // BLOCK + 1)
-    return np.concatenate([ndtr(cutoff * (part[:, None] - every)).sum(axis=1) for part in parts])
-
-
-def _fitted(k: Floats, orbits: Staircase, own: Floats, sigma: float, scale: float, wide: float) -> float:
-    """Return the scale of k with the lowest cost near a first guess, searching on finer and finer grids."""
-    count = _SCALES if wide == _WIDEST else _FINER
-    for _ in range(_REFINED):
-        scales = scale + wide * np.linspace(-1, 1, count)
-        scale = float(scales[_costs(k, orbits, own, sigma, scales).argmin()])
-        wide, count = 2 * wide / (count - 1), _FINER
-    return scale
-
-
-def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -> Floats:
+def check_levels(
+    levels: "ArrayLike", stadium: Stadium, parity: Parity | None, window: bool = False
+) -> Floats:
     """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
 
     Raises
     ------
     InputError
         If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
+        A window is compared with the number of levels that Weyl's law expects between its ends.
     """
     k = np.sort(np.asarray(levels, np.float64), axis=-1)
     if k.ndim != 1:
@@ -254,29 +392,37 @@ def check_levels(levels: "ArrayLike", stadium: Stadium, parity: Parity | None) -
         raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
     if (wrong := k[~((k > 0) & (k < np.inf))]).size:
         raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
-    if not _plausible(len(k), k[-1], stadium, parity):
+    low = float(k[0]) if window else 0.0
+    if not _plausible(len(k), low, k[-1], stadium, parity):
         of = " of all parities" if parity is None else f" of parity {parity}"
-        expected = max(0.0, float(weyl(stadium, parity)(k[-1])))
+        smooth = weyl(stadium, parity)
+        expected = max(0.0, float(smooth(k[-1])) - (float(smooth(low)) if window else 0.0))
+        between = f"from k = {low:g} to {k[-1]:g}" if window else f"up to k = {k[-1]:g}"
         raise InputError(
-            f"{len(k)} levels up to k = {k[-1]:g}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: {_remedy(len(k), k[-1], stadium, parity)}"
+            f"{len(k)} levels {between}, but Weyl's law expects {expected:.0f}{of} at a = "
+            f"{exact(stadium.a)}: {_remedy(k, window, stadium, parity)}"
         )
     return k
 
 
-def _plausible(count: int, end: float, stadium: Stadium, parity: Parity | None) -> bool:
-    expected = float(weyl(stadium, parity)(end))
+def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:
+    """Return whether a number of levels between two k is near Weyl's law; from 0, all of them count."""
+    smooth = weyl(stadium, parity)
+    expected = float(smooth(high)) - (float(smooth(low)) if low else 0.0)
     return abs(count - expected) <= _OFF * expected + _FEW
 
 
-def _remedy(count: int, end: float, stadium: Stadium, parity: Parity | None) -> str:
+def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) -> str:
     """Return a message that says what may be wrong with a list that has too many or too few levels."""
-    if _plausible(count, math.sqrt(end), stadium, parity):
-        return "they look like energies: give --energies"
-    if _plausible(count, end**2, stadium, parity):
-        return "they look like wavenumbers: leave out --energies"
-    if parity is not None and _plausible(count, end, stadium, None):
-        return "they look like the levels of all parities: leave out --parity"
-    if parity is None and any(_plausible(count, end, stadium, each) for each in Parity):
-        return "they look like the levels of one parity: name it with --parity"
-    return "check --parity, --a and the unit: k is in 1/radius, frequencies need --frequency and --radius"
+    low, high = float(k[0]) if window else 0.0, float(k[-1])
+    if _plausible(len(k), math.sqrt(low), math.sqrt(high), stadium, parity):
+        return "they look like energies; k is the square root of an energy"
+    if _plausible(len(k), low**2, high**2, stadium, parity):
+        return "they look like wavenumbers, not energies"
+    if parity is not None and _plausible(len(k), low, high, stadium, None):
+        return "they look like the levels of all parities: give no parity"
+    if parity is None and any(_plausible(len(k), low, high, stadium, each) for each in Parity):
+        return "they look like the levels of one parity: name it"
+    if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
+        return "they look like a window, a list that begins above the lowest level: assess them as a window"
+    return "check the parity, a and the unit: k is in 1/radius"

@@ -31,7 +31,7 @@ from orbitdb.numerals import exact
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.levels import windows
-from orbitdb.quantum.weyl import Parity, parities_of
+from orbitdb.quantum.weyl import Parity, one_parity, parities_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -185,7 +185,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     InputError
         If the half length or the range is outside the tested limits (`orbitdb.quantum.levels.windows`).
     """
-    at, (of,) = as_stadium(stadium), parities_of([parity])
+    at, (of,) = as_stadium(stadium), parities_of(one_parity(parity))
     for task in windows(at, of, low, high):
         with one_thread():
             elements = task.elements()

@@ -32,12 +32,33 @@ class Parity(StrEnum):
         return 1 if self.value[0] == "e" else -1, 1 if self.value[1] == "e" else -1
 
 
-def parities_of(names: Iterable[Parity | str]) -> list[Parity]:
-    """Return the parities with the given names, without repetitions; raise `InputError` for other names."""
+def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) -> list[Parity]:
+    """Return parities without repetitions, from a name, several separated by commas, or a sequence.
+
+    None stands for all four.
+
+    Raises
+    ------
+    InputError
+        If one of them is not ``ee``, ``eo``, ``oe`` or ``oo``.
+    """
+    if names is None:
+        return list(Parity)
+    given = names.split(",") if isinstance(names, str) else list(names)
     try:
-        return list(dict.fromkeys(map(Parity, names)))
-    except ValueError:
-        raise InputError(f"unknown parity {names!r:.40}: use ee, eo, oe or oo") from None
+        return list(dict.fromkeys(Parity(name.strip()) for name in given))
+    except (ValueError, AttributeError):
+        raise InputError(f"parity {names!s:.40}: use ee, eo, oe or oo") from None
+
+
+def one_parity(name: "Parity | str | None") -> Parity | None:
+    """Return the parity with a name, or None for None; raise `InputError` for several or another name."""
+    if name is None:
+        return None
+    first, *others = parities_of(name)
+    if others:
+        raise InputError(f"parity {name}: give one parity, or none for the levels of all parities")
+    return first
 
 
 def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
