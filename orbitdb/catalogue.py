@@ -8,6 +8,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue_file import CatalogueFile
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, telling
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import Criteria, with_criteria
 from orbitdb.store.asking.selection import Selection
@@ -448,21 +449,21 @@ class Catalogue(CatalogueFile):
             If the levels are not stored up to ``k_max``, or too few orbits are stored.
         """
         from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
-        from orbitdb.quantum.weyl import Parity, parities_of
+        from orbitdb.quantum.weyl import one_parity, parities_of
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
         with self._file.moment() as moment:
             if method == "elements":
                 return levels_from_zero(moment, self._at(a), parity, k_max)
-            parities = tuple(Parity) if parity is None else parities_of([parity])
-            return levels_from_orbits(moment, self._at(a), k_max, parities)
+            return levels_from_orbits(moment, self._at(a), k_max, parities_of(one_parity(parity)))
 
     def assess(
         self,
         k: "ArrayLike | None" = None,
         parity: "Parity | str | None" = None,
         *,
+        window: bool = False,
         fit_radius: bool = False,
         a: float | None = None,
     ) -> "Assessment":
@@ -471,9 +472,12 @@ class Catalogue(CatalogueFile):
         Parameters
         ----------
         k : array-like, shape (N,), optional
-            The levels, beginning with the lowest, in 1/radius; by default the stored ones.
+            The levels in 1/radius, beginning with the lowest unless they are a window; by default the stored
+            ones.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have this parity; by default, all four are mixed.
+        window : bool, optional
+            Whether the list begins with any level; `Assessment.first` then says which one it is.
         fit_radius : bool, optional
             Whether to fit the radius, in case it is known only to within half a per cent.
         a : float, optional
@@ -482,48 +486,56 @@ class Catalogue(CatalogueFile):
         Raises
         ------
         InputError
-            If the values cannot be levels of the stadium, or too few orbits are stored.
+            If the values cannot be levels of the stadium, too few orbits are stored, or the orbits cannot
+            tell with which level a window begins.
         """
         from orbitdb.answers.assessment import assess_levels
-        from orbitdb.quantum.weyl import parities_of
 
-        of = None if parity is None else parities_of([parity])[0]
         with self._file.moment() as moment:
-            return assess_levels(moment, self._at(a), k, of, fit_radius)[0]
+            return assess_levels(moment, self._at(a), k, parity, fit_radius, window)[0]
 
     def scars(
         self,
-        k_max: float,
-        k_min: float,
+        low: float,
+        high: float | None = None,
         word: str | None = None,
-        parities: "Sequence[Parity | str]" = ("ee", "eo", "oe", "oo"),
+        parities: "Sequence[Parity | str] | str | None" = None,
         *,
+        order: str = "above",
+        progress: Tell | None = None,
         a: float | None = None,
     ) -> "list[Scar]":
-        """Measure how strongly orbits scar the quantum levels with k_min <= k < k_max.
+        """Measure how strongly orbits scar the quantum levels with low <= k < high.
 
         Parameters
         ----------
-        k_max, k_min : float
-            The range of wavenumbers, in 1/radius.
+        low, high : float
+            The range of wavenumbers, in 1/radius. With `low` alone, the level of each parity nearest to it.
         word : str, optional
-            An orbit; the result then has an entry for every level, the most strongly scarred first. By
-            default, it has, for each level, the five of the twenty shortest stored orbits that scar it most.
+            An orbit, or ``02`` for the bouncing balls; the result then has an entry for every level. By
+            default, it has for each level the five that scar it most, out of the bouncing balls and the
+            twenty shortest stored orbits, and is sorted by k.
         parities : sequence of str, optional
             As for `fill_levels`.
-        a : float, optional
-            Half length of the stadium; by default the catalogue's.
+        order : str, optional
+            Order of the scars of a word: ``above`` or ``strength`` (the largest first), or ``k``.
+        progress, a : optional
+            As for `fill`.
 
         Raises
         ------
         InputError
             If the range is invalid, or the word is not an orbit.
         """
-        from orbitdb.answers.scars import scars_of, scars_of_shortest
+        from orbitdb.answers.scars import check_scarring, scars_of, shortest_orbits
         from orbitdb.quantum.weyl import parities_of
 
         named, at = parities_of(parities), self._at(a)
-        if word is not None:
-            return scars_of(find_or_solve(self.path, parse_primitive(word), at), k_min, k_max, named)
-        with self._file.moment() as moment:
-            return scars_of_shortest(moment, at, k_min, k_max, named)
+        if word is None:
+            with self._file.moment() as moment:
+                orbits = shortest_orbits(moment, at)
+        else:
+            orbits = [find_or_solve(self.path, parse_primitive(word), at)]
+            check_scarring(orbits[0])
+        with telling(progress, "waves") as tell:
+            return scars_of(orbits, low, high, named, order, tell)

@@ -301,22 +301,22 @@ class CatalogueFile:
 
     def fill_levels(
         self,
-        k_max: float,
-        k_min: float = 0.0,
-        parities: "Sequence[Parity | str]" = ("ee", "eo", "oe", "oo"),
+        low: float,
+        high: float | None = None,
+        parities: "Sequence[Parity | str] | str | None" = None,
         *,
         jobs: int | None = 1,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Levels":
-        """Find and store all quantum levels with k_min <= k < k_max, each with an estimated error.
+        """Find and store all quantum levels with low <= k < high, each with an estimated error.
 
         Parameters
         ----------
-        k_max, k_min : float
-            The range of wavenumbers, in 1/radius.
-        parities : sequence of str, optional
-            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y.
+        low, high : float
+            The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
+        parities : str or sequence of str, optional
+            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
         jobs, progress, a : optional
             As for `fill`.
         """
@@ -324,10 +324,10 @@ class CatalogueFile:
         from orbitdb.quantum.levels import Levels
         from orbitdb.quantum.weyl import parities_of
 
-        at = Stadium(self._at(a))
+        at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
-            found = records.find_levels(self.path, at, k_min, k_max, parities_of(parities), jobs, tell)
-        return Levels.joined(at.a, k_min, k_max, found)
+            found = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
+        return Levels.joined(at.a, low, high, found)
 
     @with_criteria
     def verify(

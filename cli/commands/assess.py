@@ -47,13 +47,13 @@ def assess(
     """Find the levels that are missing from a list.
 
     The list is compared with the number of levels below each k, computed from the stored orbits. Give all
-    levels from the lowest upwards, with k in units of 1/radius, or with --window the levels of any range of k.
+    levels from the lowest upwards, with k in units of 1/radius, or with --window the levels of any range.
     Each row is an interval between two levels. missing is the number of levels missing there; a negative
-    number counts spurious or duplicate levels. The exit code is 1 if there is such an interval, or if the list
-    does not fit the stadium. --numbers shows the true number of each level, 0 for a spurious one, and excess,
-    how many levels are missing below it according to the orbits. --statistics shows gap ratios, the variance
-    of the spacings, Delta_3 and the number variance, first for the levels unfolded with Weyl's law (balls:
-    in), then with the contribution of the bouncing balls removed as well (balls: out).
+    number counts spurious or duplicate levels. The exit code is 1 if there is such an interval, or if the
+    list does not fit the stadium. --numbers shows the true number of each level, 0 for a spurious one, and
+    excess, how many levels are missing below it according to the orbits. --statistics shows gap ratios, the
+    variance of the spacings, Delta_3 and the number variance, first for the levels unfolded with Weyl's law
+    (balls: in), then with the contribution of the bouncing balls removed as well (balls: out).
     """
     if given.levels is None:
         options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "window")
@@ -68,7 +68,7 @@ def assess(
     parity = given.of_one()
     read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found, told = assess_levels(moment, chosen.a, read, parity, fit_radius, window)
+        found, hints = assess_levels(moment, chosen.a, read, parity, fit_radius, window)
     if numbers:
         output.write(NUMBERS, found.numbers())
     else:
@@ -76,10 +76,8 @@ def assess(
     if fit_radius:
         unit = given.radius or 1.0
         scaled = with_error(found.scale * unit, found.scale_error * unit)
-        told.append(
-            f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it"
-        )
-    for said in [*told, found.verdict()]:
+        note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
+    for said in [found.verdict(), *hints]:
         note(said)
     if found.gaps or not found.fits:
         raise typer.Exit(1)

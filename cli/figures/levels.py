@@ -83,8 +83,8 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
 def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw N_X at each level minus the index of the level; this increases by 1 at a missing level."""
     parity = given.of_one()
-    found, told = assess_levels(moment, chosen.a, given.read(parity), parity)
-    for said in [*told, found.verdict()]:
+    found, hints = assess_levels(moment, chosen.a, given.read(parity), parity)
+    for said in [found.verdict(), *hints]:
         note(said)
     with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
         curves.draw_assessment(made.add_subplot(), found)

@@ -1,6 +1,6 @@
 """Scars: how strongly the waves of levels concentrate along orbits."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -10,15 +10,16 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.orbits.status import Status
-from orbitdb.quantum.waves import waves
+from orbitdb.progress import Tell, nobody
+from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
 
 SHORTEST = 20
-"""Number of classes, those with the shortest orbits, to try if no word is given."""
+"""Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""
 STRONGEST = 5
 """Number of orbits to report for each level."""
 NEIGHBOURS = 15
@@ -53,40 +54,64 @@ class Scar(NamedTuple):
     above: float | None
 
 
-def scars_of(orbit: Orbit, low: float, high: float, parities: Iterable[Parity]) -> list[Scar]:
-    """Return the scars of one orbit at all levels in a range of k, the strongest first."""
-    found = [scar for each in parities for (scar,) in _scars([orbit], low, high, each)]
-    return sorted(found, key=lambda scar: -scar.strength)
+ORDERS = ("above", "strength", "k")
 
 
-def scars_of_shortest(
-    moment: Moment, a: float, low: float, high: float, parities: Iterable[Parity]
+def scars_of(
+    orbits: Sequence[Orbit],
+    low: float,
+    high: float | None,
+    parities: Iterable[Parity],
+    order: str = "above",
+    tell: Tell = nobody,
 ) -> list[Scar]:
-    """Return the strongest scars of short stored orbits at each level in a range of k, sorted by k."""
-    orbits = _shortest(moment, a)
-    found: list[Scar] = []
+    """Return scars of orbits at all levels with low <= k < high.
+
+    Without `high`, only the level of each parity nearest to `low` is taken. Of several orbits, each level has
+    the `STRONGEST`, and the levels are sorted by k. Scars of a single orbit are sorted in the given order: k,
+    or the largest `above` or `strength` first.
+    """
+    if order not in ORDERS:
+        raise InputError(f"order {order!r:.40}: use {', '.join(ORDERS)}")
+    if high is not None and not 0 <= low < high:
+        raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
+    scars = []
     for parity in parities:
-        for scars in _scars(orbits, low, high, parity):
-            found += sorted(scars, key=lambda scar: -scar.strength)[:STRONGEST]
-    return sorted(found, key=lambda scar: (scar.k, -scar.strength))
+        for at_level in _scars(orbits, low, high, parity, tell):
+            at_level.sort(key=lambda scar: _rank(scar, order))
+            scars += at_level[:STRONGEST]
+    return sorted(scars, key=lambda scar: _rank(scar, order) if len(orbits) == 1 else (scar.k,))
 
 
-def _scars(orbits: Sequence[Orbit], low: float, high: float, parity: Parity) -> Iterator[list[Scar]]:
-    """Yield the scars at each level of one parity in a range of k; neighbours may lie outside the range."""
+def _rank(scar: Scar, order: str) -> tuple[float, ...]:
+    if order == "k":
+        return (scar.k,)
+    above = -np.inf if scar.above is None else scar.above
+    return (-above, -scar.strength) if order == "above" else (-scar.strength,)
+
+
+def _scars(
+    orbits: Sequence[Orbit], low: float, high: float | None, parity: Parity, tell: Tell
+) -> list[list[Scar]]:
+    """Return the scars at each level of one parity in a range of k; neighbours may lie outside the range."""
     stadium = Stadium(orbits[0].a)
-    smooth = weyl(stadium, parity)
+    smooth, end = weyl(stadium, parity), low if high is None else high
     first = min(low, wavenumber(smooth, smooth(low) - NEIGHBOURS))
-    last = max(high, wavenumber(smooth, smooth(high) + NEIGHBOURS))
-    known = [(wave.k, wave.strengths(orbits)) for wave in waves(stadium, first, last, parity)]
-    for n, (k, strength) in enumerate(known):
-        if low <= k < high:
-            others = [
-                other for _, other in known[max(n - NEIGHBOURS, 0) : n] + known[n + 1 : n + 1 + NEIGHBOURS]
+    last = max(end, wavenumber(smooth, smooth(end) + NEIGHBOURS))
+    levels, strength = scar_strengths(stadium, first, last, parity, orbits, tell)
+    wanted = np.flatnonzero((low <= levels) & (levels < end))
+    if high is None:
+        wanted = np.abs(levels - low).argsort()[:1]
+    scars = []
+    for n in wanted.tolist():
+        others = np.delete(strength[max(n - NEIGHBOURS, 0) : n + NEIGHBOURS + 1], min(n, NEIGHBOURS), axis=0)
+        scars.append(
+            [
+                Scar(float(levels[n]), parity, orbit.code, float(own), _above(own, of_others))
+                for orbit, own, of_others in zip(orbits, strength[n], others.T, strict=True)
             ]
-            yield [
-                Scar(k, parity, orbit.code, float(own), _above(own, np.array(of_others)))
-                for orbit, own, of_others in zip(orbits, strength, np.array(others).T, strict=True)
-            ]
+        )
+    return scars
 
 
 def _above(own: float, others: Floats) -> float | None:
@@ -95,12 +120,18 @@ def _above(own: float, others: Floats) -> float | None:
     return float(own - others.mean()) / spread if spread > _ROUNDING else None
 
 
-def _shortest(moment: Moment, a: float) -> list[Orbit]:
-    """Return the shortest stored orbits, one of each class."""
+def shortest_orbits(moment: Moment, a: float) -> list[Orbit]:
+    """Return the bouncing balls and the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
     rows = moment.rows(moment.choose(chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)
     words = [word for (word,) in rows]
-    found = [orbit for word in words if (orbit := moment.find(word, a)) is not None]
-    if not found:
+    orbits = [orbit for word in words if (orbit := moment.find(word, a)) is not None]
+    if not orbits:
         raise InputError(f"no orbits at a = {exact(a)}: 'orbitdb fill --p 11 --a {exact(a)}' finds some")
-    return found
+    return [solve_word("02", a), *orbits]
+
+
+def check_scarring(orbit: Orbit) -> None:
+    """Raise `InputError` if a word is neither an orbit nor the family of bouncing balls."""
+    if orbit.points is None and orbit.status is not Status.FAMILY:
+        raise InputError(f"{orbit.code} at a = {exact(orbit.a)} scars nothing: {orbit.status.sentence}")

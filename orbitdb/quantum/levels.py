@@ -245,7 +245,10 @@ class Levels(ByValue, Drawn):
 
 
 def levels(
-    stadium: Stadium | float, high: float, low: float = 0.0, parities: Sequence[Parity | str] = tuple(Parity)
+    stadium: Stadium | float,
+    low: float,
+    high: float | None = None,
+    parities: Sequence[Parity | str] | str | None = None,
 ) -> Levels:
     """Return all levels of a stadium with low <= k < high.
 
@@ -253,17 +256,17 @@ def levels(
     ----------
     stadium : Stadium or float
         The stadium or its half length, from `LEAST_A` to `LARGEST_A`.
-    high, low : float
-        The ends of the range of k, in 1/radius.
-    parities : sequence of Parity or str, optional
-        Parities of the levels: any of ``ee``, ``eo``, ``oe`` and ``oo``, for even or odd in x and then in y.
+    low, high : float
+        The ends of the range of k, in 1/radius. As in Python's `range`, a single number is the upper end.
+    parities : str or sequence of str, optional
+        Any of ``ee``, ``eo``, ``oe`` and ``oo``, for even or odd in x and then in y; by default all four.
 
     Raises
     ------
     InputError
         If the half length or the range is outside the tested limits.
     """
-    at = as_stadium(stadium)
+    at, (low, high) = as_stadium(stadium), (0.0, low) if high is None else (low, high)
     found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}
     for task in in_order(task for parity in found for task in windows(at, parity, low, high)):
         found[task.parity].append(task.solved())

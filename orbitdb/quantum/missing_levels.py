@@ -74,8 +74,8 @@ _CORRELATED = 2.0
 """Factor on the error of a fitted radius, because the deviations of neighbouring levels are correlated."""
 
 FITS = 0.27
-"""Largest scatter of a list that fits the stadium, in mean spacings. In tests, lists that fit had 0.22 or less,
-even with noise and missing levels, and others 0.29 or more."""
+"""Largest scatter of a list that fits the stadium, in mean spacings. In tests, lists that fit had at most
+0.22, even with noise and missing levels, and others 0.29 or more."""
 _CERTAIN = 8.0
 """How much more the second best first number of a window has to cost."""
 _CROWDED = 25.0

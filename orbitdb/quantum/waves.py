@@ -6,6 +6,7 @@ The integral of psi^2 over the entire stadium is 1. In a wave, an orbit of lengt
     S = (area / L) * integral of psi^2 along the orbit.
 
 The mean of S over the levels of one parity is 1, or, for an orbit on an axis, 2 or 0 depending on the parity.
+The bouncing balls fill the rectangle |x| < a. Their strength is the mean of psi^2 there, times the area.
 
 Sources: E. J. Heller, Phys. Rev. Lett. 53 (1984) 1515; E. B. Bogomolny, Physica D 31 (1988) 169;
 A. Baecker, S. Fuerstberger, R. Schubert, Phys. Rev. E 70 (2004) 036204 (Husimi functions on the boundary).
@@ -28,9 +29,11 @@ from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import drawn
 from orbitdb.numerals import exact
+from orbitdb.orbits.status import Status
+from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
-from orbitdb.quantum.levels import windows
+from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.weyl import Parity, one_parity, parities_of
 
 if TYPE_CHECKING:
@@ -114,23 +117,14 @@ class Wave:
         Raises
         ------
         InputError
-            If the word is not an orbit, or if it was solved in another stadium.
+            If the word is neither an orbit nor the family 02, or if it was solved in another stadium.
         """
         return float(self.strengths([orbit])[0])
 
     def strengths(self, orbits: "Sequence[Orbit]") -> Floats:
         """Return the scar strengths of several orbits, as in `strength`."""
-        places, weights, count = [], [], []
-        for orbit in orbits:
-            if orbit.points is None or orbit.a != self.stadium.a:
-                raise InputError(f"{orbit.code} is not an orbit at a = {exact(self.stadium.a)}: use another")
-            nodes, weight = _along(orbit.points, self.k)
-            places.append(nodes)
-            weights.append(weight / weight.sum())
-            count.append(len(weight))
-        square = self.psi(*np.concatenate(places).T) ** 2
-        starts = np.cumsum([0, *count[:-1]])
-        mean: Floats = np.add.reduceat(square * np.concatenate(weights), starts)
+        nodes, weights, starts = _quadrature(self.stadium, orbits, self.k)
+        mean: Floats = np.add.reduceat(self.psi(*nodes.T) ** 2 * weights, starts)
         return self.stadium.area * mean
 
     def husimi(self, s: ArrayLike, sine: ArrayLike) -> Floats:
@@ -187,12 +181,40 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     """
     at, (of,) = as_stadium(stadium), parities_of(one_parity(parity))
     for task in windows(at, of, low, high):
-        with one_thread():
-            elements = task.elements()
-            _, values, functions = eigenfunctions(elements, task.fixed, task.low**2, task.high**2)
-        cells = Cells(elements.grid.points)
-        for k, function in zip(np.sqrt(values).tolist(), functions, strict=True):
-            yield Wave(at, of, k, function / 2, cells)
+        cells, levels = _functions(task)
+        for k, function in levels:
+            yield Wave(at, of, k, function, cells)
+
+
+def _functions(task: LevelTask) -> "tuple[Cells, Iterator[tuple[float, Floats]]]":
+    """Return the cells of a window, and each of its levels with the values of its wave at their nodes."""
+    with one_thread():
+        elements = task.elements()
+        _, values, functions = eigenfunctions(elements, task.fixed, task.low**2, task.high**2)
+    return Cells(elements.grid.points), zip(np.sqrt(values).tolist(), functions / 2, strict=True)
+
+
+def scar_strengths(
+    stadium: Stadium, low: float, high: float, parity: Parity, orbits: "Sequence[Orbit]", tell: Tell = nobody
+) -> tuple[Floats, Floats]:
+    """Return the N levels of one parity with low <= k < high, and scar strengths, shape (N, orbits).
+
+    All waves of a window share the search for the cells in which the points of the orbits lie.
+    """
+    levels: list[float] = []
+    strengths: list[Floats] = []
+    tasks = list(windows(stadium, parity, low, high))
+    for done, task in enumerate(tasks):
+        tell(done, len(tasks), f"waves {parity} from k = {task.low:.4g}")
+        nodes, weights, starts = _quadrature(stadium, orbits, task.high)
+        cells, functions = _functions(task)
+        blocks = [np.abs(nodes[at : at + _BLOCK]) for at in range(0, len(nodes), _BLOCK)]
+        places = [cells.at(block) for block in blocks]
+        for k, function in functions:
+            psi = np.concatenate([place.values(function) for place in places])
+            levels.append(k)
+            strengths.append(stadium.area * np.add.reduceat(psi**2 * weights, starts))
+    return np.array(levels), np.array(strengths).reshape(-1, len(orbits))
 
 
 def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
@@ -212,15 +234,40 @@ def boundary(stadium: Stadium, s: Floats) -> tuple[Floats, Floats]:
     return np.stack([x, normal[..., 1]], axis=-1), normal
 
 
+def _quadrature(
+    stadium: Stadium, orbits: "Sequence[Orbit]", k: float
+) -> tuple[Floats, Floats, NDArray[np.intp]]:
+    """Return nodes on all orbits, shape (n, 2), fine enough for psi^2 at k, with weights and first nodes."""
+    parts = []
+    for orbit in orbits:
+        if orbit.status is Status.FAMILY:
+            parts.append(_across(stadium, k))
+        elif orbit.points is None or orbit.a != stadium.a:
+            raise InputError(f"{orbit.code} is not an orbit at a = {exact(stadium.a)}: use another")
+        else:
+            parts.append(_along(orbit.points, k))
+    starts = np.cumsum([0, *(len(weights) for _, weights in parts[:-1])])
+    nodes, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return nodes, weights, starts
+
+
 def _along(points: Floats, k: float) -> tuple[Floats, Floats]:
-    """Return the nodes and weights of a quadrature along a closed path that is fine enough for psi^2."""
+    """Return nodes along a closed path, and weights whose sum is 1."""
     places, weights = [], []
-    for one, other in pairwise([*points, points[0]]):
-        length = float(np.hypot(*(other - one)))
+    for start, end in pairwise([*points, points[0]]):
+        length = float(np.hypot(*(end - start)))
         x, weight = leggauss(math.ceil(k * length) + _MORE_NODES)
-        places.append(one + (x[:, None] + 1) / 2 * (other - one))
+        places.append(start + (x[:, None] + 1) / 2 * (end - start))
         weights.append(weight * length / 2)
-    return np.concatenate(places), np.concatenate(weights)
+    weight = np.concatenate(weights)
+    return np.concatenate(places), weight / weight.sum()
+
+
+def _across(stadium: Stadium, k: float) -> tuple[Floats, Floats]:
+    """Return nodes in a quarter of the rectangle that the bouncing balls fill, and weights whose sum is 1."""
+    (x, along), (y, across) = (leggauss(math.ceil(k * side) + _MORE_NODES) for side in (stadium.a, 1.0))
+    points = np.stack(np.meshgrid((x + 1) / 2 * stadium.a, (y + 1) / 2, indexing="ij"), axis=-1)
+    return points.reshape(-1, 2), (along[:, None] * across).ravel() / 4
 
 
 @dataclass(frozen=True, eq=False)

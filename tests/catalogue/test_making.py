@@ -119,7 +119,7 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
         (lambda c: c.sweep("2-3", where="length > 3"), "swept|sweep"),
         (lambda c: c.prove_bounds(width=-1), "above 0"),
         (lambda c: c.fill_levels(3, parities=["xx"]), "use ee, eo, oe or oo"),
-        (lambda c: c.fill_levels(3, k_min=5), "is not a range"),
+        (lambda c: c.fill_levels(5, 3), "is not a range"),
     ],
 )
 def test_bad_input_is_refused_and_nothing_is_stored(tmp_path, make, told):

@@ -43,7 +43,8 @@ def numbers(text):
 def test_a_complete_list_passes_and_removed_levels_are_found(cli, own, exact, tmp_path):
     whole = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "oo", "--db", own)
     assert whole.code == 0
-    assert whole.err == f"none of {len(exact)} levels with k from 0 to {exact[-1]:.4g} is missing\n"
+    of = f"{len(exact)} levels with k from 0 to {exact[-1]:.4g}"
+    assert whole.err.startswith(f"none of {of} is missing (a = 1.6, oo; scatter 0.")
     few = np.delete(exact, 9).tolist()
     found = cli("assess", written(tmp_path / "few.txt", few), "--parity", "oo", "--db", own, "--json")
     assert found.code == 1
@@ -91,7 +92,8 @@ def test_conflicting_options_are_refused(cli, own, exact, tmp_path, options, tol
 def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
     found = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "eo", "--db", own)
     assert found.code == 1
-    assert "the parity oo fits these levels better than eo" in found.err
+    assert "the list does not fit a = 1.6, eo: scatter 0." in found.err
+    assert found.err.endswith("they fit the parity oo\n")
 
 
 def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
@@ -186,9 +188,9 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
         (lambda k: [*k[:5], math.nan, *k[5:]], "row 6 is nan"),
         (lambda k: [*k, math.inf], "row 22 is inf"),
         (lambda k: k[:9], "only 9 levels"),
-        (lambda k: [each**2 for each in k], "they look like energies: give --energies"),
-        (lambda k: [each**0.5 for each in k], "they look like wavenumbers: leave out --energies"),
-        (lambda k: [each / 1000 for each in k], "frequencies need --frequency"),
+        (lambda k: [each**2 for each in k], "they look like energies"),
+        (lambda k: [each**0.5 for each in k], "they look like wavenumbers"),
+        (lambda k: [each / 1000 for each in k], "k is in 1/radius"),
     ],
 )
 def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact, tmp_path, change, told):
@@ -198,7 +200,7 @@ def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact
 
 def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
-    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it with --parity")
+    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it")
 
 
 @pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
@@ -224,4 +226,5 @@ def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own,
         found = cli(*command, *asked)
         assert found.code == 0
         assert "not in order and have been sorted" in found.err
-        assert "1 of 21 levels with k from 0 to 11.91 is missing: 8.127 to 9.109;" in found.err
+        assert "1 of 21 levels with k from 0 to 11.91 is missing (a = 1.6, oo" in found.err
+        assert ": 8.127 to 9.109;" in found.err

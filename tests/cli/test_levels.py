@@ -105,7 +105,7 @@ def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, 
     ("change", "told"),
     [
         (lambda k: ["-1", *k], "above 0"),
-        (lambda k: [str(float(each) ** 2) for each in k], "--energies"),
+        (lambda k: [str(float(each) ** 2) for each in k], "they look like energies"),
         (lambda k: ["level", *k], "header"),
         (lambda k: [*k[:9], "six", *k[9:]], "six"),
         (lambda k: [], "only 0 levels"),

@@ -1,6 +1,7 @@
 """Spectra judged by the orbits: levels from orbits, missing levels, and the fitted radius."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from orbitdb import Catalogue, InputError
 from orbitdb.answers.length_spectrum import read_classes
 from orbitdb.answers.levels import beside, levels_from_orbits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.level_numbers import numbered
+from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
@@ -86,7 +87,7 @@ def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
 def test_stored_levels_are_paired_by_number(catalogue, tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-8")
-    own.fill_levels(7, 5, ["oo", "ee"])
+    own.fill_levels(5, 7, ["oo", "ee"])
     found = own.levels(9, method="orbits")
     known = answer(own.path, beside, found)
     stored = {(k, parity) for k, parity in zip(own_rows(own), ["oo"] * 99, strict=False)}
@@ -104,12 +105,15 @@ def own_rows(catalogue):
 
 
 def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
-    whole = assess(exact, orbits, 1.6, Parity.OO)
+    whole = assess(exact, orbits, Stadium(1.6), Parity.OO)
     assert (whole.missing, whole.spurious, whole.gaps) == (0, 0, [])
-    assert whole.verdict() == f"none of {len(exact)} levels with k from 0 to {exact[-1]:.4g} is missing"
+    of = f"{len(exact)} levels with k from 0 to {exact[-1]:.4g}"
+    assert whole.verdict() == f"none of {of} is missing (a = 1.6, oo; scatter {whole.scatter:.2f})"
+    assert whole.fits
+    assert whole.scatter < 0.15
     assert np.abs(whole.excess).max() < 0.3
-    for n in range(len(exact) - 3):  # a missing level is seen if three or more follow it
-        found = assess(np.delete(exact, n), orbits, 1.6, Parity.OO)
+    for n in range(len(exact) - 1):
+        found = assess(np.delete(exact, n), orbits, Stadium(1.6), Parity.OO)
         assert (found.missing, found.spurious) == (1, 0)
         (gap,) = found.gaps
         spacing = 1 / weyl(Stadium(1.6), Parity.OO).deriv()(exact[n])
@@ -118,7 +122,7 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
 
 def test_a_duplicate_level_is_spurious(orbits, exact):
     for n in (10, 30):
-        found = assess(np.sort([*exact, exact[n] + 1e-3]), orbits, 1.6, Parity.OO)
+        found = assess(np.sort([*exact, exact[n] + 1e-3]), orbits, Stadium(1.6), Parity.OO)
         (gap,) = found.gaps
         assert gap.missing == -1
         assert gap.after <= exact[n] + 0.3
@@ -128,7 +132,7 @@ def test_a_duplicate_level_is_spurious(orbits, exact):
 
 @pytest.mark.parametrize("off", [-0.003, 0.0021])
 def test_the_radius_is_found_from_the_levels(orbits, exact, off):
-    found = assess(exact[:-1] * (1 + off), orbits, 1.6, Parity.OO, fit_scale=True)
+    found = assess(exact[:-1] * (1 + off), orbits, Stadium(1.6), Parity.OO, fit_scale=True)
     assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3
     assert found.missing == 0
 
@@ -138,11 +142,12 @@ def test_the_cheapest_assignment_is_found(data):
     """The reference tries all assignments of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
-    sigma = data.draw(st.floats(0.1, 1))
-    numbers, cost = numbered(expected[None], sigma)
-    tried = [_cost(expected, sigma, each) for each in _every(len(expected), 7)]
+    place = np.sort(np.array(data.draw(st.lists(places, min_size=len(expected), max_size=len(expected)))))
+    sigma, free = data.draw(st.floats(0.1, 1)), data.draw(st.booleans())
+    numbers, cost = numbered(expected[None], sigma, place, first_free=free)
+    tried = [_cost(expected, sigma, place, free, each) for each in _every(len(expected), 7)]
     assert cost[0] == pytest.approx(min(tried))
-    assert _cost(expected, sigma, numbers[0].tolist()) == pytest.approx(min(tried))
+    assert _cost(expected, sigma, place, free, numbers[0].tolist()) == pytest.approx(min(tried))
 
 
 def _every(count, most, least=0):
@@ -155,12 +160,16 @@ def _every(count, most, least=0):
             yield [first, *rest]
 
 
-def _cost(expected, sigma, numbers):
+def _cost(expected, sigma, place, free, numbers):
     """Return the cost of an assignment, in which numbers after the last level do not count as missing."""
-    given = [number for number in numbers if number]
-    left_out = max(given, default=0) - len(given) + numbers.count(0)
-    off = sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
-    return 6 * left_out + off
+    true = [number for number in numbers if number]
+    below = min(true, default=1) - 1 if free else 0
+    cost = MISSING * (max(true, default=0) - below - len(true)) + SPURIOUS * numbers.count(0)
+    cost += sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
+    for n, (low, high) in enumerate(pairwise(numbers)):
+        if low and high:
+            cost += distance_cost(place[n + 1] - place[n], high - low, 1)
+    return cost
 
 
 def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
