@@ -78,12 +78,13 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.asking.criteria import chosen_by, parse_bounds, parse_parameter
+        from orbitdb.store.asking.codes import parse_parameters
+        from orbitdb.store.asking.criteria import chosen_by, parse_bounds
         from orbitdb.store.asking.selection import SelectionError
 
-        parameters = dict(map(parse_parameter, self.parameters or ()))
-        if parameters and self.where is None:
+        if self.parameters and self.where is None:
             raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
+        parameters = parse_parameters(self.parameters or (), self.where or "")
         names = ("p", "status", "symmetry", "contains", "where")
         chosen = chosen_by(
             a,

@@ -27,12 +27,11 @@ def sql(
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a
     word in any rotation.
     """
-    from orbitdb.store.asking.codes import hint
-    from orbitdb.store.asking.criteria import parse_parameter
-    from orbitdb.store.asking.sql import run_statement
+    from orbitdb.store.asking.codes import hint, parse_parameters
+    from orbitdb.store.asking.where import run_statement
     from orbitdb.store.reading.moment import reading
 
-    values = dict(parse_parameter(parameter) for parameter in parameters or ())
+    values = parse_parameters(parameters or (), statement)
     with reading(db) as moment:
         names, rows = run_statement(moment.connection, statement, values)
         if (told := hint(statement)) is not None:

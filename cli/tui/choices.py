@@ -18,7 +18,8 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import check, names_in
+from orbitdb.store.asking.codes import bound_names
+from orbitdb.store.asking.where import check
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows can have, in the order in which lists show them."""
@@ -88,7 +89,7 @@ class Choices(Static, Working):
 
     def filtered(self, where: str | None) -> Selection:
         """Return the selection with another filter and the values of -P that this filter uses."""
-        used = names_in(where or "")
+        used = bound_names(where or "")
         known = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in known.items() if name in used}
         return replace(self.selection, where=where, parameters=values)

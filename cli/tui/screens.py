@@ -17,7 +17,7 @@ from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.limits import CancelledError
+from orbitdb.store.asking.where import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")

@@ -11,8 +11,8 @@ import numpy as np
 from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
-from orbitdb.store.asking.limits import never
 from orbitdb.store.asking.selection import Selection, SelectionError, written_periods
+from orbitdb.store.asking.where import never
 from orbitdb.store.reading.fills import Fill
 from orbitdb.store.reading.lives import counts_at
 from orbitdb.store.reading.moment import Moment

@@ -22,7 +22,7 @@ from orbitdb.cli.main import execute
 from orbitdb.store.asking import limits
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.limits import CancelledError
+from orbitdb.store.asking.where import CancelledError
 from orbitdb.store.reading.moment import reading
 
 LISTS = ("rules", "coordinates")

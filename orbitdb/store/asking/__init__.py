@@ -1,1 +1,1 @@
-"""Describe a subset of a catalogue: selections, SQL conditions, and SQL expressions within limits."""
+"""Describe a subset of a catalogue: selections, SQL conditions, and SQL that users write."""

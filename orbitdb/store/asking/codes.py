@@ -1,14 +1,20 @@
-"""Words in SQL expressions: ``code('1232131')`` finds a word in any rotation.
+"""Words in SQL: the function ``code('1232131')``, words without quotes, and the values of ``-P``.
 
-Rows contain the least rotation of a word. So ``code('...')`` is replaced, before SQLite sees it, by a
-condition that SQLite can look up.
+Rows contain the least rotation of a word, which is what ``code()`` returns, so that ``code = code('310')``
+finds a word in any rotation. A call that is not compared with anything, ``code('310', '3123')``, is a
+condition by itself (`spelled_out`).
 """
 
-from collections.abc import Mapping, Sequence
-from itertools import pairwise, takewhile
+import json
+import re
+import sqlite3
+import threading
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
+from orbitdb.numerals import real
+from orbitdb.store.asking.selection import SelectionError
 from orbitdb.store.file.ids import LONG
-from orbitdb.store.file.tokens import Token, meaningful, tokens
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import (
@@ -21,87 +27,182 @@ from orbitdb.symbols.words import (
     primitive_root,
 )
 
-_CALL = "CODE"
-_NAMED_BY_LEAST_ROTATION = ("CODE", "WORD")
-_COMPARING = ("=", "<", ">", "!", "IN", "IS", "LIKE", "GLOB", "BETWEEN")
-_EQUAL = {"=", "IN", "(", ","}
+Value = str | int | float
+Parameters = Mapping[str, Value]
+
+_QUOTED = r"'(?:[^']|'')*'"
+_ITEM = rf"(?:{_QUOTED}|:\w+|[+-]?\.?\w[\w.]*)"
+_LISTED = rf"\(?\s*{_ITEM}(?:\s*,\s*{_ITEM})*"
+_INNER = rf"(?:{_QUOTED}|[^()'])*"
+_SIGN = r"(?:[=<>!]{1,2}|\b(?:is|not|like|glob|in|between)\b)"
+_CODE = r'(?:\b|")(?:code|representative)\b"?(?!\s*\()'
+
+_CALL = re.compile(rf"{_QUOTED}|\"[^\"]*\"|\bcode\s*\(({_INNER})\)", re.IGNORECASE)
+_COMPARED_BEFORE = re.compile(
+    r"(?:[=<>!]|\bis(?:\s+not)?|\b(?:like|glob|between|select)|\|\||\bin\s*\((?:[^()]|\([^()]*\))*)$",
+    re.IGNORECASE,
+)
+_COMPARED_AFTER = re.compile(r"[=<>!]|\|\||(?:not\s+)?\b(?:is|like|glob|in|between)\b", re.IGNORECASE)
+_BESIDE_CODE = re.compile(
+    rf"{_CODE}\s*(?:{_SIGN}\s*)+(?!code\s*\()(?P<right>{_LISTED})"
+    rf"|(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_CODE}|\bcode\s*\((?P<call>{_INNER})\)|{_QUOTED}",
+    re.IGNORECASE,
+)
+_BESIDE_NUMBER = (
+    rf"\w\s*(?:{_SIGN}\s*)+\(?\s*(?:{_ITEM}\s*(?:,|\band\b)\s*)*:NAME\b|:NAME\b\s*{_SIGN}\s*\w"
+    r"|[-+*/%]\s*:NAME\b|:NAME\b\s*[-+*/%]"
+)
+"""How a name stands beside a column or in arithmetic."""
+
+_NUMBER = re.compile(r"[+-]?\.?[0-9][\w.]*")
+
+_last = threading.local()
 
 
-def spelled_out(where: str, parameters: Mapping[str, str | int | float]) -> str:
-    """Replace every ``code('...')`` in an expression by a condition on class and least rotation.
-
-    The brackets take quoted words or names (``:name``) of parameters, separated by commas; the condition is
-    true for each of these words. Raises `ValueError` if the brackets contain anything else, or if the
-    condition is compared with a value.
-    """
-    found = tokens(where)
-    solid = [place for place, token in enumerate(found) if token.kind != "blank"]
-    said = [found[place] for place in solid]
-    parts, done = [], 0
-    for rank, (token, opening) in enumerate(pairwise(said)):
-        place = solid[rank]
-        if place < done or token.keyword != _CALL or opening.text != "(":
-            continue
-        closing = next((k for k in range(rank + 2, len(said)) if said[k].text == ")"), None)
-        if closing is None:
-            break  # SQLite will say what is missing
-        _check_alone(said[max(rank - 1, 0) : rank] + said[closing + 1 : closing + 2])
-        parts += [token.text for token in found[done:place]]
-        parts.append(_condition(said[rank + 2 : closing], parameters))
-        done = solid[closing] + 1
-    return "".join([*parts, *(token.text for token in found[done:])])
+def add_functions(connection: sqlite3.Connection) -> None:
+    """Give a connection the function ``code()``, and those that `spelled_out` writes in its place."""
+    functions: list[tuple[str, int, Callable[..., str]]] = [
+        ("code", 1, _complaining(_least)),
+        ("codes_of", -1, _complaining(lambda *words: json.dumps([_least(word) for word in words]))),
+        ("classes_of", -1, _complaining(lambda *words: json.dumps([*map(_class, map(_least, words))]))),
+    ]
+    for name, count, function in functions:
+        connection.create_function(name, count, function, deterministic=True)
 
 
-def _check_alone(beside: Sequence[Token]) -> None:
-    """Raise `ValueError` if ``code(...)``, which is true or false by itself, is compared with a value."""
-    if any(token.text in _COMPARING or token.keyword in _COMPARING for token in beside):
-        raise ValueError("code('...') is a condition by itself: write it without a comparison")
+def _complaining(function: Callable[..., str]) -> Callable[..., str]:
+    """Keep the message of an error for `complaint`, because SQLite drops it."""
+
+    def call(*words: object) -> str:
+        try:
+            return function(*words)
+        except WordError as error:
+            _last.complaint = f"code(): {error}"
+            raise
+
+    return call
 
 
-def _condition(inner: Sequence[Token], parameters: Mapping[str, str | int | float]) -> str:
-    words = [_word(token, parameters) for token in inner[::2]]
-    if not words or len(inner) != 2 * len(words) - 1 or any(token.text != "," for token in inner[1::2]):
-        raise ValueError("code() takes words in quotes with commas between, such as code('1232131')")
-    listed = ", ".join(f"'{word}'" for word in words)
-    classes = " OR ".join(f"cycle {number}" for number in _classes(words))
-    return f"(({classes}) AND code IN ({listed}))"
+def complaint() -> str:
+    """Return the last complaint of a function of this thread, once; empty if there is none."""
+    message: str = getattr(_last, "complaint", "")
+    _last.complaint = ""
+    return message
 
 
-def _classes(words: Sequence[str]) -> list[str]:
-    """Return conditions on the class ids of the words, which SQLite can look up directly."""
-    kinds = [(len(word) > MAX_KEYED, bool(rules_of(word))) for word in words]
-    short = [word for word, kind in zip(words, kinds, strict=True) if kind == (False, False)]
-    numbers = sorted({key(class_of(word).representative) for word in short})
-    found = [f"IN ({', '.join(map(str, numbers))})"] if numbers else []
-    found += [f">= {LONG}"] if (True, False) in kinds else []
-    return found + (["IS NULL"] if any(pruned for _, pruned in kinds) else [])
+def _least(word: object) -> str:
+    if not isinstance(word, str):
+        raise WordError("write words in quotes, as in code('1232131')")
+    return least_rotation(parse_primitive(word))
 
 
-def _word(token: Token, parameters: Mapping[str, str | int | float]) -> str:
-    """Return the least rotation of a word given in quotes or by the name of a parameter."""
-    if token.kind == "value" and token.text[1:] not in parameters:
-        raise ValueError(f"binding {token.text} has no value")
-    given = parameters[token.text[1:]] if token.kind == "value" else token.text[1:-1]
-    if token.kind not in ("string", "value"):
-        raise ValueError(f"code({token.text}): write the word in quotes, as in code('1232131')")
-    try:
-        return least_rotation(parse_primitive(str(given)))
-    except WordError as error:
-        raise ValueError(f"code(): {error}") from error
+def _class(word: str) -> int | None:
+    """Return the id of a word's class; None if it has none or if the word is too long for a key."""
+    return None if len(word) > MAX_KEYED or rules_of(word) else key(class_of(word).representative)
 
 
-def hint(where: str) -> str | None:
-    """Return a hint if an expression compares a code with a word that is not a least rotation, else None."""
-    found = meaningful(where)
-    for place, (column, sign) in enumerate(pairwise(found)):
-        if column.keyword not in _NAMED_BY_LEAST_ROTATION or sign.text == "(":
-            continue
-        beside = takewhile(
-            lambda each: each.kind == "string" or each.text.upper() in _EQUAL, found[place + 1 :]
-        )
-        for word in (each.text[1:-1] for each in beside if each.kind == "string"):
-            if word and set(word) <= set(SYMBOLS) and least_rotation(root := primitive_root(word)) != word:
-                return (
-                    f"no row has {column.text} = '{word}', as codes are least rotations: write code('{root}')"
-                )
+def spelled_out(sql: str) -> str:
+    """Write each ``code(...)`` that is a condition by itself as one that SQLite looks up by class."""
+
+    def condition(found: re.Match[str]) -> str:
+        words = found[1]
+        before, after = sql[: found.start()].rstrip(), sql[found.end() :].lstrip()
+        if words is None or _COMPARED_BEFORE.search(before) or _COMPARED_AFTER.match(after):
+            return found[0]
+        if not words.strip():
+            raise SelectionError("code() takes words in quotes with commas between, as in code('1232131')")
+        classes, codes = (f"(SELECT value FROM json_each({name}({words})))" for name in _LISTS)
+        return f"((cycle IN {classes} OR cycle >= {LONG} OR cycle IS NULL) AND code IN {codes})"
+
+    return _CALL.sub(condition, sql)
+
+
+_LISTS = ("classes_of", "codes_of")
+
+
+def check_words(sql: str, parameters: Parameters) -> None:
+    """Raise `SelectionError` if a code is compared with a number, in the SQL or among the named values."""
+    for item in _beside_codes(sql):
+        value = parameters.get(item[1:]) if item.startswith(":") else None
+        if isinstance(value, int | float):
+            raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
+        if _NUMBER.fullmatch(item):
+            raise SelectionError(f"codes are texts, so write words in quotes: '{item}', not {item}")
+
+
+def hint(sql: str) -> str | None:
+    """Return a hint if SQL compares a code with a word that is not a least rotation, else None."""
+    for item in _beside_codes(sql, calls=False):
+        word = item[1:-1]
+        if item.startswith("'") and word and set(word) <= set(SYMBOLS):
+            root = primitive_root(word)
+            if least_rotation(root) != word:
+                return f"no row has code = '{word}', as codes are least rotations: write code('{root}')"
     return None
+
+
+def _beside_codes(sql: str, calls: bool = True) -> list[str]:
+    """Return the quoted texts, names and numbers that are compared with a code or, if `calls`, in code()."""
+    items: list[str] = []
+    for found in _BESIDE_CODE.finditer(sql):
+        beside = found["right"] or found["left"] or (calls and found["call"]) or ""
+        items += re.findall(_ITEM, beside)
+    return items
+
+
+def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
+    """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
+
+    A value in quotes is a text. Digits that could be a word or a number, such as 13, are what they are
+    compared with in the SQL.
+
+    Raises
+    ------
+    SelectionError
+        If a text is not of the form ``name=value``, or if it remains open what digits are.
+    """
+    return dict(_parameter(text, sql) for text in texts)
+
+
+_INTEGER = re.compile(r"[+-]?[0-9]+")
+_LARGEST_INTEGER = 2**63
+
+
+def _parameter(text: str, sql: str) -> tuple[str, Value]:
+    name, sign, value = text.partition("=")
+    name, value = name.strip(), value.strip()
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
+        return name, value[1:-1]
+    try:
+        number: float = real(value)
+    except ValueError:
+        return name, value
+    whole = bool(_INTEGER.fullmatch(value))
+    if value.isdigit() and value[0] == "0" and len(value) > 1:
+        return name, value
+    if whole and abs(number) < _LARGEST_INTEGER:
+        number = int(value)
+    if len(value) == 1 or not set(value) <= set(SYMBOLS):
+        return name, number
+    if f":{name}" in _beside_codes(sql) or abs(number) >= _LARGEST_INTEGER:
+        return name, value
+    beside_number = re.search(_BESIDE_NUMBER.replace("NAME", name), sql, re.IGNORECASE)
+    if beside_number or name not in bound_names(sql):
+        return name, number
+    raise SelectionError(
+        f"-P {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
+        f"{name}=+{value} for the number"
+    )
+
+
+def bound_names(sql: str) -> list[str]:
+    """Return the names (``:name``) in SQL, outside quotes."""
+    return [found[1] for found in NAMES.finditer(sql) if found[1]]
+
+
+NAMES = re.compile(rf"{_QUOTED}|\"[^\"]*\"|--[^\n]*|(?<!:):([A-Za-z_]\w*)|:")
+"""Quoted texts, names with a colon (group 1), and other colons, which SQLAlchemy must not take for names."""
+
+

@@ -159,8 +159,6 @@ def _pair(name: str, bounds: object) -> Bounds:
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _MOST_RANGES = 100
 _RANGE = re.compile(r"([^:]*):([^:]*)")
-_INTEGER = re.compile(r"\s*[+-]?[0-9]+\s*")
-_LARGEST_INTEGER = 2**63
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
@@ -220,18 +218,6 @@ def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
             min((bound for bound in high if bound is not None), default=None),
         )
     return found
-
-
-def parse_parameter(text: str) -> tuple[str, str | int | float]:
-    """Read a value for a name in ``where``, such as ``cut=0.5`` or ``kind=self``."""
-    name, sign, value = text.partition("=")
-    if not sign or not name.isidentifier():
-        raise SelectionError(f"-P {text!r}: write it as name=value")
-    try:
-        number = real(value)
-        return name, int(value) if _INTEGER.fullmatch(value) and abs(number) < _LARGEST_INTEGER else number
-    except ValueError:
-        return name, value
 
 
 def parse_reversal(text: str) -> str:

@@ -1,233 +1,269 @@
-"""SQL expressions that choose rows (``--where``), and what they may read and call.
+"""Run SQL that users write: expressions for ``where``, and the statements of ``orbitdb sql``.
 
-An expression may read the columns of the view, call the functions of `FUNCTIONS`, and contain subqueries that
-each read the view once; ``code('1232131')`` is replaced first (`spelled_out`). Everything else is refused
-before SQLite runs any of it. What remains is bounded: no function makes a text longer, and no subquery
-contains another subquery or a join, so neither the compiled program nor a result can outgrow the catalogue.
-A query is stopped after `orbitdb.store.asking.limits.SECONDS`.
+SQLite itself reads the SQL. It runs on a connection that cannot write, may only read and call functions, and
+is stopped after `SECONDS` or if it is no longer wanted.
 """
 
 import sqlite3
-from collections.abc import Callable, Sequence, Set
-from contextlib import closing
-from itertools import pairwise
-from typing import TypeAlias
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
 
 import sqlalchemy as sa
 
 from orbitdb.plaintext import guess, line, shortened
-from orbitdb.store.asking.codes import spelled_out
+from orbitdb.store.asking.codes import (
+    NAMES,
+    Parameters,
+    add_functions,
+    bound_names,
+    check_words,
+    complaint,
+    spelled_out,
+)
 from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.file.database import driver
+from orbitdb.store.file.schema import SHARED, TABLES, VIEWS
 from orbitdb.store.file.tables import catalogue
-from orbitdb.store.file.tokens import Token, meaningful, tokens
 
-FUNCTIONS = {
-    "avg", "count", "max", "min", "sum", "total",
-    "coalesce", "ifnull", "iif", "nullif", "typeof",
-    "glob", "instr", "length", "like", "lower", "replace", "substr", "substring", "upper",
-    "abs", "ceil", "ceiling", "floor", "mod", "pow", "power", "round", "sign", "sqrt", "trunc",
-    "exp", "ln", "log", "log10", "log2", "degrees", "pi", "radians",
-    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cos", "cosh", "sin", "sinh", "tan", "tanh",
-}  # fmt: skip
-"""The functions that an expression may call.
+SECONDS = 60.0
+"""Time limit in seconds for a statement, or for a query with a free expression."""
 
-Only these are allowed, because versions and extensions of SQLite have many others: some make texts of any
-size (printf, group_concat, zeroblob), some decode binary data.
-"""
+STEPS_BETWEEN_LOOKS = 200_000
+"""SQLite steps between checks, a few milliseconds; a check has to wait while Python is busy."""
+_STEPS_BETWEEN_SIGNALS = 1_000_000
 
-LONGEST = 20_000
-"""Maximum length of an expression with its values; `_LONGEST_WITH_SUBQUERY` if it has a subquery."""
+READABLE = (*VIEWS, *TABLES)
+"""The views and tables, those that people need first."""
 
-_LONGEST_WITH_SUBQUERY = 4_000
-_WORDS = {
-    "and", "between", "case", "cast", "collate", "distinct", "else", "end", "escape", "exists", "from",
-    "glob", "in", "is", "isnull", "like", "nocase", "not", "notnull", "null", "or", "select", "then",
-    "when", "where", *FUNCTIONS, *catalogue.c.keys(),
-}  # fmt: skip
-"""The words that an expression may use; an unfinished one may end in the beginning of one of them."""
+_BLOCK = 2000
+_ALLOWED = {
+    sqlite3.SQLITE_SELECT,
+    sqlite3.SQLITE_READ,
+    sqlite3.SQLITE_FUNCTION,
+    sqlite3.SQLITE_RECURSIVE,
+}
+_OF_CLASSES = SHARED.keys() - {"cycle"}  # an index on ids would change the order of the rows
+_STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined function")
+"""Parts of the messages of SQLite if a function of Python fails or refuses to go on."""
 
-Parameters = dict[str, str | int | float]
-Authorizer: TypeAlias = Callable[[int, str | None, str | None, str | None, str | None], int]
+
+def never() -> bool:
+    """Return False, because nobody cancels."""
+    return False
+
+
+class CancelledError(Exception):
+    """The answer is no longer wanted."""
+
+
+class Patience:
+    """How long a query may still run: for a number of seconds from now, unless it is cancelled.
+
+    The `deadline` is a time on the clock of `time.monotonic`. A caller that fetches rows in blocks adds the
+    time that passes between the blocks. SQLite calls `look` and `authorize`; if one of them stops the query,
+    it leaves the `reason`. Without a reason, it was Ctrl-C that made the call fail.
+    """
+
+    def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
+        self.deadline = time.monotonic() + (SECONDS if seconds is None else seconds)
+        self.cancelled = cancelled
+        self.was_cancelled = False
+        self.reason = ""
+
+    def look(self) -> bool:
+        """Tell SQLite whether to stop, because the time is up or the query has been cancelled."""
+        self.was_cancelled = self.cancelled()
+        if self.was_cancelled:
+            self.reason = "cancelled"
+        elif time.monotonic() > self.deadline:
+            self.reason = f"it took more than {SECONDS:g} s"
+        return bool(self.reason)
+
+    def authorize(self, action: int, *_names: str | None) -> int:
+        """Tell SQLite whether SQL may do something."""
+        if action in _ALLOWED:
+            return sqlite3.SQLITE_OK
+        self.reason = "it may only read"
+        return sqlite3.SQLITE_DENY
+
+
+@contextmanager
+def watched(
+    connection: sqlite3.Connection, patience: Patience, sql: str | None = None, what: str = "where"
+) -> Iterator[None]:
+    """Run a query under a time limit; with `sql`, written by a user, let it only read.
+
+    To fetch more rows later, open another such context with the same `patience`. Raises `CancelledError` if
+    the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
+    other error.
+    """
+    complaint()
+    connection.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
+    if sql is not None:
+        connection.set_authorizer(patience.authorize)
+    try:
+        yield
+    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
+        if patience.was_cancelled:
+            raise CancelledError from error
+        message = str(getattr(error, "orig", error))
+        reason = patience.reason or complaint()
+        if not reason and any(part in message for part in _STOPPED):
+            raise KeyboardInterrupt from error
+        if sql is None or isinstance(error, SelectionError):
+            raise
+        raise SelectionError(_refusal(sql, reason or message, what)) from error
+    finally:
+        connection.set_authorizer(None)
+        connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
+
+
+def driver_with_code(connection: sa.Connection) -> sqlite3.Connection:
+    """Return the sqlite3 connection, which gets the function ``code()`` the first time."""
+    own = driver(connection)
+    if not connection.info.get("code"):
+        add_functions(own)
+        connection.info["code"] = True
+    return own
+
+
+# expressions
+
+
+def fault(where: str, parameters: Parameters | None = None) -> str | None:
+    """Return what is wrong with an expression, mostly in SQLite's own words; None if nothing is.
+
+    SQLite compiles it for an empty table, which takes about a millisecond.
+    """
+    try:
+        of_classes(where, parameters or {})
+    except SelectionError as error:
+        return str(error)
+    return None
+
+
+def check(where: str, parameters: Parameters) -> None:
+    """Raise `SelectionError` if an expression is invalid."""
+    of_classes(where, parameters)
+
+
+def of_classes(where: str, parameters: Parameters) -> bool:
+    """Check an expression; tell whether it has the same value for all words of a class.
+
+    It does if it contains no subquery and reads only columns that the words of a class share.
+
+    Raises
+    ------
+    SelectionError
+        If SQLite cannot compile it, a name has no value, or a code is compared with a number.
+    """
+    patience, stage = Patience(), _stage()
+    columns: set[str | None] = set()
+    queries = 0
+
+    def note(action: int, table: str | None, column: str | None, *names: str | None) -> int:
+        nonlocal queries
+        queries += action == sqlite3.SQLITE_SELECT
+        if action == sqlite3.SQLITE_READ and table == catalogue.name:
+            columns.add(column)
+        return patience.authorize(action, table, column, *names)
+
+    with watched(stage, patience, where):
+        stage.set_authorizer(note)
+        plain = spelled_out(where)
+        for text in (plain, f"(\n{plain}\n)"):  # the first refuses a bracket too many
+            queries = 0
+            stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {text}\n", dict(parameters))
+        _check_names(where, parameters)
+    check_words(where, parameters)
+    return columns <= _OF_CLASSES and queries == 1
 
 
 def expression(where: str, parameters: Parameters) -> sa.TextClause:
     """Return an expression as an SQL clause, bound to its named values."""
-    parts, used = [], {}
-    for token in tokens(spelled_out(where, parameters)):
-        name = token.text[1:]
-        if token.kind == "value" and name in parameters:
-            used[name] = parameters[name]
-            parts.append(token.text)
-        else:
-            parts.append(token.text.replace(":", "\\:"))
-    return sa.text(f"(\n{''.join(parts)}\n)").bindparams(**used)
+    plain = NAMES.sub(
+        lambda found: found[0] if found[1] in parameters else found[0].replace(":", "\\:"), spelled_out(where)
+    )
+    return sa.text(f"(\n{plain}\n)").bindparams(**parameters)
 
 
-def check(where: str, parameters: Parameters) -> None:
-    """Raise `SelectionError`, with the reason, unless the text is a single expression over the view."""
-    try:
-        check_size(where, parameters)
-        plain = spelled_out(where, parameters)
-        check_size(plain, parameters)
-        _check_shape(meaningful(plain))
-        check_names(where, parameters)
-        for text in (plain, f"(\n{plain}\n)"):
-            _compile(text, parameters, allowing({catalogue.name}))
-    except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
-        message = "it is not text in UTF-8" if isinstance(error, UnicodeError) else str(error)
-        if message.endswith('\n"'):  # the line end added by `_compile`
-            message = f'{message[:-2]}"'
-        raise refusal(where, message) from error
+def _check_names(sql: str, parameters: Parameters) -> None:
+    """Raise `ValueError` unless the names in SQL are those of the values."""
+    if idle := parameters.keys() - set(bound_names(sql)):
+        raise ValueError(f"it has no :{', :'.join(sorted(idle))}: leave out its value")
 
 
-def names_in(where: str) -> set[str]:
-    """Return the names (``:name``) that an expression uses."""
-    return {token.text[1:] for token in tokens(where) if token.kind == "value"}
+_kept = threading.local()
 
 
-def unfinished(where: str, reason: str) -> bool:
-    """Tell whether an expression may just be unfinished, given the reason why `check` refused it."""
-    found = tokens(where)
-    if "incomplete input" in reason or any(t.kind == "sign" and t.text in "'\"`[" for t in found):
-        return True
-    last = found[-1] if found else Token("blank", "")
-    if last.kind == "number":
-        return "unrecognized token" in reason
-    if last.kind == "value" or last.text == ":":
-        return "-P" in reason
-    blamed = f'near "{last.text}"' in reason or f"no such column: {last.text};" in reason
-    begun = last.text.lower()
-    return last.kind == "word" and blamed and any(n.startswith(begun) and n != begun for n in _WORDS)
-
-
-def check_size(where: str, parameters: Parameters) -> None:
-    """Raise `ValueError` if an expression is too long; the work of `instr` grows with the length squared."""
-    size = len(where) + sum(len(str(value)) for value in parameters.values())
-    if size > LONGEST:
-        raise ValueError(f"it has {size} characters with its values; at most {LONGEST} are allowed")
-
-
-def check_names(where: str, parameters: Parameters) -> None:
-    """Raise `ValueError` if a value's name is not in the expression; SQLite reports names without a value."""
-    if idle := [name for name in parameters if name not in names_in(where)]:
-        raise ValueError(f"it has no :{', :'.join(idle)}: leave out its value")
-
-
-def _check_shape(found: list[Token]) -> None:
-    """Raise `ValueError` for subqueries that could grow without limit, and for placeholders without a name.
-
-    SQLite copies the definition of a name to every place that uses it. So a short text with WITH or nested
-    subqueries can become a program of any size, and one with joins can have a result of any size.
-    """
-    levels = [_Level()]
-    for token, behind in pairwise([*found, Token("sign", "")]):
-        if token.text == "(":
-            levels.append(_Level())
-        elif token.text == ")" and len(levels) > 1:
-            levels.pop()
-        elif token.text in tuple(":?@#$"):
-            raise ValueError("write a value as :name, and give it with -P name=value")
-        elif token.keyword == "WITH":
-            raise ValueError("WITH may not be used")
-        elif token.keyword in ("SELECT", "VALUES"):
-            if any(level.subquery for level in levels[:-1]):
-                raise ValueError("a subquery may not contain another one")
-            levels[-1] = _Level(subquery=True)
-        elif token.text.strip("\"'`[]").lower() == catalogue.name and behind.text != ".":
-            inner = next((level for level in reversed(levels) if level.subquery), levels[0])
-            inner.tables += 1
-            if inner.tables > 1:
-                raise ValueError("a subquery may read the catalogue only once")
-    if any(token.keyword in ("SELECT", "VALUES") for token in found):
-        size = sum(len(token.text) for token in found)
-        if size > _LONGEST_WITH_SUBQUERY:
-            raise ValueError(
-                f"it has {size} characters; with a subquery, at most {_LONGEST_WITH_SUBQUERY} are allowed"
-            )
-
-
-class _Level:
-    """A pair of brackets: whether it contains a subquery, and how many tables the subquery reads."""
-
-    def __init__(self, subquery: bool = False) -> None:
-        self.subquery = subquery
-        self.tables = 0
-
-
-def same_for_class(where: str, parameters: Parameters, shared: Set[str]) -> bool:
-    """Tell whether a checked expression reads only columns with the same value for all words of a class."""
-    columns, selects = set(), 0
-
-    def note(action: int, first: str | None, second: str | None, _base: str | None, _view: str | None) -> int:
-        nonlocal selects
-        if action == sqlite3.SQLITE_READ:
-            columns.add(second)
-        elif action == sqlite3.SQLITE_SELECT:
-            selects += 1
-        return sqlite3.SQLITE_OK
-
-    _compile(spelled_out(where, parameters), parameters, note)
-    return columns <= shared and selects == 1
-
-
-def _compile(where: str, parameters: Parameters, authorize: Authorizer) -> None:
-    """Compile an expression in an empty database, in which a table stands in for the view."""
-    columns = ", ".join(catalogue.c.keys())
-    with closing(sqlite3.connect(":memory:")) as stage:
+def _stage() -> sqlite3.Connection:
+    """Return an empty database, in which a table stands in for the view ``catalogue``."""
+    stage: sqlite3.Connection | None = getattr(_kept, "stage", None)
+    if stage is None:
+        stage = sqlite3.connect(":memory:")
+        for text in (*TABLES.values(), *(text for name, text in VIEWS.items() if name != catalogue.name)):
+            stage.execute(text)
+        columns = ", ".join(catalogue.c.keys())
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
-        stage.set_authorizer(authorize)
-        stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {where}\n", parameters)
+        add_functions(stage)
+        _kept.stage = stage
+    return stage
 
 
-def allowing(
-    readable: Set[str],
-    views: Set[str] = frozenset(),
-    behind: Set[str] = frozenset(),
-    more: str | None = None,
-    own: Set[str] = frozenset(),
-) -> Authorizer:
-    """Return an authorizer that allows expressions, the listed functions plus `more`, and some reads.
+# statements
 
-    The tables and views in `readable` may be read, and any table through the views in `views`. The tables in
-    `behind` may also be read without a column, because SQLite reads none and names no view if it only checks
-    that a row exists. If a view in `own` is read, it must be the connection's own, not that of the file.
+
+def run_statement(
+    connection: sa.Connection, statement: str, parameters: Parameters
+) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
+    """Run a SELECT; return the names of its columns, and an iterator over its rows.
+
+    Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
+    too long.
     """
-
-    def authorize(
-        action: int, first: str | None, second: str | None, base: str | None, view: str | None
-    ) -> int:
-        seen = first in readable or view in views or (first in behind and not second)
-        seen = seen and (first not in own or base == "temp")
-        allowed = (
-            action == sqlite3.SQLITE_SELECT
-            or (action == sqlite3.SQLITE_READ and seen)
-            or (action == sqlite3.SQLITE_FUNCTION and second in {*FUNCTIONS, more})
+    patience, own = Patience(), driver_with_code(connection)
+    check_words(statement, parameters)
+    with watched(own, patience, statement, "sql"):
+        _check_names(statement, parameters)
+        cursor = own.execute(spelled_out(statement), dict(parameters))
+        if cursor.description is None:
+            raise ValueError("write a single SELECT")
+    names = tuple(column for column, *_ in cursor.description)
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(
+            _refusal(statement, f"column {twice[0]!r} occurs twice: rename one of them with AS", "sql")
         )
-        return sqlite3.SQLITE_OK if allowed else sqlite3.SQLITE_DENY
-
-    return authorize
+    return names, _fetched(own, statement, cursor, patience)
 
 
-def refusal(
-    where: str,
-    message: str,
-    what: str = "where",
-    readable: Sequence[str] = ("the columns of the catalogue",),
-) -> SelectionError:
-    """Return the error for an expression that was refused, with a message that says what to change."""
-    _, table, name = message.partition("no such table: ")
-    if "authorized to use function" in message:
-        name = message.rpartition(" ")[2]
-        message = f"{name}() may not be called; the allowed functions are {', '.join(sorted(FUNCTIONS))}"
-    elif table or any(part in message for part in ("not authorized", "prohibited", "vtable")):
-        told = f"there is no {name}: {guess(name, readable)}" if table else ""
-        message = f"{told}it may read {', '.join(readable)} and nothing else"
+def _fetched(
+    connection: sqlite3.Connection, statement: str, cursor: sqlite3.Cursor, patience: Patience
+) -> Iterator[tuple[Any, ...]]:
+    while True:
+        with watched(connection, patience, statement, "sql"):
+            block = cursor.fetchmany(_BLOCK)
+        if not block:
+            return
+        begun = time.monotonic()
+        # BLOBs become hexadecimal digits, which every format can write
+        yield from (tuple(v.hex() if isinstance(v, bytes) else v for v in row) for row in block)
+        patience.deadline += time.monotonic() - begun  # the time that the caller took
+
+
+def _refusal(sql: str, message: str, what: str) -> str:
+    """Return a message that says which SQL was refused, why, and what to change."""
+    _, no_table, name = message.partition("no such table: ")
+    if no_table:
+        message = f"{message}: {guess(name, READABLE)}it can read {', '.join(READABLE)}"
     elif "no such column" in message:
         name = message.split()[-1]
-        meant = "only catalogue has it; " if name in catalogue.c else guess(name, catalogue.c.keys())
-        message = f"{message}; {meant}'orbitdb columns' lists all columns"
-    elif "binding" in message:
-        message = f"{message.rstrip('.')}: give each name a value with -P name=value"
-    elif "user-defined function" in message:
-        message = "replace() takes texts only, and may not make them longer"
-    return SelectionError(line(f"{what} {shortened(where, 200)!r}: {message}"))
+        where_from = "only catalogue has it; " if name in catalogue.c else guess(name, catalogue.c.keys())
+        message = f"{message}; {where_from}'orbitdb columns' lists all columns"
+    elif "binding" in message.lower():
+        message = f"{message.rstrip('.')}: write values as :name, and give each with -P name=value"
+    elif message == "it may only read":
+        message = "it may only read, with a single SELECT"
+    return line(f"{what} {shortened(sql, 200)!r}: {message}")

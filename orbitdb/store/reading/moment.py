@@ -12,9 +12,9 @@ from orbitdb.arrays import Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.asking.limits import CancelledError, never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.sweepable import swept_text
+from orbitdb.store.asking.where import CancelledError, never
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import (
     absolute_path,

@@ -1,17 +1,17 @@
 """Find the classes and words of a chosen subset; every query for a selection comes through here.
 
-* Conditions with the same value for all words of a class become a query of the view `class`.
-* Patterns in the text of words are matched against the packed words, which the ids of the classes contain.
-* Other conditions on single words become a query of the view `catalogue`, grouped by class.
+Conditions with the same value for all words of a class are one query of the view `class`. Conditions on
+single words, and orders of them, are one query of the view `catalogue`.
 
 Geometrically pruned words have no class; they are found only if the selection names their status.
 """
 
+import math
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from itertools import takewhile
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -19,25 +19,28 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Integers, Masks
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.conditions import Divided, answering, conditions_of, divide, parse_order
-from orbitdb.store.asking.limits import never
+from orbitdb.store.asking.conditions import conditions_of, is_of_classes, parse_order
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.where import Patience, driver_with_code, expression, never, watched
+from orbitdb.store.file.database import driver
 from orbitdb.store.file.ids import LONG
-from orbitdb.store.file.tables import catalogue, classes, cycle, pruned_rows
-from orbitdb.store.reading.matching import fitting, stabilisers_of_classes
-from orbitdb.store.reading.order_of_words import in_order_of_words
-from orbitdb.store.reading.rows import Chosen, as_array
-from orbitdb.symbols.symmetry import ELEMENTS, places_of_elements
+from orbitdb.store.file.tables import catalogue, classes, cycle, pruned, pruned_rows
+from orbitdb.store.reading.rows import COUNTS, Chosen, as_array, orders_of
+from orbitdb.symbols.symmetry import ELEMENT_OF, STABILISER_OF, places_of_elements
+from orbitdb.symbols.words import MAX_KEYED
 
-_OF_WORDS = ("code", "word", "element")
+if TYPE_CHECKING:
+    from orbitdb.store.reading.lives import Standings
+
+_OF_WORDS = ("code", "element")
 """Columns whose values differ between the words of a class."""
 
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
-"""Id and size of a class in a single integer, because a second column would take half as long again.
+"""Id and size of a class in a single integer, because a second column would take half as long again."""
 
-The id is shifted, because a product with a very large id, in an altered file, would not be an integer."""
+_SYMMETRY: sa.ColumnClause[str] = sa.literal_column("iif(class_size < 8, symmetry, '1')")
 
 BLOCK = 1 << 14
 
@@ -74,47 +77,107 @@ def choose(
     cancelled : callable, optional
         Called now and then; if it returns True, `CancelledError` is raised.
     """
-    keys, divided = parse_order(order), divide(selection)
-    by_class = dict(takewhile(lambda key: key[0] not in _OF_WORDS, keys.items()))
-    by_words = len(by_class) < len(keys)
-    if by_words:
-        columns = tuple(dict.fromkeys([*columns, *(name for name in keys if name not in _OF_WORDS)]))
-        by_class = {}
-    query = _query(connection, divided, by_class, columns)
+    keys = parse_order(order)
+    by_words = any(name in keys for name in _OF_WORDS)
+    of_words = not is_of_classes(selection) or by_words
+    query = _classes(connection, selection, of_words, {} if by_words else keys, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
-    if most is not None and not (counted or by_words or divided.patterns or sorted_far):
+    if most is not None and not (counted or by_words or sorted_far):
         query = query.limit(min(most, _LARGEST))  # every class has at least one row
-    with answering(connection, divided.conditions, cancelled):
-        coded, *more = _arrays(connection, query, columns)
+    with _answering(connection, selection, cancelled):
+        coded, *more = _arrays(connection, query, (*(["symmetry"] if of_words else []), *columns))
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
     ids = np.right_shift(coded, 2, out=coded)
-    if divided.of_words:
-        masks &= _places(connection, ids, sizes, more.pop(0).astype(np.uint8))
-    if divided.patterns:
-        elements = fitting(connection, ids, divided.patterns, cancelled)
-        masks &= _places(connection, ids, sizes, elements)
-    kept = slice(None) if masks.all() else masks > 0
-    values = {name: column[kept] for name, column in zip(columns, more, strict=True)}
-    found = Chosen(selection, ids[kept], masks[kept], None, values)
-    return replace(found, rows=in_order_of_words(connection, found, keys)) if by_words else found
+    elements = more.pop(0).astype(np.uint8) if of_words else masks
+    if of_words:
+        stabilisers = np.array([STABILISER_OF.get(each, 1) for each in more.pop(0).tolist()], np.uint8)
+        masks &= places_of_elements(elements, stabilisers)
+    chosen = Chosen(selection, ids, masks, None, dict(zip(columns, more, strict=True)))
+    if not by_words:
+        return chosen
+    query = _words(connection, selection, keys).limit(_LARGEST if most is None else min(most, _LARGEST))
+    with _answering(connection, selection, cancelled):
+        numbers, own = _arrays(connection, query)
+    return replace(chosen, rows=_rows(chosen, elements, numbers, own))
 
 
-def _places(connection: sa.Connection, ids: Integers, sizes: NDArray[np.uint8], elements: Masks) -> Masks:
-    """Turn masks of symmetry elements into masks of positions in the class."""
-    return places_of_elements(elements, stabilisers_of_classes(connection, ids, sizes == len(ELEMENTS)))
+def _rows(chosen: Chosen, elements: Masks, numbers: Integers, own: Integers) -> NDArray[np.uint32]:
+    """Return the row numbers of words, given by the ids of their classes and their own elements.
+
+    `elements` has the elements of all chosen words of each class. The words of a class are in their order.
+    """
+    by_id = np.argsort(chosen.ids)
+    at = by_id[np.searchsorted(chosen.ids, numbers, sorter=by_id)]
+    before = elements[at] & ((1 << own) - 1).astype(np.uint8)
+    return (chosen.ends[at] - chosen.counts[at] + COUNTS[before]).astype(np.uint32)
 
 
-def _query(
-    connection: sa.Connection, divided: Divided, keys: dict[str, bool], columns: Sequence[str]
+def _answering(
+    connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
+) -> AbstractContextManager[None]:
+    """Return a context in which to query a subset; it confines the expression of the subset, if any."""
+    if selection.where is not None:
+        return watched(driver_with_code(connection), Patience(cancelled=cancelled), selection.where)
+    return nullcontext() if cancelled is never else watched(driver(connection), Patience(math.inf, cancelled))
+
+
+def _classes(
+    connection: sa.Connection,
+    selection: Selection,
+    of_words: bool,
+    keys: Mapping[str, bool],
+    columns: Sequence[str],
 ) -> sa.Select[Any]:
-    """Return the query for the classes in order: coded ids, masks of elements if needed, and columns."""
+    """Return the query for the classes in order: coded ids, then `columns`.
+
+    If the subset is `of_words`, the elements of the chosen words and the symmetry follow the coded ids.
+    """
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
-    sources = list(_sources(divided, named))
-    rows = (sa.union_all(*sources) if len(sources) > 1 else sources[0]).subquery().c
-    outputs = [rows.coded, *([rows.mask] if divided.of_words else []), *(rows[name] for name in columns)]
-    mixed = Status.GEOMETRIC in divided.conditions.statuses or _has_long(connection)
-    return sa.select(*outputs).order_by(*_order_of_classes(rows, keys, mixed))
+    view = (catalogue if of_words else classes.alias(catalogue.name)).c
+    least = view.representative.label("least")
+    query = sa.select(_CODED.label("coded"), least, *(_column(view, name).label(name) for name in named))
+    rows = pruned_rows(selection.a).c
+    lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in named))
+    if of_words:
+        mask = sa.func.sum(sa.literal_column("1 << element")).label("mask")
+        query = query.add_columns(mask, _SYMMETRY.label("own")).group_by(view.cycle)
+        lone = lone.add_columns(sa.literal(1).label("mask"), sa.null().label("own"))
+    source = _of_statuses(selection, query.where(*conditions_of(selection, view)), lone, rows)
+    outputs = [source.coded, *([source.mask, source.own] if of_words else []), *(source[n] for n in columns)]
+    return sa.select(*outputs).order_by(*_order_of_classes(source, keys, _is_mixed(connection, selection)))
+
+
+def _words(connection: sa.Connection, selection: Selection, keys: Mapping[str, bool]) -> sa.Select[Any]:
+    """Return the query for the words in order: the ids of their classes, and the elements that lead to them."""
+    view, rows = catalogue.c, pruned_rows(selection.a).c
+    names = tuple(dict.fromkeys(["p", "element", *keys]))
+    query = sa.select(
+        (view.cycle * 4).label("coded"), view.representative.label("least"), *(view[name] for name in names)
+    )
+    lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in names))
+    source = _of_statuses(selection, query.where(*conditions_of(selection)), lone, rows)
+    order = _order_of_classes(source, keys, _is_mixed(connection, selection))
+    return sa.select(source.coded // 4, sa.func.coalesce(source.element, 0)).order_by(*order, source.element)
+
+
+def _of_statuses(
+    selection: Selection,
+    stored: sa.Select[Any],
+    lone: sa.Select[Any],
+    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]",
+) -> "sa.sql.base.ReadOnlyColumnCollection[str, Any]":
+    """Return the columns of the query for stored classes, for pruned words, or for both, by status."""
+    lone = lone.where(*conditions_of(selection, rows))
+    if selection.statuses == (Status.GEOMETRIC,):
+        return lone.subquery().c
+    return (sa.union_all(stored, lone) if Status.GEOMETRIC in selection.statuses else stored).subquery().c
+
+
+def _is_mixed(connection: sa.Connection, selection: Selection) -> bool:
+    """Tell whether there may be words, pruned or long, whose ids do not increase with the period."""
+    long = sa.select(sa.exists().where(cycle.c.id >= LONG))
+    return Status.GEOMETRIC in selection.statuses or connection.scalar(long) or False
 
 
 def _order_of_classes(
@@ -123,8 +186,7 @@ def _order_of_classes(
     """Return the sort keys of classes in SQL; there are none for the natural order, which the views have.
 
     The rows have ``p``, ``least`` (the representative), ``coded`` (`_CODED`) and the columns in `keys`, each
-    with whether its order is descending. `mixed` tells whether there may be words, pruned or too long for a
-    key, whose ids do not increase with the period.
+    with whether its order is descending.
     """
     natural: list[sa.ColumnElement[Any]] = [rows.coded]
     if mixed:
@@ -138,36 +200,14 @@ def _order_of_classes(
     return [*sorting, *natural] if keys else []
 
 
-def _sources(divided: Divided, columns: Sequence[str]) -> Iterator[sa.Select[Any]]:
-    """Yield the query for classes and, if the selection names their status, the query for pruned words."""
-    chosen = divided.conditions
-    if chosen.statuses != (Status.GEOMETRIC,):
-        known = (catalogue if divided.of_words else classes.alias(catalogue.name)).c
-        mask: list[Any] = []
-        if divided.of_words:
-            mask = [sa.func.sum(sa.literal_column("1 << element")).label("mask")]
-        named = [known.representative.label("least"), *(_column(known, name).label(name) for name in columns)]
-        query = sa.select(_CODED.label("coded"), *mask, *named)
-        query = query.where(*conditions_of(chosen, known))
-        yield query.group_by(known.cycle) if divided.of_words else query
-    if Status.GEOMETRIC in chosen.statuses:
-        rows = pruned_rows(chosen.a).c
-        mask = [sa.literal(1).label("mask")] if divided.of_words else []
-        named = [rows.code.label("least"), *(rows[name].label(name) for name in columns)]
-        query = sa.select((rows.id * 4).label("coded"), *mask, *named)
-        yield query.where(*conditions_of(chosen, rows))
-
-
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
     """Return a column of a view, or NULL if the view does not have it."""
     return known[name] if name in known else sa.null()
 
 
-def _has_long(connection: sa.Connection) -> bool:
-    return connection.scalar(sa.select(sa.exists().where(cycle.c.id >= LONG))) or False
-
-
-def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str]) -> list[NDArray[Any]]:
+def _arrays(
+    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str] = ()
+) -> list[NDArray[Any]]:
     count = len(query.selected_columns) - len(columns)
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
@@ -178,3 +218,53 @@ def _arrays(connection: sa.Connection, query: sa.Select[Any], columns: Sequence[
     if not parts:
         return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+# where a word is among the rows
+
+
+def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
+    """Return the row number of a code in the subset, or None if it is not there."""
+    stored = sa.select(catalogue.c.cycle, catalogue.c.element, catalogue.c.symmetry)
+    where = catalogue.c.a == chosen.selection.a, expression("code(:word)", {"word": word})
+    lone = sa.select(pruned.c.id).where(pruned.c.p == len(word), pruned.c.word == word)
+    driver_with_code(connection)
+    if (found := connection.execute(stored.where(*where)).first()) is not None:
+        elements = ELEMENT_OF[STABILISER_OF[found.symmetry]].tolist()
+        return chosen.position(found.cycle, elements.index(found.element))
+    number = connection.scalar(lone)
+    return None if number is None else chosen.position(number, 0)
+
+
+def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
+    """Return the periods of classes and pruned words, shape (C,)."""
+    periods = orders_of(ids)
+    if (long := np.flatnonzero(periods > MAX_KEYED)).size:
+        stored = sa.select(cycle.c.id, cycle.c.p).where(cycle.c.id >= LONG)
+        lone = sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG)
+        of_long = {row.id: row.p for row in connection.execute(stored.union_all(lone))}
+        periods[long] = [of_long[number] for number in ids[long].tolist()]
+    return periods
+
+
+def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
+    """Return the distinct periods of the classes for which no births are stored."""
+    return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
+
+
+def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
+    """Return the number of the first row with a given period, or None."""
+    of_period = periods_of(connection, chosen.ids) == p
+    return chosen.first(np.where(of_period, 0xFF, 0).astype(np.uint8))
+
+
+def first_beginning(
+    connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
+) -> int | None:
+    """Return the number of the first row whose code begins with the given symbols, or None."""
+    where, begins = chosen.selection.where, f"code GLOB '{code}*'"
+    both = f"(\n{where}\n) AND {begins}" if where else begins
+    part = choose(connection, replace(chosen.selection, where=both), cancelled=cancelled)
+    masks, by_id = np.zeros_like(chosen.masks), np.argsort(chosen.ids)
+    masks[by_id[np.searchsorted(chosen.ids, part.ids, sorter=by_id)]] = part.masks
+    return chosen.first(masks)

@@ -10,7 +10,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.limits import Patience
+from orbitdb.store.asking.where import Patience
 from orbitdb.store.asking.selection import Selection
 
 
