@@ -1,6 +1,6 @@
 """The options that choose a subset of the catalogue, shared by several commands."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -95,31 +95,3 @@ class Choice:
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))
-
-
-def _hidden(*flags: str) -> Any:
-    return typer.Option(*flags, hidden=True)
-
-
-@dataclass(frozen=True)
-class SweptChoice:
-    """The options of `Choice` as a sweep takes them; the hidden ones are refused with a reason."""
-
-    reversal: Reversal = None
-    symmetry: Symmetry = None
-    contains: Contains = None
-    bounds: Annotated[list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c or margin")] = (
-        None
-    )
-    status: Annotated[str | None, _hidden("--status")] = None
-    exists: Annotated[list[float] | None, _hidden("--exists")] = None
-    not_at: Annotated[list[float] | None, _hidden("--not-at")] = None
-    where: Annotated[str | None, _hidden("--where")] = None
-
-    def at(self, a: float) -> "Selection":
-        """Return the subset at a given a; raise if an option cannot be parsed or is not for sweeps."""
-        from orbitdb.store.asking.sweepable import swept_text
-
-        chosen = Choice(**{each.name: getattr(self, each.name) for each in fields(self)}).at(a)
-        swept_text(chosen)
-        return chosen

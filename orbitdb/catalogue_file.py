@@ -197,39 +197,26 @@ class CatalogueFile:
             find_births(self.path, wanted, jobs, tell)
         return [each for each in self.birth_fills() if each.p in wanted]
 
-    @with_criteria
     def sweep(
         self,
         periods: int | str | Iterable[int],
-        selection: Selection | None = None,
         *,
         jobs: int | None = 1,
         workers: "Workers | None" = None,
         progress: Tell | None = None,
-        **criteria: Unpack[Criteria],
+        a: float | None = None,
     ) -> "list[Sweep]":
         """Count the orbits of the given periods and compute the sums for averages, without storing rows.
 
-        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled.
-
-        Parameters
-        ----------
-        periods, jobs, workers, progress : optional
-            As for `fill`.
-        selection : Selection, optional
-            The orbits to sweep, by default all; you can give criteria instead, as in `select`.
-
-        Raises
-        ------
-        SelectionError
-            If the subset cannot be swept.
+        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled. The parameters are those
+        of `fill`.
         """
         from orbitdb.filling.sweeps import sweep
 
-        chosen, wanted = self._chosen(selection, criteria), _periods(periods)
+        at, wanted = self._at(a), _periods(periods)
         with telling(progress, "sweep") as tell:
-            sweep(self.path, chosen, wanted, jobs, workers, tell)
-        return [each for each in self.sweeps(chosen.a, chosen) if each.p in wanted]
+            sweep(self.path, at, wanted, jobs, workers, tell)
+        return [each for each in self.sweeps(at) if each.p in wanted]
 
     def simulate(
         self,
@@ -459,23 +446,10 @@ class CatalogueFile:
         with self._file.moment() as moment:
             return moment.reference(self._at(a))
 
-    def sweeps(self, a: float | None = None, selection: Selection | None = None) -> "list[Sweep]":
-        """Return the sweeps at a given ``a``, with their counts and sums, in order of period.
-
-        Parameters
-        ----------
-        a : float, optional
-            Half length of the stadium; by default the catalogue's.
-        selection : Selection, optional
-            The swept subset, by default all orbits; its ``a`` and periods are ignored.
-        """
+    def sweeps(self, a: float | None = None) -> "list[Sweep]":
+        """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         with self._file.moment() as moment:
-            return moment.sweeps(self._at(a), selection)
-
-    def swept_subsets(self, a: float | None = None) -> list[Selection]:
-        """Return the subsets, other than that of all orbits, that have been swept at a given ``a``."""
-        with self._file.moment() as moment:
-            return moment.swept_subsets(self._at(a))
+            return moment.sweeps(self._at(a))
 
     @contextmanager
     def _question(

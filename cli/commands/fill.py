@@ -2,14 +2,12 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from orbitdb.cli.arguments import given_codes, primitive
-from orbitdb.cli.choice import SweptChoice
 from orbitdb.cli.options import Database, HalfLength, takes_only
 from orbitdb.cli.output import Output
 from orbitdb.cli.progress import progress
@@ -130,7 +128,6 @@ def sweep(
     asked: Highest,
     first: Lowest = 2,
     a: HalfLength = 1.6,
-    choice: SweptChoice,
     solvers: Solvers,
     dry_run: DryRun = False,
     output: Output,
@@ -140,31 +137,23 @@ def sweep(
 
     'orbitdb table', 'entropy' and 'lyapunov' use a sweep for periods that are not filled. A sweep takes less
     time than a fill and hardly any disk space. If interrupted, it continues where it stopped; finished
-    periods are skipped. If you choose a subset, N_c and classes count its orbits, whereas N_t counts all
-    words. boundary and unresolved count the chosen words regardless of --range, which applies to orbits only.
+    periods are skipped.
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import sweep_need
-    from orbitdb.orbits.status import Status
-    from orbitdb.store.asking.sweepable import swept_text
 
-    chosen, periods = choice.at(Stadium(a).a), asked_periods(context, asked, first)
+    a, periods = Stadium(a).a, asked_periods(context, asked, first)
     span = f"p = {written(periods)} at a = {exact(a)}"
-    coming = sweep_need(db, a, periods, solvers.number(), chosen)
+    coming = sweep_need(db, a, periods, solvers.number())
     announce(span, coming, db, dry_run)
     if dry_run:
         return
     start = time.monotonic()
     with solvers.cluster() as workers:
         bring(db)
-        with Catalogue(db) as catalogue, progress(span, expected=coming.seconds) as shown:
-            found = catalogue.sweep(periods, chosen, jobs=solvers.jobs, workers=workers, progress=shown)
+        with Catalogue(db, a) as catalogue, progress(span, expected=coming.seconds) as shown:
+            found = catalogue.sweep(periods, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     rows = [each.row() for each in found]
-    names = list(rows[0])
-    if swept_text(chosen):
-        note(replace(chosen, statuses=(Status.ORBIT,)).describe())
-    else:
-        names.remove("selection")
-    output.write(names, ([row[name] for name in names] for row in rows))
+    output.write(list(rows[0]), ([*row.values()] for row in rows))

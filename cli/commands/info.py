@@ -12,7 +12,7 @@ from orbitdb.cli.output import Output
 from orbitdb.cli.render import note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
-from orbitdb.plaintext import printable, several
+from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
     from orbitdb.store.reading.moment import Moment
@@ -42,26 +42,21 @@ def info(
 
     stored is the number of words stored so far, and seconds the elapsed time. csv, tsv and json also have the
     processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
-    its processor time is under solving. selection is the subset that was swept, if it was not all orbits.
+    its processor time is under solving.
     """
     from orbitdb.store.reading.moment import reading
 
     with reading(db) as moment:
         rows = [row for a in moment.a_values() for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
-    subsets = list(dict.fromkeys(subset for *_, subset in rows))
     rows.sort(key=lambda row: row[:2])
     shown = _SHOWN if output.for_people else len(COLUMNS)
     if output.table:
         write_facts(facts)
-        for subset in subsets:
-            print("" if subset is None else f"\nselection  {printable(subset)}")
-            output.write(COLUMNS[:shown], [row[:shown] for row in rows if row[-1] == subset])
-    else:
-        last = ("selection",) if any(subsets) else ()
-        output.write(
-            (*COLUMNS[:shown], *last), [(*row[:shown], *row[len(row) - len(last) :]) for row in rows]
-        )
+    if output.table and rows:
+        print()
+    if rows or not output.table:
+        output.write(COLUMNS[:shown], [row[:shown] for row in rows])
 
 
 def delete(
@@ -107,17 +102,15 @@ def migrate(db: options.Database) -> None:
 
 
 def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
-    """Return one row per filled or swept period at a given a; its last item is the swept subset or None."""
+    """Return one row per filled or swept period at a given a."""
     fills = moment.fills(a)
-    rows = [(a, *_OF_FILL(fill), None) for fill in fills]
+    rows = [(a, *_OF_FILL(fill)) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
-    for subset in (None, *moment.swept_subsets(a)):
-        for each in moment.sweeps(a, subset):
+    for each in moment.sweeps(a):
+        if each.p not in filled:
             counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
-            times = (each.seconds, None, each.processor, None)
-            if each.p not in filled:
-                state = "swept" if each.whole else "sweeping"
-                rows.append((a, each.p, state, 0, *counts, *times, each.selection or None))
+            state = "swept" if each.whole else "sweeping"
+            rows.append((a, each.p, state, 0, *counts, each.seconds, None, each.processor, None))
     return rows
 
 

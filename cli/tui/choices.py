@@ -17,8 +17,8 @@ from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
-from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.codes import bound_names
+from orbitdb.store.asking.selection import Selection
 from orbitdb.store.asking.where import check
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)

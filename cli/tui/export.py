@@ -24,8 +24,8 @@ from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.asking.where import never
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.where import never
 from orbitdb.store.reading.moment import Reader
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")

@@ -9,10 +9,10 @@ import numpy as np
 from textual.cache import LRUCache
 
 from orbitdb.cli.tui.view import USUAL
-from orbitdb.store.asking.where import never
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.question import first_beginning, first_of_period, position_of
+from orbitdb.store.asking.where import never
 from orbitdb.store.reading.moment import Reader
+from orbitdb.store.reading.question import first_beginning, first_of_period, position_of
 from orbitdb.store.reading.rows import Chosen
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 

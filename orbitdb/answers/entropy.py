@@ -27,7 +27,6 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection, written_periods
-from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.moment import Moment
 
 _EDGES = 10
@@ -126,9 +125,7 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     """Return a note on periods known only from births, which count all orbits but not those of a subset."""
     if all_orbits(chosen):
         return []
-    known = [] if why_not_swept(chosen) else [s.p for s in moment.sweeps(chosen.a, chosen) if s.whole]
-    born = count(moment, Selection(chosen.a, chosen.periods)).from_births
-    if not (born := tuple(p for p in born if p not in known)):
+    if not (born := count(moment, Selection(chosen.a, chosen.periods)).from_births):
         return []
     return [
         f"births give the number of all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not of "

@@ -20,7 +20,6 @@ from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.sweepable import why_not_swept
 from orbitdb.store.reading.fills import moments_of
 from orbitdb.store.reading.moment import Moment
 from orbitdb.symbols.words import packed, unpack
@@ -128,8 +127,8 @@ def with_lower(chosen: Selection) -> Selection:
 def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bool = False) -> WholePeriods:
     """Return the chosen classes of the filled periods.
 
-    If `swept`, include periods without rows for which a sweep stored the sums over exactly the chosen orbits.
-    If `lower`, include the periods below the chosen ones.
+    If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
+    below the chosen ones.
     """
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
@@ -137,7 +136,7 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     fills = [fill for fill in moment.fills(selection.a) if selection.includes(fill.p)]
     unborn = tuple(without_births(moment, selection))
     whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-    known = moment.sweeps(selection.a, selection) if swept and not why_not_swept(selection) else []
+    known = moment.sweeps(selection.a) if swept and all_orbits(selection) else []
     wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
     sums = {each.p: each.sums for each in wanted if each.sums is not None}
     orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from orbitdb.errors import StoreError
-from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.fills import Fill, Sweep
@@ -70,14 +69,12 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     return Need(words, round(BYTES * words), max(writer, alone / jobs), alone)
 
 
-def sweep_need(
-    path: Path, a: float, periods: Sequence[int], jobs: int, selection: Selection | None = None
-) -> Need:
-    """Estimate what a sweep takes, at the rate of earlier large sweeps of the same subset, if there are any.
+def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
+    """Estimate what a sweep takes, at the rate of earlier large sweeps, if there are any.
 
     A sweep stores no rows, so it needs hardly any space.
     """
-    known = _at_every_a(path, lambda moment, b: moment.sweeps(b, selection))
+    known = _at_every_a(path, Moment.sweeps)
     here = {each.p: each.tally.words for each in known.get(a, ())}
     words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
     large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]

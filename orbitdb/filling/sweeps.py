@@ -2,7 +2,7 @@
 
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from time import thread_time
@@ -12,7 +12,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.arithmetic import arithmetic
-from orbitdb.arrays import Floats, Integers
+from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
@@ -21,10 +21,8 @@ from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.classes import OrbitClasses
-from orbitdb.orbits.exponents import Exponents, Tally, exponents
+from orbitdb.orbits.exponents import Tally, exponents
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import chosen_words, selection_of, swept_text, within_ranges
 from orbitdb.store.file import tables
 from orbitdb.store.file.tables import run, sweep_block
 from orbitdb.store.reading.fills import moments_of
@@ -45,17 +43,17 @@ SMALL = 200_000
 
 def sweep(
     path: Path,
-    chosen: Selection,
+    a: float,
     periods: Sequence[int],
     jobs: int | None = None,
     workers: Workers | None = None,
     tell: Tell = nobody,
 ) -> None:
-    """Sweep the given periods at the a of a selection, and sum over the chosen orbits (`Catalogue.sweep`)."""
-    coming = sweep_need(path, chosen.a, periods, workers.jobs if workers else number_of(jobs), chosen)
+    """Sweep the given periods at the given a (`Catalogue.sweep`)."""
+    coming = sweep_need(path, a, periods, workers.jobs if workers else number_of(jobs))
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
-        steps = sweep_periods(path, chosen.a, periods, solving, chosen)
+        steps = sweep_periods(path, a, periods, solving)
         run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
 
 
@@ -64,7 +62,6 @@ def sweep_periods(
     a: float,
     periods: Iterable[int],
     workers: Workers = HERE,
-    selection: Selection | None = None,
 ) -> Generator[Step]:
     """Count the words of the given periods at the given a, sum over their orbits, and store the results.
 
@@ -72,46 +69,35 @@ def sweep_periods(
     ----------
     path, a, periods, workers : optional
         As in `orbitdb.filling.fill.fill_periods`.
-    selection : Selection, optional
-        The orbits to count and sum over, by default all; its a and periods are ignored. Sweeps of different
-        subsets are stored side by side.
 
     Yields
     ------
     Step
         As in `orbitdb.filling.resuming.resume`, with the same exceptions.
-
-    Raises
-    ------
-    SelectionError
-        If the subset cannot be swept (`orbitdb.store.asking.sweepable.why_not_swept`).
     """
     stadium, periods = Stadium(a), list(periods)
-    chosen = "" if selection is None else swept_text(selection)
-    parameters = {"command": "sweep", "a": a, "periods": periods, **({"selection": chosen} if chosen else {})}
+    parameters = {"command": "sweep", "a": a, "periods": periods}
     with closing(Writer(path, parameters, references=False)) as writer:
         for p in periods:  # one by one, because tilts come from lower periods
-            tilts = {} if chosen else _tilts(path, a, p)  # sum rules need all orbits
-            work = _Sweep(writer, stadium.a, chosen, tilts)
+            work = _Sweep(writer, stadium.a, _tilts(path, a, p))
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 
 
 class _Sweep(Work):
-    def __init__(self, writer: Writer, a: float, selection: str, tilts: Tilts) -> None:
+    def __init__(self, writer: Writer, a: float, tilts: Tilts) -> None:
         super().__init__(writer)
-        self.a, self.selection, self.tilts = a, selection, tilts
+        self.a, self.tilts = a, tilts
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         """Return the progress of a period; its initial row has the tilts of the period."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
-        own = {"stadium": stadium, "p": p, "selection": self.selection}
-        return open_cursor(connection, tables.sweep, **own, moments=moments)
+        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, selection="", moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
-        return (partial(solve_swept, self.a, self.selection, tilts, span) for span in spans)
+        return (partial(solve_swept, self.a, tilts, span) for span in spans)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
         block = sa.insert(sweep_block).values(
@@ -180,52 +166,37 @@ class SweptSums:
     arithmetic: str
 
 
-def solve_swept(a: float, selection: str, tilts: Tilts, span: Span) -> SweptSums:
+def solve_swept(a: float, tilts: Tilts, span: Span) -> SweptSums:
     """Find the classes whose representatives lie in a span, solve them, and sum over their orbits.
 
     Parameters
     ----------
     a : float
         Half length of the stadium.
-    selection : str
-        The canonical text of the subset to sum over; empty for all orbits.
     tilts : dict of int to ndarray
         Tilts by level, around which the moments are taken (`orbitdb.averages.sum_rules`).
     span : Span
         The range of the representatives.
     """
     clock = thread_time()
-    classes, chosen = all_least_words(span), selection_of(selection, a)
-    summed = _summed(classes, span.p, chosen, tilts)
+    summed = _summed(all_least_words(span), span.p, a, tilts)
     return SweptSums(span, *summed, thread_time() - clock, arithmetic())
 
 
 def _summed(
-    part: LeastWords, p: int, selection: Selection, centres: Tilts
+    part: LeastWords, p: int, a: float, centres: Tilts
 ) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
-    """Solve the chosen classes and add up their orbits, each weighted by its number of chosen words."""
-    words = chosen_words(part, p, selection)
-    rows = np.flatnonzero(words)
-    sizes = words[rows]
-    found = list(_solved(part.codes[rows], p, selection))
+    """Solve classes and add up their orbits, each weighted by the number of words of its class."""
+    rows = np.flatnonzero(SIZES[part.stabiliser])
+    sizes = SIZES[part.stabiliser[rows]]
+    solved = list(exponents(part.codes[rows], p, Stadium(a))) if len(rows) else []
     none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int))
-    columns = [(sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0)) for each in found]
+    columns = [(sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0)) for each in solved]
     size, length, lyapunov, walls = (np.concatenate(of) for of in zip(none, *columns, strict=True))
     of_orbits = OrbitClasses(np.full(len(size), p), size, length, lyapunov, walls)
     moments = {}
     if centres:
-        parts = (orbits_of_exponents(sizes[each.orbits], each, selection.a) for each in found)
+        parts = (orbits_of_exponents(sizes[each.orbits], each, a) for each in solved)
         orbits = TiltedOrbits.joined(parts)
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
-    tally = replace(Tally.of(sizes, found), words=int(SIZES[part.stabiliser].sum()))
-    return tally, PeriodSums.of(of_orbits, p), moments
-
-
-def _solved(codes: Integers, p: int, selection: Selection) -> Iterator[Exponents]:
-    """Yield those orbits of the packed words whose values lie within the ranges of a subset."""
-    for found in exponents(codes, p, Stadium(selection.a)) if len(codes) else ():
-        if selection.ranges:
-            inside = within_ranges(codes[found.orbits], p, found.length, found.lyapunov, selection)
-            yield found.of_orbits(np.flatnonzero(inside))
-        else:
-            yield found
+    return Tally.of(sizes, solved), PeriodSums.of(of_orbits, p), moments

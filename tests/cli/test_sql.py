@@ -81,7 +81,7 @@ def test_a_select_can_join_and_read_other_views(varied, cli):
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
-    from orbitdb.store.asking import limits
+    from orbitdb.store.asking import where as limits
 
     monkeypatch.setattr(limits, "SECONDS", 0.1)
     endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"

@@ -134,7 +134,7 @@ def test_useful_expressions_are_allowed(own, text):
 
 @pytest.mark.parametrize("use", ["count", "rows", "sorted", "classes", "select"])
 def test_every_use_is_stopped_in_time(own, monkeypatch, use):
-    from orbitdb.store.asking import limits
+    from orbitdb.store.asking import where as limits
 
     monkeypatch.setattr(limits, "SECONDS", 0.02)
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(40))
@@ -154,7 +154,7 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
 
 @pytest.mark.slow
 def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
-    from orbitdb.store.asking import limits
+    from orbitdb.store.asking import where as limits
     from orbitdb.store.asking.sql import run_statement
 
     monkeypatch.setattr(limits, "SECONDS", 0.5)

@@ -12,9 +12,9 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need, sweep_need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.store.asking.codes import bound_names
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.where import names_in
 from orbitdb.store.file.database import writing_engine
 from orbitdb.store.file.migrate import migrate
 from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
@@ -76,8 +76,8 @@ def test_unknown_columns_are_refused_with_a_list_of_columns(filled, names):
 
 
 def test_the_names_of_values_in_an_expression_are_found():
-    assert names_in("p > :least and word <> ':no' and length < :most -- :nor\n") == {"least", "most"}
-    assert names_in("p > 2") == set()
+    assert bound_names("p > :least and code <> ':no' and length < :most -- :nor\n") == ["least", "most"]
+    assert bound_names("p > 2") == []
 
 
 def test_stored_periods_are_not_estimated_again(filled, tmp_path):

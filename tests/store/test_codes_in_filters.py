@@ -7,7 +7,7 @@ from there import there
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.asking.codes import hint
+from orbitdb.store.asking.codes import hint, parse_parameters
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.selection import SelectionError
 from orbitdb.symbols.symmetry import members
@@ -38,6 +38,12 @@ def test_a_class_with_an_invalid_word_is_refused(own):
         ("code('001') or p = 2", {"13"}),
         ("code('001') and status = 'geometric'", set()),
         ("code('13', '310', '3123')", {"13", "031", "1233"}),
+        ("code = code('31')", {"13"}),
+        ("code('310') == code", {"031"}),
+        ("code in (code('31'), code(:w))", {"13", "013"}),
+        ("p < 4 and status = 'orbit' and code <> code('31') and not code IN (code('013'), code('31'))",
+         {"031", "113", "123", "132", "133", "155", "344"}),
+        ("representative = code('3010')", {"0103", "1232"}),
         ("code = 'code(''31'')'", set()),
     ],
 )  # fmt: skip
@@ -69,15 +75,16 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
 @pytest.mark.parametrize(
     ("where", "said"),
     [
-        ("code = code('13')", "a condition by itself"),
-        ("code('13') is null", "a condition by itself"),
+        ("code(13)", "write words in quotes: '13', not 13"),
+        ("code = 013", "write words in quotes: '013', not 013"),
+        ("code IN ('031', 13)", "write words in quotes: '13', not 13"),
+        ("13 = representative", "write words in quotes: '13', not 13"),
         ("code('1313')", "give '13'"),
         ("code('19')", "symbol '9'"),
         ("code()", "takes words in quotes"),
         ("code('13' '31')", "takes words in quotes"),
         ("code('13', '31' or '013')", "takes words in quotes"),
-        ("code(word)", "in quotes"),
-        ("code('1^20001 3')", "20000 are allowed"),
+        ("code(representative)", "in quotes"),
         ("code('13'", "incomplete input"),
         ("code(:w)", "-P name=value"),
     ],
@@ -93,10 +100,10 @@ def test_a_bad_code_in_a_filter_is_refused(catalogue, where, said):
         ("p = 2 and code = '31'", "no row has code = '31', as codes are least rotations: write code('31')"),
         ("code = '310245'", "no row has code = '310245', as codes are least rotations: write code('310245')"),
         (
-            "\"code\" == 3 or word IN ('13', '1313')",
-            "no row has word = '1313', as codes are least rotations: write code('13')",
+            "\"code\" == 'x' or representative IN ('13', '1313')",
+            "no row has code = '1313', as codes are least rotations: write code('13')",
         ),
-        ("code = '13' and word < '31' and '31' <> code and code = 'x' or code('31')", None),
+        ("code = '13' and code < '133' and length > 3 and code = 'x' or code('31')", None),
     ],
 )
 def test_a_comparison_with_a_rotation_that_matches_no_row_is_reported(where, told):
@@ -112,3 +119,40 @@ def test_a_class_with_an_invalid_id_is_refused(own):
     for contains, order in (("13", "p"), (None, "code")):
         with pytest.raises(StoreError, match="altered: a class with the id '1'"):
             Catalogue(own).select(contains=contains, order=order)
+
+
+@pytest.mark.parametrize(
+    ("given", "sql", "value"),
+    [
+        ("w=0103", "code(:w)", "0103"),
+        ("w=13", "code = code(:w)", "13"),
+        ("w=1123213", "SELECT a FROM catalogue WHERE code = :w", "1123213"),
+        ("w=13", "code in ('013', :w)", "13"),
+        ("w=13", ":w = representative", "13"),
+        ("w=" + "1" * 20 + "3" * 20, "length(code) > length(:w)", "1" * 20 + "3" * 20),
+        ("w=(13)^2 1", "code(:w)", "(13)^2 1"),
+        ("w='13'", "substr(code, 1, 2) = :w", "13"),
+        ("w=+13", "substr(code, 1, 2) = :w", 13),
+        ("w=13", "length < :w", 13),
+        ("w=13", "length between 12 and :w and code like '1%'", 13),
+        ("w=13", "length / 2 > p - :w", 13),
+        ("w=0.50", "lambda_c < :w", 0.5),
+        ("w=-1e-3", "margin > :w", -1e-3),
+        ("w=3", "p = :w", 3),
+        ("w=160", "p = :w", 160),
+        ("w=self", "time_reversal = :w", "self"),
+    ],
+)
+def test_words_are_words_and_numbers_are_numbers(given, sql, value):
+    assert parse_parameters([given], sql) == {"w": value}
+
+
+def test_digits_that_could_be_either_are_refused():
+    with pytest.raises(SelectionError, match=r"write \"w='13'\" for the word, w=\+13 for the number"):
+        parse_parameters(["w=13"], "substr(code, 1, 2) = :w")
+
+
+def test_a_number_for_a_word_is_refused(catalogue):
+    with pytest.raises(SelectionError, match="codes are texts: give it as '13'"):
+        catalogue.count(where="code = :w", parameters={"w": 13})
+    assert catalogue.count(where="code = :w", parameters={"w": "13"}) == 1

@@ -19,7 +19,7 @@ from quick import slow_but
 
 from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
-from orbitdb.store.asking import limits
+from orbitdb.store.asking import where as limits
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.asking.where import CancelledError
@@ -28,7 +28,7 @@ from orbitdb.store.reading.moment import reading
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"order_of_words.STEP": 100, "rows.ROWS": 50, "question.BLOCK": 30, "matching.BATCH": 20}
+AT_A_TIME = {"rows.ROWS": 50, "question.BLOCK": 30}
 """Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 

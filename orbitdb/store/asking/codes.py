@@ -5,12 +5,10 @@ finds a word in any rotation. A call that is not compared with anything, ``code(
 condition by itself (`spelled_out`).
 """
 
-import json
 import re
 import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 from orbitdb.numerals import real
 from orbitdb.store.asking.selection import SelectionError
@@ -33,18 +31,19 @@ Parameters = Mapping[str, Value]
 _QUOTED = r"'(?:[^']|'')*'"
 _ITEM = rf"(?:{_QUOTED}|:\w+|[+-]?\.?\w[\w.]*)"
 _LISTED = rf"\(?\s*{_ITEM}(?:\s*,\s*{_ITEM})*"
+_WORDS = re.compile(rf"\s*(?:{_QUOTED}|:\w+|[0-9]+)(?:\s*,\s*(?:{_QUOTED}|:\w+|[0-9]+))*\s*")
 _INNER = rf"(?:{_QUOTED}|[^()'])*"
 _SIGN = r"(?:[=<>!]{1,2}|\b(?:is|not|like|glob|in|between)\b)"
 _CODE = r'(?:\b|")(?:code|representative)\b"?(?!\s*\()'
 
 _CALL = re.compile(rf"{_QUOTED}|\"[^\"]*\"|\bcode\s*\(({_INNER})\)", re.IGNORECASE)
 _COMPARED_BEFORE = re.compile(
-    r"(?:[=<>!]|\bis(?:\s+not)?|\b(?:like|glob|between|select)|\|\||\bin\s*\((?:[^()]|\([^()]*\))*)$",
+    r"(?:[=<>!]|\bis(?:\s+not)?|\b(?:like|glob|between|select)|\|\||\bin\s*\((?!\s*(?:select|with)\b)(?:[^()]|\([^()]*\))*)$",
     re.IGNORECASE,
 )
 _COMPARED_AFTER = re.compile(r"[=<>!]|\|\||(?:not\s+)?\b(?:is|like|glob|in|between)\b", re.IGNORECASE)
 _BESIDE_CODE = re.compile(
-    rf"{_CODE}\s*(?:{_SIGN}\s*)+(?!code\s*\()(?P<right>{_LISTED})"
+    rf"{_CODE}\s*(?:{_SIGN}\s*)+(?!\s*\(?\s*code\s*\()(?P<right>{_LISTED})"
     rf"|(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_CODE}|\bcode\s*\((?P<call>{_INNER})\)|{_QUOTED}",
     re.IGNORECASE,
 )
@@ -61,21 +60,16 @@ _last = threading.local()
 
 def add_functions(connection: sqlite3.Connection) -> None:
     """Give a connection the function ``code()``, and those that `spelled_out` writes in its place."""
-    functions: list[tuple[str, int, Callable[..., str]]] = [
-        ("code", 1, _complaining(_least)),
-        ("codes_of", -1, _complaining(lambda *words: json.dumps([_least(word) for word in words]))),
-        ("classes_of", -1, _complaining(lambda *words: json.dumps([*map(_class, map(_least, words))]))),
-    ]
-    for name, count, function in functions:
-        connection.create_function(name, count, function, deterministic=True)
+    for name, function in (("code", _least), ("representative_of", _representative), ("key_of", _key)):
+        connection.create_function(name, 1, _complaining(function), deterministic=True)
 
 
-def _complaining(function: Callable[..., str]) -> Callable[..., str]:
+def _complaining(function: Callable[[object], Value | None]) -> Callable[[object], Value | None]:
     """Keep the message of an error for `complaint`, because SQLite drops it."""
 
-    def call(*words: object) -> str:
+    def call(word: object) -> Value | None:
         try:
-            return function(*words)
+            return function(word)
         except WordError as error:
             _last.complaint = f"code(): {error}"
             raise
@@ -96,35 +90,49 @@ def _least(word: object) -> str:
     return least_rotation(parse_primitive(word))
 
 
-def _class(word: str) -> int | None:
+def _representative(given: object) -> str | None:
+    word = _least(given)
+    return None if rules_of(word) else class_of(word).representative
+
+
+def _key(given: object) -> int | None:
     """Return the id of a word's class; None if it has none or if the word is too long for a key."""
-    return None if len(word) > MAX_KEYED or rules_of(word) else key(class_of(word).representative)
+    least = _representative(given)
+    return None if least is None or len(least) > MAX_KEYED else key(least)
 
 
-def spelled_out(sql: str) -> str:
-    """Write each ``code(...)`` that is a condition by itself as one that SQLite looks up by class."""
+_LONG_ID = f"SELECT id FROM cycle WHERE id >= {LONG} AND word = representative_of(WORD)"
+_ID = f"coalesce(key_of(WORD), ({_LONG_ID}), 0)"
+"""SQL for the id of the class of a word, 0 if it is not stored."""
+
+
+def spelled_out(sql: str, by_class: bool = True) -> str:
+    """Write each ``code(...)`` that is a condition by itself in full, so that SQLite looks it up by class.
+
+    Pruned words have no class, so for these leave out `by_class`.
+    """
 
     def condition(found: re.Match[str]) -> str:
         words = found[1]
         before, after = sql[: found.start()].rstrip(), sql[found.end() :].lstrip()
         if words is None or _COMPARED_BEFORE.search(before) or _COMPARED_AFTER.match(after):
             return found[0]
-        if not words.strip():
+        if not _WORDS.fullmatch(words):
             raise SelectionError("code() takes words in quotes with commas between, as in code('1232131')")
-        classes, codes = (f"(SELECT value FROM json_each({name}({words})))" for name in _LISTS)
-        return f"((cycle IN {classes} OR cycle >= {LONG} OR cycle IS NULL) AND code IN {codes})"
+        items = re.findall(_ITEM, words)
+        chosen = f"code IN ({', '.join(f'code({item})' for item in items)})"
+        ids = ", ".join(_ID.replace("WORD", item) for item in items)
+        return f"(cycle IN ({ids}) AND {chosen})" if by_class else f"({chosen})"
 
     return _CALL.sub(condition, sql)
-
-
-_LISTS = ("classes_of", "codes_of")
 
 
 def check_words(sql: str, parameters: Parameters) -> None:
     """Raise `SelectionError` if a code is compared with a number, in the SQL or among the named values."""
     for item in _beside_codes(sql):
         value = parameters.get(item[1:]) if item.startswith(":") else None
-        if isinstance(value, int | float):
+        matched = re.search(rf"\b(?:like|glob)\s*{re.escape(item)}", sql, re.IGNORECASE)  # its digits are
+        if isinstance(value, int | float) and not matched:
             raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
         if _NUMBER.fullmatch(item):
             raise SelectionError(f"codes are texts, so write words in quotes: '{item}', not {item}")
@@ -204,5 +212,3 @@ def bound_names(sql: str) -> list[str]:
 
 NAMES = re.compile(rf"{_QUOTED}|\"[^\"]*\"|--[^\n]*|(?<!:):([A-Za-z_]\w*)|:")
 """Quoted texts, names with a colon (group 1), and other colons, which SQLAlchemy must not take for names."""
-
-

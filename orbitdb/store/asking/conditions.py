@@ -21,9 +21,12 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
 def conditions_of(
-    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
+    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c, stored: bool = True
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection, with an expression that is checked, as conditions on a view with these columns."""
+    """Return a selection, with an expression that is checked, as conditions on a view with these columns.
+
+    The rows are not `stored` in the views if they are those of pruned words.
+    """
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
         found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
@@ -42,7 +45,7 @@ def conditions_of(
     if selection.contains is not None:
         found.append(sa.func.instr(view.code.concat(view.code), selection.contains) > 0)
     if selection.where is not None:
-        found.append(free.expression(selection.where, selection.parameters))
+        found.append(free.expression(selection.where, selection.parameters, by_class=stored))
     return found
 
 

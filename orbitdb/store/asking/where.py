@@ -182,10 +182,11 @@ def of_classes(where: str, parameters: Parameters) -> bool:
     return columns <= _OF_CLASSES and queries == 1
 
 
-def expression(where: str, parameters: Parameters) -> sa.TextClause:
-    """Return an expression as an SQL clause, bound to its named values."""
+def expression(where: str, parameters: Parameters, by_class: bool = True) -> sa.TextClause:
+    """Return an expression as an SQL clause, bound to its named values (`spelled_out`)."""
     plain = NAMES.sub(
-        lambda found: found[0] if found[1] in parameters else found[0].replace(":", "\\:"), spelled_out(where)
+        lambda found: found[0] if found[1] in parameters else found[0].replace(":", "\\:"),
+        spelled_out(where, by_class),
     )
     return sa.text(f"(\n{plain}\n)").bindparams(**parameters)
 

@@ -219,8 +219,7 @@ CREATE TABLE level (
 -- How far a period is swept at one value of a: the number of blocks, the counts so far, the elapsed time and
 -- the processor time in seconds. The sums (orbitdb.averages.fixed_points) and the moments
 -- (orbitdb.averages.tilt_moments) are stored once the state is 'done'; until then, the moments are those of
--- no orbit. Only the subset with the canonical text selection is swept (orbitdb.store.asking.sweepable); an
--- empty text means all orbits.
+-- no orbit. The selection is empty.
 CREATE TABLE sweep (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,

@@ -6,11 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from orbitdb.errors import InputError
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import selection_of
 from orbitdb.store.file.schema import DONE, SWEPT
 from orbitdb.store.file.tables import change, cycle, fill, orbit, stadium, sweep
 from orbitdb.store.reading.soundness import unsound
@@ -144,8 +141,7 @@ class Sweep(Record):
     state : str
         ``filling`` or ``done``.
     tally : Tally
-        The counts so far. In a sweep of a subset, `words` still counts all words, and `boundary` and
-        `unresolved` ignore its ranges, which apply to orbits only.
+        The counts so far.
     blocks : int
         Number of blocks done so far.
     seconds, processor : float
@@ -153,10 +149,7 @@ class Sweep(Record):
     sums : PeriodSums or None
         The sums over the orbits; None until the sweep is done.
     moments : mapping of int to TiltMoments
-        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty for a subset, and until the
-        sweep is done.
-    selection : str
-        The canonical text of the subset (`orbitdb.store.asking.sweepable`); empty for all orbits.
+        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty until the sweep is done.
     """
 
     p: int
@@ -167,7 +160,6 @@ class Sweep(Record):
     processor: float
     sums: "PeriodSums | None" = field(repr=False)
     moments: "Mapping[int, TiltMoments]" = field(repr=False)
-    selection: str = ""
 
     @property
     def whole(self) -> bool:
@@ -186,26 +178,13 @@ class Sweep(Record):
             "unresolved": counts.unresolved,
             "seconds": self.seconds,
             "processor_seconds": self.processor,
-            "selection": self.selection,
         }
 
 
-def sweeps(connection: sa.Connection, a: float, selection: str = "") -> list[Sweep]:
-    """Return the sweeps of all orbits or of a subset, named by its canonical text, in order of period."""
-    query = sa.select(sweep).join(stadium).where(stadium.c.a == a, sweep.c.selection == selection)
-    return [_as_sweep(row) for row in connection.execute(query.order_by(sweep.c.p))]
-
-
-def swept_subsets(connection: sa.Connection, a: float) -> list[Selection]:
-    """Return the subsets, other than that of all orbits, for which a sweep at a given a was begun."""
-    texts = sa.select(sweep.c.selection).distinct().join(stadium).order_by(sweep.c.selection)
-    found = []
-    for text in connection.scalars(texts.where(stadium.c.a == a, sweep.c.selection != "")):
-        try:
-            found.append(selection_of(text, a))
-        except InputError as error:
-            raise unsound("not a swept subset:", text) from error
-    return found
+def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
+    """Return the sweeps at a given a, in order of period."""
+    query = sa.select(sweep).join(stadium).where(stadium.c.a == a).order_by(sweep.c.p)
+    return [_as_sweep(row) for row in connection.execute(query)]
 
 
 def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
@@ -236,4 +215,4 @@ def _as_sweep(row: sa.Row[Any]) -> Sweep:
         except ValueError as error:
             raise unsound("sums of a sweep:", error) from error
     spent = values["blocks"], values["seconds"], values["processor"]
-    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments, values["selection"])
+    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments)

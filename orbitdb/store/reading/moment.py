@@ -13,7 +13,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.sweepable import swept_text
 from orbitdb.store.asking.where import CancelledError, never
 from orbitdb.store.file import tables
 from orbitdb.store.file.database import (
@@ -90,13 +89,9 @@ class Moment:
         """Return the stored averages over trajectories with the smallest error at a given a, or None."""
         return records.best_reference(self.connection, a)
 
-    def sweeps(self, a: float, selection: Selection | None = None) -> list[Sweep]:
-        """Return the sweeps of all orbits or of a subset at a given a, in order of period."""
-        return fills.sweeps(self.connection, a, "" if selection is None else swept_text(selection))
-
-    def swept_subsets(self, a: float) -> list[Selection]:
-        """Return the subsets, other than that of all orbits, that have been swept at a given a."""
-        return fills.swept_subsets(self.connection, a)
+    def sweeps(self, a: float) -> list[Sweep]:
+        """Return the sweeps at a given a, in order of period."""
+        return fills.sweeps(self.connection, a)
 
     def find(self, word: str, a: float) -> Orbit | None:
         """Return the stored orbit of a primitive word, in the given rotation, or None."""

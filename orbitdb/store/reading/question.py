@@ -149,7 +149,7 @@ def _classes(
 
 
 def _words(connection: sa.Connection, selection: Selection, keys: Mapping[str, bool]) -> sa.Select[Any]:
-    """Return the query for the words in order: the ids of their classes, and the elements that lead to them."""
+    """Return the query for the words in order: the ids of their classes, and their own elements."""
     view, rows = catalogue.c, pruned_rows(selection.a).c
     names = tuple(dict.fromkeys(["p", "element", *keys]))
     query = sa.select(
@@ -168,7 +168,7 @@ def _of_statuses(
     rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]",
 ) -> "sa.sql.base.ReadOnlyColumnCollection[str, Any]":
     """Return the columns of the query for stored classes, for pruned words, or for both, by status."""
-    lone = lone.where(*conditions_of(selection, rows))
+    lone = lone.where(*conditions_of(selection, rows, stored=False))
     if selection.statuses == (Status.GEOMETRIC,):
         return lone.subquery().c
     return (sa.union_all(stored, lone) if Status.GEOMETRIC in selection.statuses else stored).subquery().c

@@ -18,8 +18,8 @@ from orbitdb.cli.tui.position import place_of
 from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, fields_of
 from orbitdb.errors import StoreError
 from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.where import CancelledError
 from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.asking.where import CancelledError
 from orbitdb.store.reading.moment import Reader
 
 NATURAL = Ordering()
