@@ -92,7 +92,7 @@ class _Sweep(Work):
         """Return the progress of a period; its initial row has the tilts of the period."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
-        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, selection="", moments=moments)
+        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
@@ -101,7 +101,7 @@ class _Sweep(Work):
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
         block = sa.insert(sweep_block).values(
-            **{name: cursor.row[name] for name in ("stadium", "p", "selection")},
+            **{name: cursor.row[name] for name in ("stadium", "p")},
             number=cursor.row["blocks"],
             sums=part.sums.numbers(),
             moments=to_bytes(part.moments),

@@ -8,8 +8,6 @@ from contents import alter, made
 
 from orbitdb.filling import births
 from orbitdb.filling.births import fill_births
-from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.criteria import chosen_by
 
 OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
 
@@ -126,21 +124,6 @@ def test_other_commands_use_sweeps(cli):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("small_sweeps")
-def test_an_unfinished_sweep_of_a_subset_counts_nothing(cli, born):
-    chosen = ("--a", "0.8", "--reversal", "self")
-    going = sweep_periods(born, 0.8, [6], selection=chosen_by(a=0.8, time_reversal="self"))
-    next(going)
-    going.close()
-    assert "births give the number of all orbits of periods 2-6" in cli("entropy", *chosen).err
-    assert cli("sweep", "--p", "6", *chosen).code == 0
-    assert "births give the number" not in cli("entropy", *chosen).err
-    none = ("--a", "0.8", "--range", "length=:7")  # 13 has length 7.2
-    assert cli("sweep", "--p", "6", *none).code == 0
-    assert "no orbits at a = 0.8 with length <= 7" in cli("entropy", *none).err
-
-
-@pytest.mark.slow
 def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     cli("migrate")
     monkeypatch.setattr(births, "BLOCK", 50)
@@ -168,3 +151,9 @@ def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypa
         done = cli("verify", *periods)
         assert done.code == 0
         assert done.err.splitlines()[0] == f"{what} not recomputed: only sums of whole periods up to 2 are"
+
+
+def test_a_sweep_takes_whole_periods(cli):
+    done = cli("sweep", "--p", "4", "--contains", "13")
+    assert (done.code, done.out) == (2, "")
+    assert "--contains" in done.err

@@ -32,13 +32,11 @@ from orbitdb.symbols.enumeration import class_spans
 PERIODS = range(2, 7)
 
 
-def swept(
-    path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE, selection: Selection | None = None
-) -> dict[int, Sweep]:
+def swept(path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE) -> dict[int, Sweep]:
     migrate(path)
-    list(sweep_periods(path, a, periods, workers, selection))
+    list(sweep_periods(path, a, periods, workers))
     with closing(Catalogue(path)) as catalogue:
-        return {each.p: each for each in catalogue.sweeps(a, selection)}
+        return {each.p: each for each in catalogue.sweeps(a)}
 
 
 def found(path: Path, **options) -> list[tuple[Any, ...]]:

@@ -101,7 +101,6 @@ def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypa
     rate = sum(sweep.processor for sweep in large) / (712 + 2096)
     found = sweep_need(filled, 1.6, [9], 4)
     assert (found.alone, 4 * found.seconds) == pytest.approx([rate * rest.words] * 2)
-    assert sweep_need(filled, 1.6, [9], 4, Selection(contains="13")).alone == rest.alone
 
 
 def test_writing_limits_the_gain_from_many_processes(tmp_path):

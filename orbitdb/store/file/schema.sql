@@ -219,11 +219,10 @@ CREATE TABLE level (
 -- How far a period is swept at one value of a: the number of blocks, the counts so far, the elapsed time and
 -- the processor time in seconds. The sums (orbitdb.averages.fixed_points) and the moments
 -- (orbitdb.averages.tilt_moments) are stored once the state is 'done'; until then, the moments are those of
--- no orbit. The selection is empty.
+-- no orbit.
 CREATE TABLE sweep (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
-    selection TEXT NOT NULL,
     state TEXT NOT NULL,
     cursor TEXT,
     blocks INTEGER NOT NULL,
@@ -237,7 +236,7 @@ CREATE TABLE sweep (
     sums BLOB,
     moments BLOB NOT NULL,
     run INTEGER,
-    PRIMARY KEY (stadium, p, selection),
+    PRIMARY KEY (stadium, p),
     CONSTRAINT fk_sweep_stadium FOREIGN KEY(stadium) REFERENCES stadium (id),
     CONSTRAINT fk_sweep_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
@@ -246,13 +245,11 @@ CREATE TABLE sweep (
 CREATE TABLE sweep_block (
     stadium INTEGER NOT NULL,
     p INTEGER NOT NULL,
-    selection TEXT NOT NULL,
     number INTEGER NOT NULL,
     sums BLOB NOT NULL,
     moments BLOB NOT NULL,
     run INTEGER NOT NULL,
-    PRIMARY KEY (stadium, p, selection, number),
-    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p, selection)
-        REFERENCES sweep (stadium, p, selection),
+    PRIMARY KEY (stadium, p, number),
+    CONSTRAINT fk_sweep_block_sweep FOREIGN KEY(stadium, p) REFERENCES sweep (stadium, p),
     CONSTRAINT fk_sweep_block_run FOREIGN KEY(run) REFERENCES run (id)
 ) WITHOUT ROWID, STRICT;
