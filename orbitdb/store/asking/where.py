@@ -8,7 +8,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import sqlalchemy as sa
@@ -117,8 +117,9 @@ def watched(
             raise
         raise SelectionError(_refusal(sql, reason or message, what)) from error
     finally:
-        connection.set_authorizer(None)
-        connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
+        with suppress(sqlite3.ProgrammingError):  # SQLAlchemy closes a connection on Ctrl-C
+            connection.set_authorizer(None)
+            connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
 
 
 def driver_with_code(connection: sa.Connection) -> sqlite3.Connection:
