@@ -236,15 +236,17 @@ class Curve(NamedTuple):
 
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
-    """Draw curves, with an axis on the left, the periods below, and a legend in the last row."""
+    """Draw curves, with an axis on the left, and the periods and a legend below."""
     drawn = [np.stack([curve.x, curve.y], axis=1)[np.isfinite(curve.y)] for curve in curves]
     every, margin = np.concatenate([np.zeros((0, 2)), *drawn]), 7
-    if not len(every) or columns < margin + 8 or rows < 5:
+    legend = _folded([(f" {c.marker or '─'} {c.name} ", c.style) for c in curves if c.name], columns)
+    below = 1 + len(legend)
+    if not len(every) or columns < margin + 8 or rows < below + 3:
         return Picture(np.full((rows, columns), " "), np.full((rows, columns), "", dtype=object))
     (first, low), (last, high) = every.min(axis=0).tolist(), every.max(axis=0).tolist()
     pad = 0.05 * (high - low) or 0.5
     low, high, last = low - pad, high + pad, max(last, first + 1)
-    frame = Frame.around((first, low), (last, high), columns - margin, rows - 2, square=False)
+    frame = Frame.around((first, low), (last, high), columns - margin, rows - below, square=False)
     layers, marks = [], []
     for curve, points in zip(curves, drawn, strict=True):
         if curve.marker:
@@ -252,10 +254,10 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
         else:
             layers.append(Layer(curve.style, polyline(frame, points)))
     plot = draw(frame, layers, marks)
-    axis = np.full((rows - 2, margin), " ")
+    axis = np.full((rows - below, margin), " ")
     for share in (0.0, 0.5, 1.0):
         label = f"{high - share * (high - low):>z{margin - 1}.3f}"
-        axis[round(share * (rows - 3))] = list(label[: margin - 1] + "┤")
+        axis[round(share * (rows - below - 1))] = list(label[: margin - 1] + "┤")
     text = np.concatenate([axis, plot.text], axis=1)
     styles = np.concatenate([np.full(axis.shape, "label", dtype=object), plot.styles], axis=1)
     ticks = list("p".center(margin).ljust(columns))
@@ -264,5 +266,16 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> Picture:
             place = margin + int(frame.dots(np.array([[period, low]]))[0, 0]) // DOTS_X + 1
             ticks[place - len(str(period)) : place] = str(period)
     picture = _with_row(Picture(text, styles), ("".join(ticks), "label"))
-    named = [curve for curve in curves if curve.name]
-    return _with_row(picture, *((f" {curve.marker or '─'} {curve.name} ", curve.style) for curve in named))
+    for line in legend:
+        picture = _with_row(picture, *line)
+    return picture
+
+
+def _folded(pieces: Iterable[tuple[str, str]], columns: int) -> list[list[tuple[str, str]]]:
+    """Return (text, style) pairs in as many lines of the given width as they need, at least one."""
+    lines: list[list[tuple[str, str]]] = [[]]
+    for piece in pieces:
+        if lines[-1] and sum(len(text) for text, _ in (*lines[-1], piece)) > columns:
+            lines.append([])
+        lines[-1].append(piece)
+    return lines

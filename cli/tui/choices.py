@@ -191,6 +191,8 @@ def equals(column: str, value: object) -> str:
             return f"abs({column} - {value!r}) <= {abs(value) * _WITHIN:.1g}"
         case int() | float():
             return f"{column} = {value!r}"
+        case list():  # SQL has them as text
+            return equals(column, ",".join(map(str, value)) or None)
     quoted = str(value).replace("'", "''")
     return f"{column} = '{quoted}'"
 

@@ -1,26 +1,28 @@
 """Counts of the chosen subset by status, period, symmetry and time reversal, and histograms of columns."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from rich.bar import Bar
-from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, Header, Static
+from textual.widgets import Footer, Header, OptionList
+from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_fills
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.dialogs import ChoiceDialog
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, key
+from orbitdb.cli.tui.choices import equals
+from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
@@ -31,24 +33,39 @@ _MOST_BINS = 40
 _LEAST_BINS = 8
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
-Counts = Sequence[tuple[str, int]]
-"""Pairs of a label and a count."""
-
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
 
 
-def counts_by(column: str, counts: Mapping[Any, int]) -> Counts:
-    """Return the count of each value of a column, labelled with that value, in the order of the values."""
-    known = sorted(value for value in counts if value is not None)
-    return [(number(column, value), counts[value]) for value in known]
+class Count(NamedTuple):
+    """The number of rows for which an SQL condition holds, with a label."""
+
+    label: str
+    count: int
+    condition: str
 
 
-def counts_in(histogram: Histogram) -> Counts:
+def counts_by(column: str, counts: Mapping[Any, int]) -> list[Count]:
+    """Return the count of each value of a column, in the order of the values; rows without one come last."""
+    values: list[Any] = sorted(value for value in counts if value is not None)
+    found = [Count(number(column, value), counts[value], equals(column, value)) for value in values]
+    return found + _without(column, counts.get(None, 0))
+
+
+def counts_in(column: str, histogram: Histogram) -> list[Count]:
     """Return the counts of the bins of a histogram, each labelled with the edges of its bin."""
     digits = 3 if histogram.logarithmic else 15  # linear edges are round numbers with few digits
-    labels = (f"{low:.{digits}g}–{high:.{digits}g}" for low, high in pairwise(histogram.edges.tolist()))
-    return list(zip(labels, histogram.counts.tolist(), strict=True))
+    edges, bins = histogram.edges.tolist(), []
+    for (low, high), count in zip(pairwise(edges), histogram.counts.tolist(), strict=True):
+        least, most = f"{column} >= {low!r}", f"{column} < {high!r}"
+        inner = [least] * (low != edges[0]) + [most] * (high != edges[-1])  # the outer edges are rounded
+        condition = " and ".join(inner) or f"{column} is not null"
+        bins.append(Count(f"{low:.{digits}g}–{high:.{digits}g}", count, condition))
+    return bins + _without(column, histogram.without)
+
+
+def _without(column: str, count: int) -> list[Count]:
+    return [Count("without", count, equals(column, None))] if count else []
 
 
 class CountBar(Bar):
@@ -60,32 +77,49 @@ class CountBar(Bar):
         return super().__rich_console__(console, options)
 
 
-def bars(counts: Counts, without: int = 0) -> RenderableType:
-    """Return one line per count: its label, the number, and a bar; the longest bar fills the width.
+def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
+    """Yield one line per count: its label, the number, and a bar; the longest bar fills the width."""
+    labels, numbers = (max((len(text) for text in texts), default=0) for texts in (
+        [count.label for count in counts], [f"{count.count:,}" for count in counts]
+    ))  # fmt: skip
+    most = max((count.count for count in counts if count.label != "without"), default=0)
+    for label, count, _ in counts:
+        line = Table.grid(padding=(0, 1, 0, 0), expand=True)
+        line.add_column(justify="right", no_wrap=True, width=labels)
+        line.add_column(justify="right", no_wrap=True, width=numbers)
+        line.add_column(ratio=1)
+        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(most, 0, count))
+        yield line
 
-    A last line gives the number of rows without a value, if there are any.
-    """
-    if not counts and not without:
-        return "none"
-    most = max((count for _, count in counts), default=0)
-    table = Table.grid(padding=(0, 1, 0, 0), expand=True)
-    table.add_column(justify="right", no_wrap=True)
-    table.add_column(justify="right", no_wrap=True)
-    table.add_column(ratio=1)
-    for label, count in counts:
-        table.add_row(label, f"{count:,}", CountBar(most, 0, count))
-    if without:
-        table.add_row("without", f"{without:,}")
-    return table
+
+class CountsList(NameList):
+    """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
+
+    def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
+        """Show other counts, with the cursor on the first."""
+        self.clear_options()
+        for title, counts in groups.items():
+            if title:
+                self.add_options([Option(Text(title, "bold"), disabled=True)])
+            lines = zip(lines_of(counts), counts, strict=True)
+            self.add_options([Option(line, f"{title}:{count.condition}") for line, count in lines])
+            self.add_options(
+                [Option("none" if not counts else "", disabled=True)] if title or not counts else []
+            )
+        self.action_first()
 
 
 class CountsScreen(OwnScreen[str | None]):
-    """The number of words of each kind in a subset, and a histogram of one column."""
+    """The number of words of each kind in a subset, and a histogram of one column.
+
+    It closes with the SQL condition of the count that was chosen, if any.
+    """
 
     BINDING_GROUP_TITLE = "Counts"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
         key("d", "dismiss", "back", tooltip="to the orbits"),
+        key("enter", "", "filter", tooltip="by the line under the cursor"),
         Binding("s", "column", "column", tooltip="of the histogram"),
         Binding("right_square_bracket", "next_column(1)", "next column"),
         key("left_square_bracket", "next_column(-1)", "previous column"),
@@ -99,23 +133,23 @@ class CountsScreen(OwnScreen[str | None]):
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
         self._bins = 0
-        self._drawn: Counts = ()
+        self._drawn: Sequence[Count] = ()
 
     def compose(self) -> ComposeResult:
         """Lay out the counts and the histogram."""
         yield Header()
         with Horizontal(id="counts"):
-            for name in ("tallies", "histogram"):
-                with ScrollBox(id=name):
-                    yield Static("counting …")
+            yield CountsList(id="tallies")
+            yield CountsList(id="histogram")
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
         """Start counting."""
         self.sub_title = self._selection.describe()
-        self.query_one("#tallies").border_title = "counts"
-        self.query_one("#tallies").focus()
-        self.in_thread("counts", self._count, partial(self._show, "#tallies"))
+        tallies = self.query_one("#tallies")
+        tallies.border_title, tallies.border_subtitle = "counting …", "enter filters"
+        tallies.focus()
+        self.in_thread("counts", self._count, self._show_tallies)
 
     def on_resize(self) -> None:
         """Use as many bins as lines fit on the screen."""
@@ -133,44 +167,51 @@ class CountsScreen(OwnScreen[str | None]):
         known, bins = _COLUMNS[column], self._bins
         unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
         self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
-        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._take_values)
+        self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._show_values)
 
-    def _count(self, cancelled: Callable[[], bool]) -> tuple[RenderableType, str]:
+    def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         with self._catalogue.moment() as moment:
-            found = tally(moment, self._selection, _BY, cancelled)
+            tallied = tally(moment, self._selection, _BY, cancelled)
             partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
-        parts: list[RenderableType] = []
-        for place, name in enumerate(_BY):
-            counts = marginal(found, place)
-            parts += [Text(name, "bold"), bars(counts_by(name, counts), counts.get(None, 0)), ""]
-        return Group(*parts), f"partial periods: {partly}" if partly else ""
+        groups = {name: counts_by(name, marginal(tallied, place)) for place, name in enumerate(_BY)}
+        return groups, f"partial periods: {partly}" if partly else ""
 
-    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[Counts, int, str]:
-        """Return the counts of the values of a column, the number of rows without a value, and a note."""
+    def _show_tallies(self, tallies: tuple[dict[str, list[Count]], str]) -> None:
+        groups, note = tallies
+        box = self.query_one("#tallies", CountsList)
+        box.show(groups)
+        box.border_title = note or "counts"
+
+    def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
+        """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.moment() as moment:
             if _COLUMNS[column].kind != "number":  # integers or texts
-                values = marginal(tally(moment, self._selection, (column,), cancelled), 0)
-                return counts_by(column, values), values.get(None, 0), ""
+                return counts_by(
+                    column, marginal(tally(moment, self._selection, (column,), cancelled), 0)
+                ), ""
             found = histogram(moment, self._selection, column, bins, cancelled)
         if found is None:
-            return (), 0, ""
+            return [], ""
         even = "bins of equal width in the logarithm" if found.logarithmic else ""
-        return counts_in(found), found.without, even
+        return counts_in(column, found), even
 
-    def _take_values(self, found: tuple[Counts, int, str]) -> None:
-        self._drawn, without, note = found
-        self._show("#histogram", (bars(self._drawn, without), note))
+    def _show_values(self, values: tuple[list[Count], str]) -> None:
+        self._drawn, note = values
+        box = self.query_one("#histogram", CountsList)
+        box.show({"": self._drawn})
+        box.border_subtitle = note
 
-    def _show(self, box: str, found: tuple[RenderableType, str]) -> None:
-        drawn, self.query_one(box).border_subtitle = found
-        self.query_one(f"{box} Static", Static).update(drawn)
+    def on_option_list_option_selected(self, message: OptionList.OptionSelected) -> None:
+        """Close with the condition of the chosen count."""
+        self.dismiss((message.option_id or "").partition(":")[2] or None)
 
     def action_export(self) -> None:
         """Save the histogram as a figure."""
         from orbitdb.cli.tui.export import ask_for_file, save_figure
 
-        counts, column, title = self._drawn, self.column, self._selection.describe()
+        counts = [(label, count) for label, count, _ in self._drawn if label != "without"]
+        column, title = self.column, self._selection.describe()
         if not counts:
             self.notify("there is nothing to draw")
             return

@@ -1,7 +1,5 @@
 """The statistics screen: counts as in Table 1, entropies and Lyapunov averages of a subset, with curves."""
 
-from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +9,7 @@ import numpy as np
 from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Horizontal
+from textual.containers import Container
 from textual.widgets import Footer, Header, Static
 
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
@@ -26,14 +24,15 @@ from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.asking.selection import Selection, written_periods
 from orbitdb.store.reading.moment import Reader
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000
 FIRST = 11
-"""Averages up to this period are shown first, because they take little time."""
+"""Averages up to this period are shown unasked, because they take little time."""
+_NO_TRAJECTORIES = "no trajectories are stored: press t to follow some, for a few seconds"
 _TITLES = {
     "entropy": "topological entropy",
     "lambda_d": "lambda_d, per bounce",
@@ -111,7 +110,8 @@ class StatisticsScreen(OwnScreen[str | None]):
         *LEAVING,
         Binding("w", "weight", "weight", tooltip="the other one"),
         Binding("e", "export", "export", tooltip="the curves as a figure"),
-        Binding("t", "trajectories", "trajectories", tooltip="to compare with"),
+        Binding("m", "more", "more", tooltip="periods, which takes longer"),
+        Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
     ]
 
     def __init__(self, catalogue: Reader, selection: Selection) -> None:
@@ -120,69 +120,73 @@ class StatisticsScreen(OwnScreen[str | None]):
         self.found: Result | None = None
         self.reference: Reference | None = None
         self._weight = Weight.EXPONENTIAL
+        self._everything, self._rest = False, ""
         self._kept = ""
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
-        """Lay out the table and the curves."""
+        """Lay out the table and the curves, which scroll together."""
         yield Header()
-        with ScrollBox(id="numbers-box"):
+        with ScrollBox(id="statistics"):
             yield Static("reading …", id="numbers")
-        yield Static(id="notes", markup=False)
-        yield Static("trajectories …", id="reference")
-        with Horizontal(id="plots"):
-            for name in _TITLES:
-                yield Plot(id=f"plot-{name}")
+            yield Static(id="notes", markup=False)
+            yield Static(_NO_TRAJECTORIES, id="reference")
+            with Container(id="plots"):
+                for name in _TITLES:
+                    yield Plot(id=f"plot-{name}")
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Start the computation."""
+        """Show what takes no time: the first periods, and stored trajectories."""
         self.sub_title = self._selection.describe()
         for name, title in _TITLES.items():
             self.query_one(f"#plot-{name}").border_title = title
-        self.query_one("#numbers-box").focus()
+        self.query_one("#statistics").focus()
         self._compute()
-        self._refer(anew=False)
+        self.in_thread("trajectories", lambda _: self._stored_reference(), self._show_stored)
 
     def _compute(self) -> None:
-        weight = self._weight
-        self.in_thread("numbers", lambda _: self.averages(weight), self._take)
+        weight, everything = self._weight, self._everything
+        self.in_thread("numbers", lambda _: self.averages(weight, everything), self._take)
 
-    def averages(self, weight: Weight) -> Iterator[Result]:
-        """Yield the averages over the first periods, which are fast, and then over all, if there are more."""
+    def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
+        """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
-        spans = chosen.periods or ((2, FIRST),)
-        first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
         with self._catalogue.moment() as moment:
-            highest = max((fill.p for fill in moment.fills(chosen.a)), default=0)
-        if first and highest > FIRST:
-            with suppress(InputError):  # the first periods may be empty
-                yield statistics(self._catalogue, replace(chosen, periods=first), weight)
-        yield statistics(self._catalogue, chosen, weight)
+            later = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p) and fill.p > FIRST]
+        if everything or not later:
+            return statistics(self._catalogue, chosen, weight), ""
+        note = f"{written_periods(later)}: press m"
+        first = tuple(
+            (low, min(high, FIRST)) for low, high in chosen.periods or ((2, FIRST),) if low <= FIRST
+        )
+        try:
+            return statistics(
+                self._catalogue, replace(chosen, periods=first), weight
+            ) if first else None, note
+        except InputError:  # none of the first periods is stored
+            return None, note
 
-    def _take(self, found: Result) -> None:
-        self.found = found
+    def _take(self, averages: tuple[Result | None, str]) -> None:
+        self.found, self._rest = averages
         self._show()
 
-    def _refer(self, anew: bool) -> None:
-        found = partial(self._references, self._bounces, anew)
-        self.in_thread("trajectories", lambda _: found(), lambda each: self.take_reference(*each))
-
-    def _references(self, bounces: int, anew: bool) -> Iterator[tuple[Reference, float, bool]]:
-        """Yield the stored reference; without one, or with `anew`, yield references from new trajectories.
-
-        Each comes with the fraction done and with whether it is stored.
-        """
+    def _stored_reference(self) -> Reference | None:
         with self._catalogue.moment() as moment:
-            stored = None if anew else moment.reference(self._selection.a)
-        if stored is not None:
-            yield stored, 1.0, True
-            return
-        seed = bounces // FIRST_BOUNCES  # different trajectories each time
-        for done, reference in references(Stadium(self._selection.a), bounces, seed):
-            yield reference, done, False
+            return moment.reference(self._selection.a)
 
-    def take_reference(self, new: Reference, done: float, stored: bool) -> None:
+    def _show_stored(self, reference: Reference | None) -> None:
+        if reference is not None:
+            self.take_reference(1.0, reference, True)
+
+    def action_trajectories(self) -> None:
+        """Follow new trajectories, four times as many each time; the more precise result is kept."""
+        bounces, self._bounces = self._bounces, 4 * self._bounces
+        seed = bounces // FIRST_BOUNCES  # different trajectories each time
+        follow = partial(references, Stadium(self._selection.a), bounces, seed)
+        self.in_thread("trajectories", lambda _: follow(), lambda step: self.take_reference(*step, False))
+
+    def take_reference(self, done: float, new: Reference, stored: bool) -> None:
         """Show the more precise of the old and the new reference; if neither is complete, the new one."""
         old = self.reference
         source = "stored" if stored else f"{new.bounces:.2g} bounces, computed now"
@@ -206,13 +210,14 @@ class StatisticsScreen(OwnScreen[str | None]):
 
     def _show(self) -> None:
         """Show the numbers and the curves."""
-        if self.found is None:
-            return
-        self.query_one("#numbers-box").border_title = _WEIGHTS[self._weight]
-        self.query_one("#numbers", Static).update(_as_table(self.found))
-        self.query_one("#notes", Static).update("; ".join((*self.found.facts, *self.found.notes)))
-        for name, curves in curves_of(self.found, self.reference).items():
-            self.query_one(f"#plot-{name}", Plot).curves = curves
+        box, notes = self.query_one("#statistics"), [self._rest]
+        box.border_title = _WEIGHTS[self._weight]
+        self.query_one("#numbers", Static).update("" if self.found is None else _as_table(self.found))
+        if self.found is not None:
+            notes += [*self.found.facts, *self.found.notes]
+            for name, curves in curves_of(self.found, self.reference).items():
+                self.query_one(f"#plot-{name}", Plot).curves = curves
+        self.query_one("#notes", Static).update("; ".join(filter(None, notes)))
 
     def action_export(self) -> None:
         """Save the curves as a figure."""
@@ -232,10 +237,10 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._weight = next(weight for weight in Weight if weight is not self._weight)
         self._compute()
 
-    def action_trajectories(self) -> None:
-        """Follow new trajectories with four times as many bounces; the more precise result is kept."""
-        self._bounces *= 4
-        self._refer(anew=True)
+    def action_more(self) -> None:
+        """Show the averages over all chosen periods."""
+        self._everything = True
+        self._compute()
 
 
 def _described(one: Reference) -> str:

@@ -4,17 +4,19 @@ import re
 
 import pytest
 from rich.console import Console
-from screens import LARGE, browsing, press, screen_lines, shown, until
+from screens import LARGE, browsing, press, screen_lines, shown, table_of, until
 from textual import events
 
 from orbitdb.averages.by_period import Weight
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.tui import counts_screen
 from orbitdb.cli.tui import statistics_screen as statistics
-from orbitdb.cli.tui.counts_screen import DRAWN, CountsScreen, bars
+from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.status import Status
+from orbitdb.store.asking.limits import never
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Reader
 from orbitdb.store.writing.writer import Writer, add_reference
@@ -22,13 +24,19 @@ from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
 
 
-def test_averages_of_the_first_periods_come_first(filled_once, monkeypatch):
+def test_only_averages_of_the_first_periods_are_computed_unasked(filled_once, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST", 4)
-    of_all, of_some = [[2, 3, 4], [2, 3, 4, 5, 6, 7, 8]], [[4], [4, 5, 6]]
-    for periods, parts in (((), of_all), (((4, 6),), of_some), (((5, 6),), [[5, 6]])):
-        chosen = Selection(periods=periods)
-        found = statistics.StatisticsScreen(Reader(filled_once), chosen).averages(Weight.EXPONENTIAL)
-        assert [each["p"] for each in found] == parts
+    for periods, first, rest, every in (
+        ((), [2, 3, 4], "periods 5-8: press m", [2, 3, 4, 5, 6, 7, 8]),
+        (((4, 6),), [4], "periods 5-6: press m", [4, 5, 6]),
+        (((5, 6),), None, "periods 5-6: press m", [5, 6]),
+        (((3, 4),), [3, 4], "", [3, 4]),
+    ):
+        screen = statistics.StatisticsScreen(Reader(filled_once), Selection(periods=periods))
+        found, note = screen.averages(Weight.EXPONENTIAL)
+        assert (found and found["p"], note) == (first, rest)
+        found, note = screen.averages(Weight.EXPONENTIAL, everything=True)
+        assert (found["p"], note) == (every, "")
 
 
 @pytest.mark.slow
@@ -56,9 +64,9 @@ async def test_new_trajectories_replace_a_value_only_if_better(filled, monkeypat
 
 @pytest.mark.slow
 async def test_trajectories_show_progress_and_stay_while_more_are_followed(filled_once):
-    async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, _):
+    async with browsing(filled_once, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
 
-        async def follows(key: str, share: str) -> None:
+        async def follows(key: str, share: str, again: bool = True) -> None:
             seen: list[str] = []
 
             def look() -> str:
@@ -68,25 +76,38 @@ async def test_trajectories_show_progress_and_stay_while_more_are_followed(fille
             app.post_message(events.Key(key, key))
             await until(lambda: re.search(share, look()))
             await until(lambda: "bounces, computed now  " in look())
-            assert any("following more trajectories: " in text for text in seen) == (key == "t")
+            assert any("following more trajectories: " in text for text in seen) == again
 
-        await follows("S", r"\d; \d+%")
+        await press(pilot, "S")
+        assert "press t to follow some" in shown(app)
+        await follows("t", r"\d; \d+%", again=False)
         await follows("t", r"bounces, computed now; following more trajectories: \d+%")
 
 
-def lines_of(counts, width, without=0):
+def lines_of(counts, width):
     console = Console(width=width)
     with console.capture() as captured:
-        console.print(bars(counts, without))
+        console.print(*counts_screen.lines_of([Count(label, count, "") for label, count in counts]), sep="")
     return [line.rstrip() for line in captured.get().splitlines()]
 
 
 def test_bars_are_to_scale_and_small_counts_are_visible():
-    lines = lines_of([("a", 800), ("bcd", 1), ("", 0)], 28, without=1234)
+    lines = lines_of([("a", 800), ("bcd", 1), ("", 0), ("without", 1234)], 28)
     assert lines == ["      a   800 ██████████████", "    bcd     1 ▏", "            0", "without 1,234"]
     assert lines_of([("a", 8), ("b", 3)], 4 + 8) == ["a 8 ████████", "b 3 ███"]
     assert lines_of([("abc", 1234)], 11) == ["abc 1,234 █"]  # the minimum width
-    assert lines_of([], 20) == ["none"]
+
+
+def test_every_count_has_a_condition_that_chooses_its_rows(varied):
+    catalogue, chosen = Reader(varied), Selection()
+    screen = CountsScreen(catalogue, chosen, "length")
+    groups, _ = screen._count(never)
+    counts = [count for group in groups.values() for count in group]
+    for column in ("length", "margin", "residual", "maslov", "rules"):
+        counts += screen._values(column, 8, never)[0]
+    assert len(counts) > 40
+    for count in counts:
+        assert Catalogue(varied).count(where=count.condition) == count.count, count
 
 
 @pytest.mark.slow
@@ -114,6 +135,12 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert app.screen.column == DRAWN[0]
         await press(pilot, "q")
         assert isinstance(app.screen, MainScreen)
+        await press(pilot, "d", "tab", "end", "enter")  # the longest orbits
+        where = app.screen.choices.selection.where
+        assert where.startswith("length >= ")
+        assert len(table_of(app).source) == Catalogue(app.file.path).count(status="orbit", where=where) > 0
+        await press(pilot, "u")
+        assert app.screen.choices.selection == Selection(statuses=(Status.ORBIT,))
         for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sort column, if drawable
             app.screen.rows.ordering = Ordering(column)
             await press(pilot, "d")

@@ -1,0 +1,97 @@
+"""A view can be written down as a command and in Python, undone, and filtered by a value."""
+
+import csv
+import shlex
+from io import StringIO
+from pathlib import Path
+
+import pytest
+from screens import browsing, press, row_of, settle, table_of
+from textual import events
+
+import orbitdb
+from orbitdb.catalogue import Catalogue
+from orbitdb.cli.tui.choices import both, equals
+from orbitdb.cli.tui.view import Ordering, View, columns_named
+from orbitdb.orbits.status import Status
+from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.asking.selection import Selection
+
+VIEWS = [
+    View(Selection()),
+    View(
+        chosen_by(1.6, "2-4,6", "orbit,boundary", "pair", where="code <> '013' or p > 3"),
+        Ordering("length", True),
+        columns_named(["p", "status", "length"]),
+    ),
+    View(chosen_by(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
+    View(chosen_by(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}), Ordering("code")),
+    View(chosen_by(a=1.6, status="geometric"), Ordering("code", True)),
+]
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varied, view):
+    names = [column.name for column in view.columns]
+    rows = list(Catalogue(varied).rows(view.selection, names, str(view.ordering)))
+    program, *arguments = shlex.split(view.command(varied))
+    assert program == "orbitdb"
+    head, *lines = csv.reader(StringIO(cli(*arguments, "--format=csv").out))
+    assert head == names
+    assert [line[0] for line in lines] == [row[0] for row in rows] != []
+    subset = eval(view.python(varied), {"Catalogue": orbitdb.Catalogue})
+    assert subset.codes.tolist() == [row[0] for row in rows]
+
+
+def test_the_births_that_a_view_asks_for_are_written_down():
+    view = View(chosen_by(a=1.6, exists=[1.5, 2], not_at=0.5))
+    assert "--exists=1.5 --exists=2 --not-at=0.5" in view.command(Path("x.db"))
+    assert "exists=[1.5, 2.0], not_at=[0.5]" in view.python(Path("x.db"))
+
+
+async def test_views_are_copied_and_undone(varied):
+    async with browsing(varied) as (app, pilot):
+        main = app.screen
+        await press(pilot, "o", "slash", *"p=3", "enter", "s", "j", "enter", "a", "up", "enter")
+        last = View(
+            Selection(1.0, statuses=(Status.ORBIT,), where="p=3"), Ordering("length"), main.rows.columns
+        )
+        assert main.view == last
+        await press(pilot, "E", "j", "enter")
+        assert app.clipboard == last.python(varied)
+        await press(pilot, "E", "enter")
+        assert app.clipboard == last.command(varied)
+        seen = []
+        for _ in range(4):
+            await press(pilot, "u")
+            seen.append((main.view.selection.a, main.view.ordering.column, main.view.selection.where))
+            assert main.view.selection == table_of(app).source.chosen.selection
+        assert seen == [(1.6, "length", "p=3"), (1.6, "p", "p=3"), (1.6, "p", None), (1.6, "p", None)]
+        assert main.view == View(Selection(), columns=main.rows.columns)
+        await press(pilot, "u")
+        assert "no view to go back to" in [*app._notifications][-1].message
+
+
+def test_the_value_of_each_column_chooses_its_row(varied):
+    names = [column.name for column in VIEWS[0].columns] + ["rules", "born", "maslov"]
+    catalogue = Catalogue(varied)
+    pruned = catalogue.rows(columns=names, status="geometric")
+    for row in [*[*catalogue.rows(columns=names)][::50], next(pruned)]:
+        for name, value in zip(names, row, strict=True):
+            where = both(equals(name, value), f"code = '{row[0]}'")
+            found = list(catalogue.rows(columns=("code",), status=row[names.index("status")], where=where))
+            assert found == [row[:1]], where
+    assert both("p = 3 or p = 4", "length < 11") == "(p = 3 or p = 4) and length < 11"
+    assert equals("code", "it's") == "code = 'it''s'"
+
+
+async def test_a_key_filters_by_the_value_under_the_cursor_and_pasted_codes_are_found(varied):
+    async with browsing(varied) as (app, pilot):
+        await press(pilot, "j", "j", "l", "equals_sign", *"ll", "equals_sign")
+        assert app.screen.choices.selection.where == "p = 3 and status = 'orbit'"
+        assert row_of(app)[0] == "031"
+        await press(pilot, "u", "u")
+        for text, code in (("3213\n", "1332"), ("(13)^2 3", "13133")):
+            app.post_message(events.Paste(text))
+            await settle(pilot)
+            assert app.screen.side.orbit.code == code
