@@ -118,7 +118,9 @@ class Orbits(ByValue):
     length, lyapunov : ndarray, shape (N,)
         Total length in units of the radius, and lambda for one traversal.
     margin : ndarray, shape (N,)
-        Least distance of a bounce from an end of its wall or semicircle, negative if it is outside.
+        Least distance of a bounce from an end of its wall or semicircle, negative if it is outside. For a
+        dynamical word, that of its fixed point or, if a direction of the fixed point is beyond the limits for
+        orbits, of the longest path within the limits.
     residual : ndarray, shape (N,)
         Largest violation of the law of reflection at a bounce, as a difference of cosines.
     error, length_error, lyapunov_error : ndarray, shape (N,)

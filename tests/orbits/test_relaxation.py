@@ -25,6 +25,17 @@ def test_relaxation_gives_the_statuses_of_the_concave_problem(a, p):
     assert np.abs(relaxed.margin[~decided]).max(initial=0.0) < 1e-4
 
 
+@pytest.mark.parametrize("p", slow_but(1, [6, 7]))
+def test_the_margin_of_a_dynamical_word_is_that_of_its_fixed_point(p):
+    """At this a, no direction of a fixed point is beyond the limits for orbits."""
+    words, _ = representatives(p)
+    solved = solve(words, Stadium(1.6))
+    outside = solved.rows(solved.status == Status.DYNAMICAL)
+    relaxed = relax(outside.words, Stadium(1.6), 1e-9)
+    assert len(outside) > 7
+    np.testing.assert_allclose(outside.margin, relaxed.margin, atol=1e-7)
+
+
 def test_coordinates_length_and_exponent_agree_with_newton():
     words, _ = representatives(5)
     relaxed, solved = relax(words, Stadium(0.5), 1e-10), solve(words, Stadium(0.5))
