@@ -139,7 +139,7 @@ def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     from orbitdb.answers.completeness import complete_length, describe_complete
 
     for chosen in stadiums:
-        told = describe_complete(complete_length(moment.fills(chosen.a), chosen))
+        told = describe_complete(complete_length(moment.fills(chosen.a), chosen), chosen)
         note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
 
 

@@ -21,8 +21,9 @@ from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.cli.render import code_text, note
 from orbitdb.numerals import exact
+from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.orbit import Orbit, solve_word
-from orbitdb.orbits.status import EXISTING
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
@@ -168,6 +169,10 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
             end = math.floor(complete * 100) / 100
             label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
             above.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
+        limit = least_limit_of_lengths(chosen.a)
+        if chosen.statuses == (Status.ORBIT,) and found.length.max() > limit:
+            label = rf"infinitely many orbits below $4a + 2\pi = {limit:.2f}\,R$"
+            above.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
         edges = np.linspace(found.length.min() - 0.5, found.length.max() + 0.5, _BINS + 1)
         periods = np.arange(found.p.min(), found.p.max() + 2) - 0.5
         orbits, _, _ = np.histogram2d(found.p, found.length, [periods, edges], weights=found.words)

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from orbitdb.answers.counts import Counted
 from orbitdb.numerals import exact
-from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.conditions import asks_of_lives
 from orbitdb.store.asking.selection import Selection, are_many, joined_spans, written_periods, written_spans
@@ -148,12 +148,22 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     return least_length(highest, chosen.a) if highest > 1 else None
 
 
-def describe_complete(complete: float | None) -> str:
-    """Return a line that says up to which length, rounded down, a list of orbits is complete."""
+def describe_complete(complete: float | None, chosen: Selection) -> str:
+    """Return a line that says up to which length, rounded down, a list of orbits is complete.
+
+    For a list of all orbits, it also says how far such proofs can reach, and where no list can be complete.
+    """
     if complete is None:
         return "orbits of any length may be missing: fill all periods from 2 on"
     end = math.floor(complete * 100) / 100
-    return f"complete, by proof, up to length {end:.2f}; longer orbits may be missing"
+    line = f"complete, by proof, up to length {end:.2f}; longer orbits may be missing"
+    plain = replace(chosen, periods=(), statuses=(), ranges={}) == Selection(chosen.a)
+    if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - {"length"}:
+        return line
+    most = math.floor(largest_least_length(chosen.a) * 100) / 100
+    reach = "no further period proves more" if most == end else f"further periods prove {most:.2f} at most"
+    limit = math.ceil(least_limit_of_lengths(chosen.a) * 100) / 100
+    return f"{line} ({reach}; infinitely many are shorter than 4a + 2 pi = {limit:.2f})"
 
 
 def describe_lacking(periods: Sequence[int]) -> str | None:

@@ -37,6 +37,41 @@ def least_length(p: int, a: float) -> float:
     return min(four, two) * (1 - _ROUNDING)
 
 
+def largest_least_length(a: float) -> float:
+    """Return the limit of `least_length` as p grows: no fill proves a list complete beyond it.
+
+    Notes
+    -----
+    With two legs of n and m straight bounces, more bounces only lengthen one run, towards an arc:
+
+        2 sqrt(a^2 + n^2) + 2 sqrt(a^2 + m^2) + 2 sin(psi / 2) + psi
+
+    From n = 1 on, the derivative of this in n, 2n / r - (1 + cos(psi / 2)) a / r^2, is positive. Four legs
+    have the bound of `least_length`, whatever p is.
+    """
+    lines, angles = (math.hypot(a, 0), math.hypot(a, 1)), (0.0, math.atan2(1, a))
+    four = min(8 * (r + a / r) for r in lines)
+    pairs = ((0, 0), (0, 1), (1, 1))
+    psis = [math.pi - angles[n] - angles[m] for n, m in pairs]
+    two = min(
+        2 * (lines[n] + lines[m]) + 2 * math.sin(psi / 2) + psi
+        for (n, m), psi in zip(pairs, psis, strict=True)
+    )
+    return min(four, two)
+
+
+def least_limit_of_lengths(a: float) -> float:
+    """Return the perimeter 4a + 2 pi, in units of the radius: infinitely many orbits are shorter.
+
+    Notes
+    -----
+    For every a, the words of k bounces up one semicircle and k down the other are orbits: the path crosses
+    the stadium horizontally at the heights cos(pi / 2k) and -cos(pi / 2k). Its length 4a + 4k sin(pi / 2k)
+    increases with k to the perimeter.
+    """
+    return 4 * a + 2 * math.pi
+
+
 def _two_legs(p: int, a: float, n: int, m: int) -> float:
     """Return the least length of two legs of n and m straight bounces, and more than p bounces in total."""
     bounces = max(p + 1 - n - m, 2)

@@ -109,9 +109,18 @@ def test_periods_beyond_a_gap_prove_nothing(filled, tmp_path):
 
 @pytest.mark.parametrize("length", [11.2599999, 11.0, 10.999999])
 def test_the_length_of_a_complete_list_is_never_rounded_up(length):
-    shown = float(describe_complete(length).split("length ")[1].split(";")[0])
+    shown = float(describe_complete(length, Selection()).split("length ")[1].split(";")[0])
     assert shown <= length < shown + 0.0100001
     assert math.isclose(shown * 100, round(shown * 100))
+
+
+def test_a_list_of_all_orbits_says_where_no_list_is_complete(cli, filled):
+    asked = ("query", "--order", "length", "--limit", "2", "--db", str(filled))
+    said = cli(*asked).err.splitlines()[0]
+    assert said.endswith(
+        "(further periods prove 11.26 at most; infinitely many are shorter than 4a + 2 pi = 12.69)"
+    )
+    assert "infinitely" not in cli(*asked, "--reversal", "pair").err
 
 
 def test_latex_can_be_pasted(cli, filled):

@@ -14,8 +14,14 @@ from orbitdb.billiard.legs import centre_directions, cut, derivatives
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.balls import enclose, true_errors
 from orbitdb.orbits.error_bounds import steepness
-from orbitdb.orbits.least_values import least_exponent, least_length
+from orbitdb.orbits.least_values import (
+    largest_least_length,
+    least_exponent,
+    least_length,
+    least_limit_of_lengths,
+)
 from orbitdb.orbits.newton import solve, solve_in_doubles
+from orbitdb.orbits.orbit import solve_word
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
@@ -149,6 +155,21 @@ def test_the_least_lambda_and_length_are_useful():
     """At a = 1.6 they are within a twelfth of the true minima, 6.075 at p = 12 and 12.35 at p = 9."""
     assert least_exponent(11, 1.6) > 5.57
     assert least_length(8, 1.6) > 11.25
+
+
+@pytest.mark.parametrize("a", [0.05, 0.3, 1.0, 1.6, 12.0])
+def test_the_least_length_has_a_limit_below_the_perimeter(a):
+    bounds, limit = [least_length(p, a) for p in (4, 20, 80, 160)], largest_least_length(a)
+    assert bounds == sorted(bounds)
+    assert limit * (1 - 1e-3) < bounds[-1] <= limit < least_limit_of_lengths(a)
+
+
+@pytest.mark.parametrize("a", [0.02, 1.6, 20.0])
+def test_infinitely_many_orbits_are_shorter_than_the_perimeter(a):
+    lengths = [solve_word("3" * k + "4" * k, a).length for k in (2, 3, 10, 60)]
+    assert lengths == pytest.approx([4 * a + 4 * k * np.sin(np.pi / 2 / k) for k in (2, 3, 10, 60)])
+    assert lengths == sorted(lengths)
+    assert lengths[-1] < least_limit_of_lengths(a) < lengths[-1] + 1e-3
 
 
 @pytest.mark.parametrize("a", [0.05, 0.5, 1.6, 20.0])
