@@ -103,23 +103,13 @@ class Solvers:
         if self.scheduler is None:
             yield None
             return
-        from orbitdb.filling.cluster import Cluster
+        from orbitdb.filling.workers import Cluster
 
         with _quiet_dask(), Cluster(self.scheduler) as cluster:
-            note(f"{self.scheduler}: {_told(*cluster.size())}")
+            workers, threads = cluster.size()
+            size = f"{several(workers, 'worker')} with {several(threads, 'thread')}"
+            note(f"{self.scheduler}: {size if workers else 'no workers yet; waiting for the first'}")
             yield cluster
-
-
-def _told(workers: int, threads: int) -> str:
-    """Describe the size of a cluster, with advice if its workers have threads that cannot be used."""
-    if not workers:
-        return "no workers yet; waiting for the first"
-    if threads > workers:
-        return (
-            f"{workers} workers with {threads} threads, but each worker uses only one: start more workers "
-            "with --nthreads 1"
-        )
-    return f"{workers} workers"
 
 
 @contextmanager

@@ -131,7 +131,7 @@ class CatalogueFile:
         method : str, optional
             ``newton``, or ``relaxation`` for the paper's method, which is slow.
         workers : Workers, optional
-            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
+            An open `orbitdb.filling.workers.Cluster` to use instead of local processes.
         progress : callable, optional
             Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
         a : float, optional
@@ -190,7 +190,7 @@ class CatalogueFile:
 
         The parameters are those of `fill`.
         """
-        from orbitdb.filling.births import find_births
+        from orbitdb.filling.fill import find_births
 
         wanted = _periods(periods)
         with telling(progress, "births") as tell:

@@ -1,4 +1,4 @@
-"""Fill a catalogue with all classes of a period, or with single words, solved at a given a.
+"""Fill a catalogue with the orbits of periods or single words at a given a, or with births and deaths.
 
 A period is cut into blocks, which any process can enumerate and solve. The result of a block depends only on
 its input, not on where or in which order blocks are solved.
@@ -17,19 +17,23 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import arithmetic
+from orbitdb.arrays import Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
+from orbitdb.orbits.births import Changes, find_changes
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.file import tables
-from orbitdb.store.reading.fills import counts_when_done, status_counts
+from orbitdb.store.file.schema import BORN, DIED
+from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.reading.lookup import find_or_solve
+from orbitdb.store.reading.moment import reading
 from orbitdb.store.writing import classes
 from orbitdb.store.writing.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
@@ -273,3 +277,87 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
             number = classes.add_class(connection, family)
             classes.add_orbits(writer, connection, stadium, [number], orbits, method)
     return find_or_solve(path, word, a)
+
+
+BIRTHS_BLOCK = 1 << 17
+"""Approximate number of words in a block of births, which takes a few seconds."""
+
+_BIRTHS_A_SECOND = 40_000
+"""Approximate number of words for which births are found per second."""
+
+
+def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
+    """Find and store all births and deaths of the given periods (`Catalogue.fill_births`)."""
+    totals = {p: count_admissible(p) for p in periods}
+    with reading(path) as moment:
+        stored = sum(births.words for births in moment.birth_fills() if births.p in totals)
+    with at_work((sum(totals.values()) - stored) / _BIRTHS_A_SECOND, jobs) as workers:
+        run_steps(fill_births(path, periods, workers), "births", totals, tell, stored)
+
+
+def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
+    """Find and store all births and deaths of the given periods; yield a `Step` after every stored block."""
+    periods = sorted(set(periods))
+    with closing(Writer(path, {"command": "births", "periods": periods}, references=False)) as writer:
+        yield from resume(_Births(writer), periods, workers)
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedBirths:
+    """The N classes of a span, and their births and deaths.
+
+    Attributes
+    ----------
+    codes : ndarray of int64, shape (N,)
+        The packed representatives, in ascending order.
+    changes : Changes
+    span, stabiliser, words, arithmetic
+        As in `SolvedBlock`.
+    """
+
+    span: Span
+    codes: Integers
+    stabiliser: NDArray[np.uint8]
+    words: list[str]
+    changes: Changes
+    arithmetic: str
+
+
+def solve_births(span: Span) -> SolvedBirths:
+    """Find the classes whose representatives lie in a span, and their births and deaths."""
+    codes, stabiliser = all_least_words(span)
+    words = joined_words(codes, stabiliser, span.p)
+    return SolvedBirths(span, codes, stabiliser, words, find_changes(unpack(codes, span.p)), arithmetic())
+
+
+class _Births(Work):
+    def open(self, connection: sa.Connection, p: int) -> Cursor:
+        return open_cursor(connection, tables.birth_fill, p=p)
+
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBirths]]:
+        return (partial(solve_births, span) for span in cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs))
+
+    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
+        numbers = keys(part.codes, cursor.p).tolist()
+        classes.add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
+        classes.add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
+        return {"words": int(SIZES[part.stabiliser].sum())}
+
+    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
+
+    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+        return _counts(classes.number_events(connection, cursor.p))
+
+
+def _counts(changes: Sequence[Any]) -> dict[str, Any]:
+    moving = [row for row in changes if row.a > 0]
+    births = [row.a for row in moving if row.kind == BORN]
+    return {
+        "classes": len({row.cycle for row in changes}),
+        "births": len(births),
+        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
+        "always": len(changes) - len(moving),
+        "least": min(births, default=None),
+        "largest": max(births, default=None),
+    }

@@ -24,7 +24,7 @@ from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.entropy.bounds import search
-from orbitdb.filling.births import fill_births
+from orbitdb.filling.fill import fill_births
 from orbitdb.orbits.births import find_changes
 from orbitdb.store.asking.criteria import chosen_by
 from orbitdb.store.reading.moment import reading

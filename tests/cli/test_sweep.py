@@ -6,8 +6,7 @@ import shutil
 import pytest
 from contents import alter, made
 
-from orbitdb.filling import births
-from orbitdb.filling.births import fill_births
+from orbitdb.filling.fill import fill_births
 
 OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
 
@@ -126,7 +125,7 @@ def test_other_commands_use_sweeps(cli):
 @pytest.mark.slow
 def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     cli("migrate")
-    monkeypatch.setattr(births, "BLOCK", 50)
+    monkeypatch.setattr("orbitdb.filling.fill.BIRTHS_BLOCK", 50)
     going = fill_births(tmp_path / "orbits.db", [6])
     next(going)
     going.close()

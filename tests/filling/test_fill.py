@@ -13,8 +13,7 @@ from contents import alter, ask, content, made
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.file.migrate import migrate

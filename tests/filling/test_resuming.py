@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
 
-from orbitdb.filling import births, fill, sweeps
+from orbitdb.filling import fill, sweeps
 from orbitdb.filling.fill import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Step
 from orbitdb.orbits.newton import solve_admissible
@@ -27,7 +27,7 @@ WORKS: dict[str, Work] = {
     "fill": lambda path: fill_periods(path, 1.6, [4, 5, 6]),
     "fill at another a": lambda path: fill_periods(path, 1.0, [6]),
     "fill of pruned words": lambda path: fill_geometric(path, [3, 4]),
-    "births": lambda path: births.fill_births(path, [2, 3, 5]),
+    "births": lambda path: fill.fill_births(path, [2, 3, 5]),
     "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [5, 6]),
     "sweep of some": lambda path: sweeps.sweep_periods(
         path, 1.6, [6], selection=chosen_by(time_reversal="pair", length=(None, 25))
@@ -55,7 +55,7 @@ def many_blocks() -> Iterator[None]:
     """Cut small periods into many blocks."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(fill.METHODS, "newton", fill.Method(solve_admissible, 4))
-        patch.setattr(births, "BLOCK", 32)
+        patch.setattr(fill, "BIRTHS_BLOCK", 32)
         patch.setattr(sweeps, "CLASSES", 4)
         yield
 

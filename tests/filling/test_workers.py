@@ -20,8 +20,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.entropy.bounds import enclose, search
 from orbitdb.entropy.proof import Proof
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.births import solve_births
-from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_block
+from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_births, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
 from orbitdb.store.file.migrate import migrate

@@ -10,7 +10,7 @@ from contents import made
 from orbitdb import Catalogue, Stadium
 from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.bounds import search
-from orbitdb.filling.births import fill_births
+from orbitdb.filling.fill import fill_births
 from orbitdb.plots import style
 from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds
 from orbitdb.trajectories.ensemble import Reference

@@ -10,7 +10,7 @@ from contents import ask, content, made
 from terminal import spawn
 
 from orbitdb import Catalogue
-from orbitdb.filling.births import fill_births
+from orbitdb.filling.fill import fill_births
 from orbitdb.filling.sweeps import sweep_periods
 
 TABLES = ("orbit", "fill", "sweep", "sweep_block", "level", "level_fill", "entropy_bound", "trajectory")

@@ -9,8 +9,7 @@ from contents import alter, made
 from hypothesis import strategies as st
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
 from orbitdb.store.asking.conditions import COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30

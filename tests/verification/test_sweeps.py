@@ -13,8 +13,7 @@ from solutions import representatives
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.births import fill_births
-from orbitdb.filling.fill import fill_periods
+from orbitdb.filling.fill import fill_births, fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.newton import solve
 from orbitdb.store.asking.criteria import chosen_by
