@@ -5,7 +5,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.catalogue_file import CatalogueFile
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
@@ -13,6 +12,7 @@ from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.criteria import Criteria, with_criteria
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.lookup import find_or_solve
+from orbitdb.stored_catalogue import StoredCatalogue
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ _SHOWN = 4
 """Maximum number of further values of ``a`` in a repr."""
 
 
-class Catalogue(CatalogueFile):
+class Catalogue(StoredCatalogue):
     """A database of the periodic orbits of stadium billiards.
 
     Parameters
@@ -65,7 +65,7 @@ class Catalogue(CatalogueFile):
 
     # one word
 
-    def find(self, word: str, a: float | None = None) -> Orbit | None:
+    def find(self, word: str, *, a: float | None = None) -> Orbit | None:
         """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
 
         Parameters
@@ -125,6 +125,7 @@ class Catalogue(CatalogueFile):
     def rows(
         self,
         selection: Selection | None = None,
+        *,
         columns: Sequence[str] = COLUMNS,
         order: str = "p",
         limit: int | None = None,
@@ -356,6 +357,7 @@ class Catalogue(CatalogueFile):
     def with_length(
         self,
         length: float,
+        *,
         tolerance: float | None = None,
         limit: int | None = None,
         a: float | None = None,
@@ -423,8 +425,8 @@ class Catalogue(CatalogueFile):
     def levels(
         self,
         k_max: float | None = None,
-        parity: "Parity | str | None" = None,
         *,
+        parity: "Parity | str | None" = None,
         method: str = "elements",
         a: float | None = None,
     ) -> "Levels":
@@ -461,8 +463,8 @@ class Catalogue(CatalogueFile):
     def assess(
         self,
         k: "ArrayLike | None" = None,
-        parity: "Parity | str | None" = None,
         *,
+        parity: "Parity | str | None" = None,
         window: bool = False,
         fit_radius: bool = False,
         a: float | None = None,

@@ -97,9 +97,9 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     assert isinstance(found, Levels)
     assert set(found.parity.tolist()) == {"oo"}
     assert found.to_pandas()["k"].tolist() == found.k.tolist() == sorted(found.k)
-    assert catalogue.levels(2.5, "ee").k.max() < 2.5
+    assert catalogue.levels(2.5, parity="ee").k.max() < 2.5
     with pytest.raises(InputError, match="stored up to k = 6"):
-        catalogue.levels(7, "ee")
+        catalogue.levels(7, parity="ee")
     with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 0\.7: choose one parity"):
         catalogue.levels()
 

@@ -157,4 +157,4 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
         catalogue.spectrum((3, 5), points=5, k_max=6)
     with pytest.raises(InputError, match="levels are stored up to k = 5"):
         catalogue.levels(6)
-    assert catalogue.levels(9, "oo").k.tolist() == stored["oo"]
+    assert catalogue.levels(9, parity="oo").k.tolist() == stored["oo"]

@@ -110,7 +110,7 @@ def born(catalogue: Catalogue) -> Columns:
 
 
 def filled(catalogue: Catalogue) -> Columns:
-    fills = [(a, fill) for a in (1.0, 1.6) for fill in catalogue.fills(a)]
+    fills = [(a, fill) for a in (1.0, 1.6) for fill in catalogue.fills(a=a)]
     names = ("state", "stored", "N_t", "N_c", "boundary", "unresolved",
              "seconds", "enumerating", "solving", "storing")  # fmt: skip
     values = {

@@ -174,7 +174,7 @@ def test_expressions_choose_the_rows_of_plain_sqlite_or_are_refused(varied, trie
         chosen = Selection(where=text)
         try:
             count = catalogue.count(chosen)
-            shown = list(catalogue.rows(chosen, ("code",), limit=3))
+            shown = list(catalogue.rows(chosen, columns=("code",), limit=3))
         except SelectionError as error:
             refusals.append(str(error))
             continue

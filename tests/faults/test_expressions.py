@@ -187,5 +187,5 @@ def test_words_of_a_million_bounces_can_be_queried(tmp_path):
     )
     chosen = Selection(contains="13", where="length > 8 AND code <> representative || 'x'")
     columns = ("code", "representative", "length")
-    (row,) = catalogue.rows(chosen, columns, order="representative desc,code")
+    (row,) = catalogue.rows(chosen, columns=columns, order="representative desc,code")
     assert row == (word, word, 9.0)

@@ -89,7 +89,7 @@ def test_several_processes_can_create_one_file(tmp_path):
     processes = [start("fill", "--p", "5", "--db", path) for _ in range(3)]
     all_end_well(*processes)
     assert is_sound(path)
-    assert {fill.p: fill.words for fill in Catalogue(path).fills(1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
+    assert {fill.p: fill.words for fill in Catalogue(path).fills(a=1.6)} == {2: 1, 3: 8, 4: 32, 5: 96}
 
 
 def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):

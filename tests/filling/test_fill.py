@@ -45,7 +45,7 @@ def test_a_fill_continues_after_another_overtakes_it(tmp_path):
     second.close()
     done = [step.words for step in first]
     assert behind < ahead < done[0] < done[-1] == 2096
-    assert Catalogue(path).fills(1.6)[0].whole
+    assert Catalogue(path).fills(a=1.6)[0].whole
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -57,7 +57,7 @@ def test_a_period_that_lost_words_is_not_marked_complete(tmp_path):
     alter(path, "DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
     with pytest.raises(StoreError, match=r"period 6 has 244 words instead of 252: .* is damaged"):
         list(going)
-    assert not Catalogue(path).fills(1.6)[0].whole
+    assert not Catalogue(path).fills(a=1.6)[0].whole
 
 
 def test_others_may_write_while_a_period_is_counted(tmp_path):
@@ -97,7 +97,7 @@ def test_times_of_a_fill_are_stored(tmp_path):
     path = tmp_path / "new.db"
     start = time.monotonic()
     fill(path, periods=[5], method="relaxation")
-    (kept,) = Catalogue(path).fills(1.6)
+    (kept,) = Catalogue(path).fills(a=1.6)
     assert 0 < kept.seconds < time.monotonic() - start
     stages = kept.enumerating, kept.solving, kept.storing
     assert 0 < 9 * kept.enumerating < kept.solving  # solving takes 200 times as long

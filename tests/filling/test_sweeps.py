@@ -36,7 +36,7 @@ def swept(path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE) 
     migrate(path)
     list(sweep_periods(path, a, periods, workers))
     with closing(Catalogue(path)) as catalogue:
-        return {each.p: each for each in catalogue.sweeps(a)}
+        return {each.p: each for each in catalogue.sweeps(a=a)}
 
 
 def found(path: Path, **options) -> list[tuple[Any, ...]]:
@@ -53,7 +53,7 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
         rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
-        fills = {fill.p: fill for fill in catalogue.fills(a)}
+        fills = {fill.p: fill for fill in catalogue.fills(a=a)}
         rows = catalogue.classes(a=a, status="orbit").by_period()
         assert swept_counts.known == catalogue.counts(a=a).known
     for p in PERIODS:
@@ -95,7 +95,7 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
     assert next(going).words < 712
     going.close()
     with closing(Catalogue(path)) as catalogue:
-        (begun,) = catalogue.sweeps(1.6)
+        (begun,) = catalogue.sweeps(a=1.6)
         assert (begun.whole, begun.blocks, begun.sums) == (False, 1, None)
         assert catalogue.counts(a=1.6).chosen == ()
         known = answer(path, read_whole, Selection(1.6), swept=True)
@@ -143,7 +143,7 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     swept(tmp_path / "late.db", 0.5, periods=[7])
     swept(tmp_path / "late.db", 0.5, periods=range(2, 7))
     with closing(Catalogue(tmp_path / "late.db")) as late:
-        assert not late.sweeps(0.5)[-1].moments
+        assert not late.sweeps(a=0.5)[-1].moments
         (note,) = (each for each in late.lyapunov(a=0.5).notes if "sum rules" in each)
         assert "end at p = 6" in note
     with closing(Catalogue(path)) as catalogue:

@@ -99,7 +99,7 @@ def test_the_figure_of_exponents_shows_every_method(known, capsys):
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset, 6)
     rules = sum_rules_of(answer(known.path, read_whole, Selection(1.6, periods=((2, 6),))))
-    trajectory = known.reference(1.6)
+    trajectory = known.reference(a=1.6)
     assert len(made.axes) == 2
     for ax, name, unit in zip(made.axes, ("lambda_d", "lambda_c"), ("bounce", "length $R$"), strict=True):
         for label, column in (("average", ""), ("mean of", "_pair"), ("zeta", "_zeta")):

@@ -64,7 +64,7 @@ def test_the_staircase_is_the_sum_of_its_terms(catalogue):
 @pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
 def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogue, exact, parity):
     known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
-    found = catalogue.levels(16.0, parity, method="orbits")
+    found = catalogue.levels(16.0, parity=parity, method="orbits")
     assert len(found) == len(known)
     off = np.abs(found.k - known)
     density = weyl(Stadium(1.6), parity).deriv()(known)
@@ -78,7 +78,7 @@ def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
     found = catalogue.levels(parity="oo", method="orbits")
     assert 15 < found.high < 25
     assert "above k" not in found.basis
-    assert "above k = 20" in catalogue.levels(25, "oo", method="orbits").basis
+    assert "above k = 20" in catalogue.levels(25, parity="oo", method="orbits").basis
     with pytest.raises(InputError, match="method 'magic'"):
         catalogue.levels(method="magic")
 
@@ -174,16 +174,16 @@ def _cost(expected, sigma, place, free, numbers):
 
 def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     few = np.delete(exact, [7, 21])
-    found = catalogue.assess(few[::-1], "oo")
+    found = catalogue.assess(few[::-1], parity="oo")
     assert found.missing == 2
     assert repr(found).startswith("<2 of 40 levels with k from 0 to")
     assert found.to_pandas()["missing"].tolist() == [1, 1]
     refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "only 5 levels": exact[:5], "above 0": -exact}
     for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:
         with pytest.raises(InputError, match=told):
-            catalogue.assess(k, "oo")
+            catalogue.assess(k, parity="oo")
     with pytest.raises(InputError, match="no orbits at a = 2"):
-        catalogue.assess(exact, "oo", a=2)
+        catalogue.assess(exact, parity="oo", a=2)
     with pytest.raises(InputError, match="no levels of parity oo are stored"):
         catalogue.assess(parity="oo")
 

@@ -70,7 +70,7 @@ def test_reading_never_writes(filled):
 @pytest.mark.parametrize("names", [["word", "colour"], ["word; DROP TABLE orbit"]])
 def test_unknown_columns_are_refused_with_a_list_of_columns(filled, names):
     with pytest.raises(SelectionError, match="the columns are"):
-        list(Catalogue(filled).rows(Selection(), names))
+        list(Catalogue(filled).rows(Selection(), columns=names))
     with pytest.raises(SelectionError, match=r"the columns are|order"):
         list(Catalogue(filled).rows(Selection(), order=names[-1]))
 
@@ -97,7 +97,7 @@ def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypa
     assert (rest.words, rest.bytes) == (count_admissible(9), 0)
     assert rest.alone / whole.seconds == pytest.approx(rest.words / whole.words)
     monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
-    large = [sweep for sweep in Catalogue(filled).sweeps(1.6) if sweep.p in (7, 8)]
+    large = [sweep for sweep in Catalogue(filled).sweeps(a=1.6) if sweep.p in (7, 8)]
     rate = sum(sweep.processor for sweep in large) / (712 + 2096)
     found = sweep_need(filled, 1.6, [9], 4)
     assert (found.alone, 4 * found.seconds) == pytest.approx([rate * rest.words] * 2)
@@ -120,7 +120,7 @@ def test_the_size_of_a_file_is_estimated_within_a_factor_of_two(tmp_path):
 
 def test_times_are_estimated_from_large_fills_only(filled, monkeypatch):
     monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
-    large = [fill for fill in Catalogue(filled).fills(1.6) if fill.words >= 500]
+    large = [fill for fill in Catalogue(filled).fills(a=1.6) if fill.words >= 500]
     assert len(large) >= 2
     spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
     each = spent / sum(fill.words for fill in large)

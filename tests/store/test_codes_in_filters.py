@@ -49,7 +49,7 @@ def test_a_class_with_an_invalid_word_is_refused(own):
 )  # fmt: skip
 def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
     chosen = chosen_by(where=where, parameters={"w": "130"} if ":w" in where else {})
-    assert {word for (word,) in catalogue.rows(chosen, ("code",))} == found
+    assert {word for (word,) in catalogue.rows(chosen, columns=("code",))} == found
     assert catalogue.count(chosen) == len(found)
     assert sum(catalogue.classes(chosen).words) == len(found)
 

@@ -114,7 +114,7 @@ def test_the_longest_stretch_along_an_orbit_is_reported():
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, off, number, tolerance, limit):
     """The result is checked against all lengths; it is sorted by difference, period and word."""
-    known = sorted({*catalogue.rows(chosen_by(status="orbit"), OF_CANDIDATES[:6])})
+    known = sorted({*catalogue.rows(chosen_by(status="orbit"), columns=OF_CANDIDATES[:6])})
     length = turns * known[number % len(known)][3] + off
     wanted = []
     for row in known:

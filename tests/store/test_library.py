@@ -218,7 +218,7 @@ def test_a_notebook_solves_only_orbits_it_draws(catalogue, tmp_path, monkeypatch
 def test_the_repr_of_a_catalogue_states_its_periods(varied, begin_fill, tmp_path):
     with Catalogue(varied, a=1.0) as catalogue:
         assert repr(catalogue) == "<Catalogue orbits.db: periods 2-6 at a = 1; periods 2-6 at a = 1.6>"
-        assert catalogue.fills() == catalogue.fills(1.0) != []
+        assert catalogue.fills() == catalogue.fills(a=1.0) != []
         assert catalogue.find("13") == catalogue["13"]
         assert next(catalogue.rows(p=2, columns=("a", "code"))) == (1.0, "13")
     assert repr(Catalogue(varied, a=0.3)).startswith(

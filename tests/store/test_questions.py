@@ -53,7 +53,9 @@ def asked(tmp_path_factory):
 @example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
 def test_rows_and_counts_agree_with_a_list(asked, criteria, order, limit, offset, names):
     catalogue, rows = asked
-    found = list(catalogue.rows(chosen_by(**criteria), names, order, limit, offset))
+    found = list(
+        catalogue.rows(chosen_by(**criteria), columns=names, order=order, limit=limit, offset=offset)
+    )
     assert found == model.columns_of(expected(rows, criteria, order, limit, offset), names)
     assert catalogue.count(chosen_by(**criteria)) == len(expected(rows, criteria))
 

@@ -49,7 +49,7 @@ def test_keys_must_be_text(catalogue, key):
     assert key not in catalogue
     for call in (
         catalogue.__getitem__,
-        lambda key: catalogue.find(key, 1.6),
+        lambda key: catalogue.find(key, a=1.6),
         lambda key: solve_word(key, 1.6),
     ):
         with pytest.raises(TypeError, match=r"^a code is a string such as '1232131', not "):
@@ -98,7 +98,7 @@ def test_a_bound_number_matches_the_code_with_its_digits(varied):
 def test_the_elements_of_a_class_must_lead_to_its_words(own):
     alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
     with pytest.raises(StoreError, match="not an image of"), closing(Catalogue(own)) as catalogue:
-        list(catalogue.rows(chosen_by(a=1.6), ("code", "coordinates")))
+        list(catalogue.rows(chosen_by(a=1.6), columns=("code", "coordinates")))
 
 
 def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):

@@ -123,14 +123,14 @@ def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     closest = there(catalogue.entropy_bounds())
     assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
     assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
-    surer = there(catalogue.entropy_bounds(1.6, "balls"))
+    surer = there(catalogue.entropy_bounds(a=1.6, proof="balls"))
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
     (line,) = catalogue.table(p=3).facts
     assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
-    assert [each.a for each in catalogue.entropy_curve("balls")] == [1.6]
-    assert catalogue.entropy_bounds(3) is None
+    assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [1.6]
+    assert catalogue.entropy_bounds(a=3) is None
     with pytest.raises(InputError, match="use doubles or balls"):
         catalogue.entropy_bounds(proof="faith")
     assert catalogue.a_values() == [1.6]

@@ -38,7 +38,7 @@ def test_a_sound_catalogue_passes_every_check(filled):
     assert [(rows["file"],)] == ask(filled, f"SELECT sum(n) FROM ({every})")
     assert rows["classes"] == rows["statuses"] == CLASSES
     per_orbit = ("bounds", "walls", "reflection", "lengths", "lambda", "Hessian")
-    orbits = Catalogue(filled).rows(Selection(statuses=(Status.ORBIT,)), ("representative",))
+    orbits = Catalogue(filled).rows(Selection(statuses=(Status.ORBIT,)), columns=("representative",))
     assert {rows[name] for name in per_orbit} == {len(set(orbits))}
     assert rows["restarts"] == 2 * CLASSES
     assert found["bounds"].worst == 0.0

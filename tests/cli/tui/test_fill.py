@@ -94,7 +94,7 @@ async def test_failures_are_reported_and_the_screen_keeps_working(filled, tmp_pa
             assert ("error", f"fill {app.fill_state.sentence()}") in told
             assert len(table_of(app).source) == rows
         other.execute("ROLLBACK")
-    assert [*Catalogue(filled).fills(1.0)] == []
+    assert [*Catalogue(filled).fills(a=1.0)] == []
 
 
 @pytest.mark.slow

@@ -143,7 +143,7 @@ def cell(column: Column, value: object) -> str:
 async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
     names = fields_of(COLUMNS, "p")
-    rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, names)]
+    rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, columns=names)]
     pages = pages_of(catalogue, chosen, Ordering(), names)
     source = random.Random(7)
     keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]

@@ -110,7 +110,9 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         assert main.rows.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
-        longest = next(Catalogue(app.file.path).rows(Selection(), ("code",), "length desc", 1))[0]
+        longest = next(
+            Catalogue(app.file.path).rows(Selection(), columns=("code",), order="length desc", limit=1)
+        )[0]
         assert main.side.orbit.code == longest
         assert "length▼" in headings(app)
         await click(pilot, 13, 0)  # after a code of twelve symbols
@@ -123,7 +125,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
 async def test_the_cursor_and_the_orbit_move_by_keys(path):
     async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
-        words = [code for (code,) in Catalogue(app.file.path).rows(Selection(), ("code",))]
+        words = [code for (code,) in Catalogue(app.file.path).rows(Selection(), columns=("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.side.orbit.code) == (0, words[0])
         await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them

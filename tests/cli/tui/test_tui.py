@@ -91,7 +91,7 @@ def test_statistics_of_a_subset_count_only_its_words(filled):
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
     found = statistics(Reader(filled), chosen)
-    rows = list(catalogue.rows(chosen, ("p", "length", "lyapunov", "walls")))
+    rows = list(catalogue.rows(chosen, columns=("p", "length", "lyapunov", "walls")))
     import numpy as np
 
     p, length, exponent, walls = np.array(rows).T
@@ -129,10 +129,10 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
         await until(lambda: app.screen.query("#stop"))
         app.screen.query_one("#stop").press()
         await until(lambda: app.fill_state.state == "stopped")
-    done = [fill.p for fill in Catalogue(path).fills(1.6) if fill.state == "done"]
+    done = [fill.p for fill in Catalogue(path).fills(a=1.6) if fill.state == "done"]
     assert 14 not in done
     made(path, fill_periods(path, 1.6, range(2, 8)))
-    counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(1.6)}
+    counts = {fill.p: fill.n_c for fill in Catalogue(path).fills(a=1.6)}
     assert [counts[p] for p in range(2, 8)] == [1, 8, 32, 80, 188, 376]
 
 
@@ -160,12 +160,12 @@ def test_the_dialog_reads_periods_as_the_command_does():
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
-    told = export(Shown(Reader(filled), few, Ordering("length", True), catalogue.find("013", 1.6)), path)
+    told = export(Shown(Reader(filled), few, Ordering("length", True), catalogue.find("013", a=1.6)), path)
     assert str(path) in told
     if name == "rows.tsv":
         head, *rows = csv.reader(path.read_text().splitlines(), delimiter="\t")
         found = [row[head.index("code")] for row in rows]
-        assert found == [code for (code,) in catalogue.rows(few, ("code",), "length desc")]
+        assert found == [code for (code,) in catalogue.rows(few, columns=("code",), order="length desc")]
     elif name == "orbit.svg":
         corners = there(re.search(r'<polygon points="([^"]*)"', path.read_text()))[1].split()
         assert len(corners) == 3

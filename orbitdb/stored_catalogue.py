@@ -1,4 +1,4 @@
-"""`CatalogueFile`, the part of `Catalogue` that opens, fills and checks the file, and lists what it holds."""
+"""`StoredCatalogue`, the part of `Catalogue` that opens, fills and checks its file, and lists contents."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -34,7 +34,7 @@ _SHOWN = 4
 """Maximum number of further values of ``a`` in a repr."""
 
 
-class CatalogueFile:
+class StoredCatalogue:
     """A file of periodic orbits: opened, filled, checked, and listed (`orbitdb.Catalogue`)."""
 
     def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
@@ -105,8 +105,8 @@ class CatalogueFile:
     def fill(
         self,
         periods: int | str | Iterable[int] | None = None,
-        words: str | Iterable[str] = (),
         *,
+        words: str | Iterable[str] = (),
         jobs: int | None = 1,
         geometric: bool = False,
         method: str = "newton",
@@ -168,7 +168,7 @@ class CatalogueFile:
                 fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
-        return [fill for fill in self.fills(at) if fill.p in wanted]
+        return [fill for fill in self.fills(a=at) if fill.p in wanted]
 
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
@@ -216,7 +216,7 @@ class CatalogueFile:
         at, wanted = self._at(a), _periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
-        return [each for each in self.sweeps(at) if each.p in wanted]
+        return [each for each in self.sweeps(a=at) if each.p in wanted]
 
     def simulate(
         self,
@@ -400,12 +400,12 @@ class CatalogueFile:
 
     # what is stored
 
-    def a_values(self, orbits: bool = False) -> list[float]:
+    def a_values(self, *, orbits: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
         with self._file.moment() as moment:
             return moment.a_values(orbits)
 
-    def fills(self, a: float | None = None) -> "list[Fill]":
+    def fills(self, *, a: float | None = None) -> "list[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         with self._file.moment() as moment:
             return moment.fills(self._at(a))
@@ -423,7 +423,7 @@ class CatalogueFile:
         with self._file.moment() as moment:
             return moment.births(p)
 
-    def entropy_bounds(self, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+    def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
 
         Parameters
@@ -436,17 +436,17 @@ class CatalogueFile:
         with self._file.moment() as moment:
             return moment.entropy_bounds(self._at(a), proof)
 
-    def entropy_curve(self, proof: str | None = None) -> "list[EntropyBounds]":
+    def entropy_curve(self, *, proof: str | None = None) -> "list[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         with self._file.moment() as moment:
             return moment.entropy_curve(proof)
 
-    def reference(self, a: float | None = None) -> "Reference | None":
+    def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         with self._file.moment() as moment:
             return moment.reference(self._at(a))
 
-    def sweeps(self, a: float | None = None) -> "list[Sweep]":
+    def sweeps(self, *, a: float | None = None) -> "list[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         with self._file.moment() as moment:
             return moment.sweeps(self._at(a))
