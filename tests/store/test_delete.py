@@ -58,7 +58,7 @@ def test_some_periods_go_and_can_be_filled_again(full):
     catalogue = Catalogue(full)
     deleted = catalogue.delete(1.0, "5-6")
     assert str(deleted) == "348 words, 2 fills (periods 5-6), 1 sweep (period 6)"
-    assert [fill.p for fill in catalogue.fills(1.0)] == [2, 3, 4]
+    assert [fill.p for fill in catalogue.fills(a=1.0)] == [2, 3, 4]
     assert catalogue.contents(1.0).levels > 0
     catalogue.delete(1.6, 5)
     assert ask(full, "SELECT count(*) FROM cycle WHERE p = 5") == [(0,)]
@@ -99,7 +99,7 @@ def test_on_a_terminal_the_command_asks(full, reply, code, left):
     child.expect(pexpect.EOF)
     child.close()
     assert child.exitstatus == code
-    assert len(Catalogue(full).fills(1.0)) == left
+    assert len(Catalogue(full).fills(a=1.0)) == left
 
 
 def test_info_lists_levels_and_trajectories(full, cli):

@@ -62,7 +62,7 @@ def test_averages_of_a_subset_have_no_sum_rules(catalogue):
 def test_missing_periods_are_noted(catalogue):
     found = catalogue.entropy(p="7-12")
     assert any("not filled" in note for note in found.notes)
-    assert found["h_zeta"] == [None, None]
+    assert found["h_zeta"] == catalogue.entropy(p="2-8")["h_zeta"][-2:]
     assert len(catalogue.entropy(p=12)) == 0
     assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
@@ -116,30 +116,30 @@ def test_bins_are_logarithmic_if_values_span_decades(filled, least, most, logari
 
 
 def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
-    for options in (["--window", "4", "--prove"], ["--window", "6"], ["--a", "0.5", "--window", "4"]):
+    for options in (["--window", "4", "--prove"], ["--window", "11"], ["--a", "0.5", "--window", "4"]):
         assert cli("bounds", *options, "--db", str(filled)).code == 0
     catalogue = Catalogue(filled)
-    *_, found = search(Stadium(1.6), window=6)
+    *_, found = search(Stadium(1.6), window=11)
     closest = there(catalogue.entropy_bounds())
-    assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 6)
+    assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 11)
     assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
     surer = there(catalogue.entropy_bounds(a=1.6, proof="balls"))
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
     (line,) = catalogue.table(p=3).facts
     assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
-    assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 6)]
+    assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]
     assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [1.6]
     assert catalogue.entropy_bounds(a=3) is None
     with pytest.raises(InputError, match="use doubles or balls"):
         catalogue.entropy_bounds(proof="faith")
     assert catalogue.a_values() == [1.6]
     before = [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
-    assert len(before[0]) == 3 + 5 + 3
+    assert len(before[0]) == 3 + 10 + 3
     cli("bounds", "--window", "5", "--db", str(filled))
     assert [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
-    alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 6")
-    cli("bounds", "--window", "6", "--db", str(filled))
+    alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 11")
+    cli("bounds", "--window", "11", "--db", str(filled))
     assert catalogue.entropy_bounds() == closest
     alter(filled, "DELETE FROM entropy_bound WHERE proof = 'doubles'")
-    assert catalogue.table(p=3).facts[0].endswith(f"{surer.between}, proved by {surer.basis}")
+    assert surer.between not in catalogue.table(p=3).facts[0]  # wider than what a moment finds
