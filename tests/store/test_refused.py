@@ -6,7 +6,6 @@ from contextlib import closing
 import numpy as np
 import pytest
 from contents import alter
-from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError, StoreError
