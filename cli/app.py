@@ -68,7 +68,7 @@ _OPTIONS = {
         "parameters",
     ),
     "Output": (
-        "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json",
+        "classes", "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json",
         "output", "force",
     ),
     "Other": ("help",),

@@ -168,6 +168,7 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 Periods = Annotated[
     str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
 ]
+Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 
 

@@ -18,6 +18,7 @@ from orbitdb.cli.render import note
 from orbitdb.column import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.plaintext import several
 from orbitdb.store.file.database import check_file, default_path
 
 if TYPE_CHECKING:
@@ -181,12 +182,18 @@ def in_order(
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 
-def described(stadiums: "Sequence[Selection]", total: int | None = None) -> str:
+def described(stadiums: "Sequence[Selection]", total: int | None = None, classes: bool = False) -> str:
     """Describe the chosen rows at one or several a, with their number if `total` is given."""
-    return stadiums[0].describe([chosen.a for chosen in stadiums], total)
+    values = [chosen.a for chosen in stadiums]
+    if not classes:
+        return stadiums[0].describe(values, total)
+    number = "classes" if total is None else several(total, "class", "classes")
+    return f"{number} of {stadiums[0].describe(values)}"
 
 
-def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) -> dict[str, Any]:
+def provenance(
+    moment: "Moment", stadiums: "Sequence[Selection]", many: bool, classes: bool = False
+) -> dict[str, Any]:
     """Return the provenance of rows; if `many`, its a and partial periods are lists with one item per a."""
     from orbitdb.answers.completeness import partial_fills
 
@@ -194,7 +201,7 @@ def provenance(moment: "Moment", stadiums: "Sequence[Selection]", many: bool) ->
     partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]
     return {
         "orbitdb": __version__,
-        "selection": described(stadiums),
+        "selection": described(stadiums, classes=classes),
         "a": values if many else values[0],
         "database": str(moment.path.resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),

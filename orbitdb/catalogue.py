@@ -182,6 +182,7 @@ class Catalogue(StoredCatalogue):
         *,
         order: str = "p",
         coordinates: bool = False,
+        classes: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
         """Return a chosen subset as arrays, one entry per word.
@@ -194,6 +195,8 @@ class Catalogue(StoredCatalogue):
             Columns to sort by, as in `rows`.
         coordinates : bool, optional
             Whether to read the coordinates as well.
+        classes : bool, optional
+            Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
             Half length of the stadium; by default the catalogue's.
         p : int, str or iterable of int, optional
@@ -220,7 +223,7 @@ class Catalogue(StoredCatalogue):
         from orbitdb.answers.subset import read_subset
 
         with self._question(selection, criteria) as (moment, chosen):
-            return read_subset(moment, chosen, order, coordinates)
+            return read_subset(moment, chosen, order, coordinates, classes)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":

@@ -60,6 +60,7 @@ def export(
     ] = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
+    classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
         int | None, options.count_option(least=0, help="Maximum number of rows to write.")
@@ -109,7 +110,7 @@ def export(
         note_gaps(moment, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         with progress("sorting"):
-            subsets = [moment.choose(chosen, order) for chosen in stadiums]
+            subsets = [moment.choose(chosen, order, by_class=classes) for chosen in stadiums]
         rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
@@ -122,8 +123,10 @@ def export(
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
                 return
-            count = files.write_file(file, kind, names, written, provenance(moment, stadiums, many_a(a)))
-    note(f"{several(count, 'row')} written: {described(stadiums)}, in {file}")
+            count = files.write_file(
+                file, kind, names, written, provenance(moment, stadiums, many_a(a), classes)
+            )
+    note(f"{several(count, 'row')} written: {described(stadiums, classes=classes)}, in {file}")
 
 
 def _write_dataset(

@@ -66,6 +66,7 @@ def query(
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
     choice: Choice,
+    classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
         int | None,
@@ -101,7 +102,7 @@ def query(
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset
-        subsets = [moment.choose(each, order, most=most, counted=True) for each in stadiums]
+        subsets = [moment.choose(each, order, most=most, counted=True, by_class=classes) for each in stadiums]
         total = sum(map(len, subsets))
         count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
         if not total:
@@ -111,7 +112,7 @@ def query(
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{described(stadiums, total)}{more}")
+        note(f"{described(stadiums, total, classes)}{more}")
     if not count:
         raise typer.Exit(1)
 

@@ -19,7 +19,8 @@ from orbitdb.extras import drawn
 from orbitdb.formulas import with_formulas
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.store.asking.selection import Selection
+from orbitdb.plaintext import several
+from orbitdb.store.asking.selection import Selection, SelectionError
 from orbitdb.store.reading.lookup import find_or_solve
 from orbitdb.store.reading.moment import Moment
 from orbitdb.store.reading.rows import COORDINATES
@@ -72,6 +73,8 @@ class Subset(ByValue):
         Number of all chosen words if the subset is only a part of them, else None.
     path : Path or None
         The file that the rows were read from; orbits read their coordinates there when asked.
+    by_class : bool
+        Whether the entries are representatives of classes; these have no averages by period.
 
     Examples
     --------
@@ -108,13 +111,16 @@ class Subset(ByValue):
     filled: tuple[int, ...] = ()
     total: int | None = None
     path: Path | None = field(default=None, compare=False)
+    by_class: bool = False
 
     def __len__(self) -> int:
         return len(self.codes)
 
     def __repr__(self) -> str:
         part = "" if self.total is None else f"{len(self)} of "
-        known = part + self.selection.describe(count=len(self) if self.total is None else self.total)
+        total = len(self) if self.total is None else self.total
+        of_classes = f"{several(total, 'class', 'classes')} of {self.selection.describe()}"
+        known = part + (of_classes if self.by_class else self.selection.describe(count=total))
         if self.unfilled is None:
             return f"<{known}>"
         return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
@@ -237,6 +243,7 @@ class Subset(ByValue):
         """Return counts by period as in the paper's Table 1; N_t counts words of any status."""
         from orbitdb.answers.entropy import table_of_rows
 
+        self._need_words()
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _orbits(self) -> "WholePeriods":
@@ -244,6 +251,7 @@ class Subset(ByValue):
         from orbitdb.answers.whole_periods import WholePeriods
         from orbitdb.orbits.classes import OrbitClasses
 
+        self._need_words()
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         one = np.ones_like(rows)
         least = self.representative[rows].tolist()
@@ -255,6 +263,10 @@ class Subset(ByValue):
         if not chosen.statuses:
             chosen = replace(chosen, statuses=(Status.ORBIT,))
         return WholePeriods(chosen, self.filled, classes, part=self.total is not None)
+
+    def _need_words(self) -> None:
+        if self.by_class:
+            raise SelectionError("counts and averages need every word: select without classes=True")
 
     def plot(
         self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
@@ -299,13 +311,15 @@ class Subset(ByValue):
 
 
 _TOLD = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
-_, *OF_ROWS, _, _, _, _, _ = (each.name for each in fields(Subset))
+_, *OF_ROWS, _, _, _, _, _, _ = (each.name for each in fields(Subset))
 
 
-def read_subset(moment: Moment, selection: Selection, order: str, coordinates: bool) -> Subset:
+def read_subset(
+    moment: Moment, selection: Selection, order: str, coordinates: bool, by_class: bool = False
+) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
-    blocks = list(moment.blocks(moment.choose(selection, order), names))
+    blocks = list(moment.blocks(moment.choose(selection, order, by_class=by_class), names))
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
     filled = tuple(each.p for each in moment.fills(selection.a) if each.whole and selection.includes(each.p))
     columns: dict[str, list[Any]] = {}
@@ -314,6 +328,7 @@ def read_subset(moment: Moment, selection: Selection, order: str, coordinates: b
     places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
     arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
     arrays |= {"coordinates": places, "unfilled": missing, "filled": filled, "path": moment.path}
+    arrays["by_class"] = by_class
     return Subset(selection, arrays.pop("code"), **arrays)
 
 

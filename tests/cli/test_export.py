@@ -10,7 +10,7 @@ import pytest
 from processes import COMMAND
 from there import there
 
-from orbitdb import Catalogue, __version__
+from orbitdb import Catalogue, SelectionError, __version__
 from orbitdb import export as files
 
 
@@ -87,6 +87,36 @@ def test_an_existing_file_is_kept_without_force(varied, tmp_path, cli, command, 
     assert "--force" in done.err
     assert cli(*asked, "--force").code == 0
     assert target.read_text().startswith(begins)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    ["--p 2-6 --order -length", "--contains 013 --order code", "--status geometric,boundary,orbit --p 3-4"],
+)
+def test_classes_have_one_row_each(varied, tmp_path, cli, asked):
+    asked = (*asked.split(), "--a", "1.6", "-c", "representative,code,length", "--db", str(varied))
+    words = json.loads(cli("query", *asked, "--json").out)
+    found = cli("query", *asked, "--classes", "--json")
+    classes = json.loads(found.out)
+    assert {row["representative"] for row in words} == {row["representative"] for row in classes}
+    assert len(classes) < len(words)
+    named = [row["code"] for row in classes if row["representative"]]
+    assert named == [row["representative"] for row in classes if row["representative"]]
+    assert len(set(named)) == len(named)
+    if "length" in asked[3]:
+        assert [row["length"] for row in classes] == list(dict.fromkeys(row["length"] for row in words))
+    said = cli("export", str(tmp_path / "x.jsonl"), *asked, "--classes").err
+    assert f"{len(classes)} rows written: classes of " in said
+    assert [json.loads(row) for row in (tmp_path / "x.jsonl").read_text().splitlines()] == classes
+
+
+def test_classes_in_python_have_no_averages(varied):
+    subset = Catalogue(varied, a=1.6).select(p="2-4", status="orbit", classes=True)
+    assert subset.codes.tolist() == subset.representative.tolist()
+    assert repr(subset[:3]) == "<3 of 11 classes of orbits of period 2 to 4 at a = 1.6>"
+    for question in (subset.entropy, subset.averages, subset.table):
+        with pytest.raises(SelectionError, match="select without classes=True"):
+            question()
 
 
 def through_links(target):

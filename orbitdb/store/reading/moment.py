@@ -105,9 +105,10 @@ class Moment:
         most: int | None = None,
         counted: bool = False,
         cancelled: Callable[[], bool] = never,
+        by_class: bool = False,
     ) -> Chosen:
         """Find the classes and words of a selection (`orbitdb.store.reading.question.choose`)."""
-        return question.choose(self.connection, selection, order, columns, most, counted, cancelled)
+        return question.choose(self.connection, selection, order, columns, most, counted, cancelled, by_class)
 
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None

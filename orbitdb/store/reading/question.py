@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 _OF_WORDS = ("code", "word", "element")
 """Columns whose values differ between the words of a class."""
 
+_OF_CLASS = {"code": "representative", "word": "representative"}
+"""Their counterparts for a class."""
+
 _CODED: sa.ColumnClause[int] = sa.literal_column(
     "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
 )
@@ -59,6 +62,7 @@ def choose(
     most: int | None = None,
     counted: bool = False,
     cancelled: Callable[[], bool] = never,
+    by_class: bool = False,
 ) -> Chosen:
     """Find a chosen subset in the catalogue.
 
@@ -76,8 +80,12 @@ def choose(
         Whether the total number of rows is needed even so.
     cancelled : callable, optional
         Called now and then; if it returns True, `CancelledError` is raised.
+    by_class : bool, optional
+        Whether a class with chosen words has one row, for its representative.
     """
     keys = parse_order(order)
+    if by_class:
+        keys = {_OF_CLASS.get(name, name): falls for name, falls in keys.items() if name != "element"}
     by_words = any(name in keys for name in _OF_WORDS)
     of_words = not is_of_classes(selection) or by_words
     query = _classes(connection, selection, of_words, {} if by_words else keys, columns)
@@ -93,6 +101,8 @@ def choose(
     if of_words:
         stabilisers = np.array([STABILISER_OF.get(each, 1) for each in more.pop(0).tolist()], np.uint8)
         masks &= places_of_elements(elements, stabilisers)
+    if by_class:
+        masks = np.ones_like(masks)
     chosen = Chosen(selection, ids, masks, None, dict(zip(columns, more, strict=True)))
     if not by_words:
         return chosen
