@@ -3,17 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-from orbitdb.answer_columns import OF_BOUNCES
 from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
-from orbitdb.columns import OF_ORBITS, OF_WORDS
+from orbitdb.columns import OF_BOUNCES
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plaintext import several
 
-_COMPUTED = (
-    each.name for each in (*OF_ORBITS, *OF_WORDS) if each.formula and not each.name.endswith("_error")
-)
-_NUMBERS = tuple(dict.fromkeys(("length", "lyapunov", *_COMPUTED, "margin", "residual", "error")))
+_NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
 
 
 def facts(

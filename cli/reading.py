@@ -15,7 +15,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.render import note
-from orbitdb.column import Row
+from orbitdb.columns import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
@@ -47,7 +47,7 @@ def asked_columns(
     names = tuple(usual if columns is None else parse_names(columns, known))
     if "a" in names or not arguments.many_a(a):
         return names
-    place = 1 if names[:1] in (("code",), ("word",)) else 0
+    place = 1 if names[:1] == ("code",) else 0
     return (*names[:place], "a", *names[place:])
 
 

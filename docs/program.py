@@ -15,8 +15,7 @@ from enum import Enum
 from functools import partial
 from typing import Any
 
-from orbitdb.column import Column
-from orbitdb.columns import GROUPS, OF_ORBITS
+from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
 _NAMES = "<!-- here: names -->"
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)

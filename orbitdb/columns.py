@@ -1,32 +1,76 @@
 """The registry of columns: the meaning and the source of every number and text in rows, files and JSON.
 
-Views, queries, filters, sorting, formats, the screen, `Orbit`, `Subset` and the documentation are built from
-it. A column computed from others is one entry with a formula (`add`), and needs no migration of files.
+Views, queries, filters, sorting, formats, the screen and the documentation are built from it. A new column of
+the catalogue is one entry with its SQL, and a property of `Orbit` and `Subset`.
 """
 
-from orbitdb.answer_columns import (
-    OF_ANSWERS,
-    OF_BOUNCES,
-    OF_BOUNDS,
-    OF_COUNTS,
-    OF_ENSEMBLES,
-    OF_LENGTHS,
-    OF_LEVELS,
-    OF_LIVES,
-    OF_SPECTRA,
-    OF_STATISTICS,
-    OF_TRAJECTORIES,
-)
-from orbitdb.column import NO_ORBIT, PLACE, PRUNED, UNKNOWN, Column
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+Row: TypeAlias = Sequence[Any]
+"""One value per column; None if it is missing."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """The description of a column.
+
+    Attributes
+    ----------
+    name : str
+    kind : str
+        ``text``, ``integer`` or ``number``; ``integers`` or ``numbers`` for lists; other kinds in words.
+    means : str
+        The meaning in a few words, then details after a semicolon.
+    unit : str
+        Unit of a number; ``1`` for a pure number, empty if it is not a quantity.
+    bound : str
+        The column that bounds its error, or ``exact``, ``proved`` or ``itself``; empty if none does.
+    empty : str
+        When the column has no value.
+    sql : str
+        For a column of the catalogue: SQL for its value in a row of the tables that the view ``class``
+        or, if `single`, the view ``catalogue`` joins.
+    single : bool
+        Whether its value can differ between the words of a symmetry class.
+    written : bool
+        Whether it is written if you name no columns.
+    """
+
+    name: str
+    kind: str
+    means: str
+    unit: str = ""
+    bound: str = ""
+    empty: str = "never"
+    sql: str = ""
+    single: bool = False
+    written: bool = True
+
+    @property
+    def brief(self) -> str:
+        """The meaning in a few words, without the details."""
+        return self.means.partition(";")[0]
+
+
+PRUNED = "geometrically pruned"
+NO_ORBIT = "no orbit"
+UNKNOWN = "no orbit; relaxation"
+PLACE = "radius, rad"
+"""Reasons why a column is empty, and the unit of a coordinate."""
 
 _CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
+_HALF = """CASE WHEN ',' || cycle.symmetry || ',' LIKE '%,x,%' THEN 'x'
+            WHEN ',' || cycle.symmetry || ',' LIKE '%,y,%' THEN 'y'
+            WHEN ',' || cycle.symmetry || ',' LIKE '%,xy,%' THEN 'xy' END"""
+_LAMBDA_C = "orbit.lyapunov / orbit.length"
 _END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
 
 OF_WORDS = [
     Column("code", "text",
            "the cyclic word, written as its least rotation; 'query --code' shows it in the rotation that you "
            "gave", sql=_CODE, single=True),
-    Column("word", "text", "alias of code", sql=_CODE, single=True, written=False),
     Column("p", "integer", "period, the number of bounces", sql="cycle.p"),
     Column("representative", "text",
            "least word of the symmetry class; the least rotation of all images under the eight symmetries",
@@ -55,7 +99,11 @@ OF_WORDS = [
     Column("maslov", "integer",
            "Maslov index of one traversal, 3p - walls; each bounce adds 2, because waves vanish on the "
            "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED,
-           formula="3 * p - walls"),
+           sql="3 * cycle.p - cycle.walls"),
+    Column("half", "text",
+           "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
+           "the quarter stadium, such an orbit closes after half of its length",
+           empty="no such symmetry; geometrically pruned", sql=_HALF),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned", sql="NULL", single=True),
@@ -74,14 +122,18 @@ OF_ORBITS = [
            bound="proved", sql="orbit.status"),
     Column("length", "number", "length of one traversal, L", "radius", "length_error", NO_ORBIT,
            sql="orbit.length"),
+    Column("quarter_length", "number",
+           "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
+           "otherwise L", "radius", "length_error", NO_ORBIT,
+           sql=f"orbit.length / iif({_HALF} IS NULL, 1, 2)"),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
            "1", "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov"),
     Column("lambda_d", "number",
            "lambda per bounce, lambda/p; its error bound is lyapunov_error divided by p", "1",
-           "lyapunov_error", NO_ORBIT, formula="lyapunov / p"),
+           "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov / cycle.p"),
     Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT,
-           formula="lyapunov / length"),
+           sql=_LAMBDA_C),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
            "a bounce lies beyond the end", PLACE, "", PRUNED, sql="orbit.margin"),
@@ -95,8 +147,8 @@ OF_ORBITS = [
     Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", UNKNOWN,
            sql="orbit.lyapunov_error"),
     Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN,
-           formula="1.000001 * ((lyapunov_error + lambda_c * length_error) / (length - length_error)"
-                   " + 1.2e-16 * lambda_c)"),
+           sql="1.000001 * ((orbit.lyapunov_error + (" + _LAMBDA_C + ") * orbit.length_error)"
+               " / (orbit.length - orbit.length_error) + 1.2e-16 * (" + _LAMBDA_C + "))"),
     Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED,
            sql="orbit.iterations", written=False),
     Column("solver", "text",
@@ -115,6 +167,160 @@ WRITTEN = [
 ]  # fmt: skip
 """Columns written by default, in this order; other programs may rely on these names as JSON keys."""
 WRITTEN += [each.name for each in IN_CATALOGUE if each.written and each.name not in WRITTEN]
+
+# columns of answers that are not rows of the catalogue
+
+OF_BOUNCES = [
+    Column("n", "integer", "number of the bounce, from 1; in the order of the code"),
+    Column("symbol", "integer",
+           "symbol of the bounce; 0 bottom wall, 2 top wall, 1 or 4 left and 3 or 5 right semicircle"),
+    Column("coordinate", "number",
+           "position of the bounce on its wall or semicircle; on a straight wall x, from -a to a, on a "
+           "semicircle the angle from the outward horizontal, from -pi/2 to pi/2", PLACE, "error"),
+    Column("x", "number", "x coordinate of the bounce; from the centre to the right", "radius", "error"),
+    Column("y", "number", "y coordinate of the bounce; from the centre upwards", "radius", "error"),
+    Column("arclength", "number",
+           "position of the bounce along the boundary; anticlockwise from the left end of the bottom wall",
+           "radius", "error"),
+    Column("sine", "number",
+           "sine of the angle between the outgoing path and the normal; positive if the path leads "
+           "anticlockwise along the boundary", "1"),
+]  # fmt: skip
+"""Columns of a bounce; their error bounds do not include the rounding of the last digit."""
+
+OF_ANSWERS = [
+    Column("coordinates", "numbers", "coordinates of all bounces", PLACE, "error", NO_ORBIT),
+    Column("stored", "yes or no", "whether the word is in the catalogue; if not, it was solved on the spot"),
+    Column("exists", "pairs",
+           "ranges of a in which the word is an orbit; each as [from, to], with null if it has no end",
+           "radius", "", "unknown"),
+]  # fmt: skip
+"""Further columns of `query --code`; files contain the coordinates only on request."""
+
+OF_TRAJECTORIES = [
+    Column("first", "integer",
+           "number of the first bounce near the orbit; bounce 1 is the first after the start, or the first "
+           "given point, and 0 and negative numbers are bounces at or before the start"),
+    Column("last", "integer", "number of the last bounce that is near the orbit"),
+    Column("bounces", "integer", "number of bounces from the first to the last"),
+    Column("turns", "number", "number of times that the trajectory goes round the orbit; bounces/p", "1"),
+    Column("distance", "number",
+           "smallest distance between a bounce and the corresponding bounce of the orbit", "radius"),
+    Column("sequence", "text", "symbols of all bounces of the trajectory; not a cyclic word"),
+    Column("sequence_first", "integer", "number of the first bounce in the sequence"),
+]  # fmt: skip
+"""Further columns of an orbit that a trajectory shadows (`identify`)."""
+
+OF_LENGTHS = [
+    Column("repetitions", "integer", "number of traversals, r"),
+    Column("total", "number", "total length of all traversals, rL", "radius"),
+    Column("difference", "number", "total minus the length that you asked for", "radius"),
+]  # fmt: skip
+"""Further columns of an orbit with a given length (`identify`)."""
+
+OF_LEVELS = [
+    Column("k", "number",
+           "wavenumber of a level; k^2 is an eigenvalue of minus the Laplacian on functions that vanish at "
+           "the boundary", "1/radius", "error"),
+    Column("parity", "text",
+           "parity in two letters, 'e' for even and 'o' for odd; first under x -> -x, then under y -> -y"),
+    Column("number", "integer", "position of a stored level among those of its parity; counted from 1"),
+    Column("error", "number", "estimated error of k", "1/radius"),
+    Column("exact", "number",
+           "stored level with the same number; for comparison with the level computed from orbits",
+           "1/radius", empty="not stored"),
+    Column("after", "number", "last level of the list below a gap; levels are missing or spurious there",
+           "1/radius", empty="at the beginning of the list"),
+    Column("before", "number", "first level of the list above the gap", "1/radius",
+           empty="at the end of the list"),
+    Column("missing", "integer",
+           "number of levels missing between the two; negative if levels are spurious or duplicated"),
+    Column("strength", "number",
+           "how strongly an orbit scars a level; the mean of psi^2 along the orbit times the area; in "
+           "'spectrum --peaks' the modulus of the orbit's own contribution to F", "1"),
+    Column("above", "number",
+           "strength minus its mean over neighbouring levels, in standard deviations; over up to 15 levels "
+           "of the same parity on each side", "1", empty="fewer than five of them, or all equal"),
+]  # fmt: skip
+"""Columns of `levels`, `assess` and `scars`."""
+
+OF_STATISTICS = [
+    Column("balls", "text",
+           "'in' if the levels are unfolded with Weyl's law alone, 'out' if the contribution of the bouncing "
+           "balls is removed as well", empty="for random matrices and random numbers"),
+    Column("levels", "integer", "number of levels", empty="for random matrices and random numbers"),
+    Column("gap_ratio", "number", "mean ratio of neighbouring gaps, the smaller to the larger", "1",
+           "gap_ratio_error"),
+    Column("gap_ratio_error", "number", "standard error of gap_ratio", "1",
+           empty="for random matrices and random numbers"),
+    Column("spacing_variance", "number", "variance of the unfolded spacings, whose mean is 1", "1"),
+    *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3(L) at L = {n}; L in mean spacings", "1",
+             empty="too few levels") for n in (1, 5, 20)),
+    *(Column(f"variance_{n}", "number",
+             f"variance of the number of levels in an interval of L = {n}; L in mean spacings", "1",
+             empty="too few levels") for n in (1, 5, 20)),
+]  # fmt: skip
+"""Columns of `assess --statistics`."""
+
+OF_SPECTRA = [
+    Column("quantum_re", "number",
+           "real part of F from the levels; F is the Fourier transform, at a given length, of the level "
+           "density minus its smooth part, with the window sin^4(pi k/k_max)", "1", empty="no levels"),
+    Column("quantum_im", "number", "imaginary part of F from the levels", "1", empty="no levels"),
+    Column("orbits_re", "number",
+           "real part of F from the trace formula; summed over the orbits and the bouncing balls", "1"),
+    Column("orbits_im", "number", "imaginary part of F from the trace formula", "1"),
+    Column("height", "number", "|F| at a peak; from the levels if there are any, otherwise from orbits", "1"),
+]  # fmt: skip
+"""Columns of `spectrum`, for lengths and for peaks."""
+
+OF_COUNTS = [
+    Column("N_t", "integer", "number of words that the geometric rules allow"),
+    Column("N_c", "integer", "number of words that are orbits"),
+    Column("N", "integer", "number of points on orbits of period p or a divisor of p",
+           empty="a divisor of p is missing"),
+    Column("K_0", "number", "estimate of the topological entropy, ln N / p", "1", empty="N is empty or 0"),
+    Column("classes", "integer", "number of orbits up to symmetry"),
+    Column("boundary", "integer", "number of orbits through a joint of wall and semicircle; not in N_c"),
+    Column("unresolved", "integer", "number of words whose status is not decided"),
+]  # fmt: skip
+"""Columns of `table`, which describe a period as in the paper's Table 1."""
+
+OF_LIVES = [
+    Column("word", "text", "representative of the symmetry class"),
+    Column("born", "number", "value of a at which the class becomes an orbit as a grows", "radius",
+           "born_error", "an orbit from a = 0 on"),
+    Column("born_error", "number", "bound on the error of born", "radius", "itself"),
+    Column("dies", "number", "value of a at which the class next ceases to be an orbit", "radius",
+           "dies_error", "never dies"),
+    Column("dies_error", "number", "bound on the error of dies", "radius", "itself", "never dies"),
+]  # fmt: skip
+"""Columns of the view ``life``, which describe a range of a in which a class is an orbit."""
+
+OF_BOUNDS = [
+    Column(
+        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+    ),
+    Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
+    Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
+    Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
+    Column("undecided", "integer", "how many of the longest windows are still undecided"),
+    Column("proof", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),
+]
+"""Columns of `bounds`, which describe the entropy at one value of a."""
+
+OF_ENSEMBLES = [
+    Column("lambda_d", "number", "lambda per bounce, averaged over random trajectories", "1"),
+    Column("lambda_d_error", "number", "standard error of lambda_d", "1"),
+    Column("lambda_c", "number", "lambda per unit length, averaged over random trajectories", "1/radius"),
+    Column("lambda_c_error", "number", "standard error of lambda_c", "1/radius"),
+    Column("mean_free_path", "number", "mean distance between successive bounces", "radius"),
+    Column("mean_free_path_error", "number", "standard error of mean_free_path", "radius"),
+    Column("bounces", "integer", "total number of bounces"),
+    Column("groups", "integer", "number of independent starts"),
+    Column("seed", "integer", "seed of the random numbers"),
+]
+"""Columns of `simulate`, which describe averages over random trajectories."""
 
 GROUPS = (
     ("word", OF_WORDS),
@@ -135,23 +341,6 @@ GROUPS = (
 
 EVERY = {column.name: column for _, group in reversed(GROUPS) for column in group}
 """All columns by name; if a name occurs in several groups, the first group's column is used."""
-
-
-def add(column: Column) -> None:
-    """Add a column of orbits that a formula computes; call this before importing other parts of orbitdb.
-
-    Raises
-    ------
-    ValueError
-        If the name is taken, the formula is missing, or it names a column that does not exist.
-    """
-    known = {each.name for each in IN_CATALOGUE}
-    if column.name in EVERY or not column.needs or not known.issuperset(column.needs):
-        raise ValueError(f"{column.name}: give a new name, and a formula that uses columns of the catalogue")
-    OF_ORBITS.append(column)
-    IN_CATALOGUE.append(column)
-    WRITTEN.append(column.name)
-    EVERY[column.name] = column
 
 
 def kind_of(name: str) -> str:

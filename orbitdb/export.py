@@ -18,8 +18,7 @@ from itertools import islice
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
-from orbitdb.column import Row
-from orbitdb.columns import kind_of
+from orbitdb.columns import Row, kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.extras import load
 from orbitdb.plaintext import cell

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from textwrap import wrap
 
 from orbitdb.cli.output import Output
-from orbitdb.column import Column
-from orbitdb.columns import GROUPS, IN_CATALOGUE
+from orbitdb.columns import GROUPS, IN_CATALOGUE, Column
 
 EXAMPLES = ("columns", "columns --json")
 

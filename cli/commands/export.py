@@ -24,8 +24,7 @@ from orbitdb.cli.reading import (
     reading,
 )
 from orbitdb.cli.render import note
-from orbitdb.column import Row
-from orbitdb.columns import WRITTEN
+from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "query 1232131",
-    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c word,length",
+    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c code,length",
     "query 1232131 --a all",
     "query --p 11 --status orbit --format csv > orbits.csv",
 )
@@ -43,7 +43,7 @@ AFTERWORD = "'orbitdb columns' explains the columns."
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 """Keys shown for a word that is asked for by its code."""
 
-OF_A_WORD = (*WORD_KEYS, "word", "walls", "born", "dies")
+OF_A_WORD = (*WORD_KEYS, "walls", "born", "dies")
 """Columns that -c accepts for a word, stored or not."""
 
 _OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
@@ -213,8 +213,6 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
             return dumps(orbit.exists) if output.form in (Format.CSV, Format.TSV) else orbit.exists
         case "coordinates":
             return None if orbit.coordinates is None else orbit.coordinates.tolist()
-        case "word":
-            return orbit.code
         case "walls":
             return orbit.walls if orbit.class_size else None
         case "born":

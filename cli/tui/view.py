@@ -33,8 +33,7 @@ _WIDTHS = {
 
 
 def _every() -> dict[str, Column]:
-    # the word equals the code, and all rows have the same a
-    known = {each.name: each for each in IN_CATALOGUE if each.name not in ("word", "a")}
+    known = {each.name: each for each in IN_CATALOGUE if each.name != "a"}  # all rows have the same a
     columns = {}
     for name in dict.fromkeys((*USUAL, *known)):
         text = known[name].kind not in ("number", "integer")

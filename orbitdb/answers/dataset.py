@@ -19,13 +19,11 @@ from typing import Any, NamedTuple
 import sqlalchemy as sa
 
 from orbitdb import __version__
-from orbitdb.answer_columns import OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES
 from orbitdb.answers.entropy import table
 from orbitdb.answers.levels import stored_levels
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov
 from orbitdb.answers.results import Result
-from orbitdb.column import Column
-from orbitdb.columns import EVERY, WRITTEN
+from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.export import write_csv, write_parquet
 from orbitdb.numerals import exact

@@ -16,8 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
-from orbitdb.formulas import with_formulas
-from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.plaintext import several
 from orbitdb.store.asking.selection import Selection, SelectionError
@@ -40,7 +39,6 @@ Texts = NDArray[Any]
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
-@with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset(ByValue):
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
@@ -187,10 +185,37 @@ class Subset(ByValue):
             **known,
         )
 
-    if TYPE_CHECKING:
+    @property
+    def maslov(self) -> Integers:
+        """Maslov indices of one traversal, 3p - walls, shape (N,)."""
+        return 3 * self.p - self.walls
 
-        def __getattr__(self, name: str) -> Any:
-            """Tell type checkers that there are columns computed by formulas."""
+    @property
+    def half(self) -> Texts:
+        """The symmetries of the second halves of the orbits (`Orbit.half`), empty if none; shape (N,)."""
+        labels, place = np.unique(self.symmetry, return_inverse=True)
+        halves = (Orbit("", "", 0.0, Status.ORBIT, symmetry=label).half or "" for label in labels.tolist())
+        return np.array([*halves, ""], np.dtypes.StringDType())[place]
+
+    @property
+    def quarter_length(self) -> Floats:
+        """Lengths of one traversal in the quarter stadium x, y >= 0, shape (N,)."""
+        return np.where(self.half == "", self.length, self.length / 2)
+
+    @property
+    def lambda_d(self) -> Floats:
+        """Lambda per bounce, shape (N,)."""
+        return self.lyapunov / self.p
+
+    @property
+    def lambda_c(self) -> Floats:
+        """Lambda per unit length, in 1/radius, shape (N,)."""
+        return self.lyapunov / self.length
+
+    @property
+    def lambda_c_error(self) -> Floats:
+        """Bounds on the errors of `lambda_c`, shape (N,)."""
+        return error_of_quotient(self.lambda_c, self.length, self.lyapunov_error, self.length_error)
 
     @cached_property
     def start(self) -> Integers:

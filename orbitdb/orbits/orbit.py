@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
-from orbitdb.formulas import with_formulas
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import NUMBERS, Status, finite
 from orbitdb.plaintext import shortened
@@ -60,7 +59,6 @@ class _Coordinates:
         orbit.__dict__["_coordinates"] = places
 
 
-@with_formulas
 @dataclass(frozen=True, eq=False, repr=False)
 class Orbit(Drawn):
     """A word in a given stadium, with its orbit if it has one.
@@ -136,10 +134,44 @@ class Orbit(Drawn):
         """Number of bounces on the straight walls."""
         return self.code.count("0") + self.code.count("2")
 
-    if TYPE_CHECKING:
+    @property
+    def maslov(self) -> int | None:
+        """Maslov index of one traversal, 3p - walls, or None if the word has no symmetry class."""
+        return None if self.class_size is None else 3 * self.p - self.walls
 
-        def __getattr__(self, name: str) -> Any:
-            """Declare, for type checkers, the columns that are computed by formulas."""
+    @property
+    def half(self) -> str | None:
+        """The symmetry that makes the second half of the orbit the image of the first, if any.
+
+        It is ``x``, ``y`` or ``xy``. The word 13 has two; y, which leaves each of its bounces where it is, is
+        none of them. In the quarter stadium x, y >= 0, the orbit closes after half of its length.
+        """
+        elements = (self.symmetry or "").split(",")
+        return next((name for name in ("x", "y", "xy") if name in elements), None)
+
+    @property
+    def quarter_length(self) -> float | None:
+        """Length of one traversal in the quarter stadium x, y >= 0: L / 2 if there is a `half`, else L."""
+        return None if self.length is None else self.length / (2 if self.half else 1)
+
+    @property
+    def lambda_d(self) -> float | None:
+        """Lambda per bounce, or None if there is no orbit."""
+        return None if self.lyapunov is None else self.lyapunov / self.p
+
+    @property
+    def lambda_c(self) -> float | None:
+        """Lambda per unit length, in 1/radius, or None if there is no orbit."""
+        return None if self.lyapunov is None or self.length is None else self.lyapunov / self.length
+
+    @property
+    def lambda_c_error(self) -> float | None:
+        """Bound on the error of `lambda_c`, or None if there is no orbit or no bound."""
+        if self.lyapunov is None or self.length is None or self.lambda_c is None:
+            return None
+        if self.lyapunov_error is None or self.length_error is None:
+            return None
+        return error_of_quotient(self.lambda_c, self.length, self.lyapunov_error, self.length_error)
 
     def amplitude(self, k: float, repetitions: int = 1) -> float | None:
         """Return the contribution of this cyclic word to the density of levels at wavenumber k.
@@ -270,6 +302,17 @@ class Orbit(Drawn):
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
         return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
+
+
+_Number = TypeVar("_Number", float, Floats)
+
+
+def error_of_quotient(
+    lambda_c: _Number, length: _Number, lyapunov_error: _Number, length_error: _Number
+) -> _Number:
+    """Return a bound on the error of lambda_c, the rounded quotient of lambda and length, in 1/radius."""
+    worst = (lyapunov_error + lambda_c * length_error) / (length - length_error)
+    return 1.000001 * (worst + 1.2e-16 * lambda_c)
 
 
 def pruned_word(word: str, a: float) -> Orbit | None:

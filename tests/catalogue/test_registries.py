@@ -10,22 +10,14 @@ from contextlib import closing
 from fractions import Fraction
 from pathlib import Path
 
-import pandas
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue
-from orbitdb.column import Column
-from orbitdb.columns import IN_CATALOGUE, add
-from orbitdb.formulas import sql_of
+from orbitdb.columns import IN_CATALOGUE
 
 DOCS = Path(__file__).parents[2] / "docs"
-COLUMN = """
-from orbitdb.column import Column
-from orbitdb.columns import add
-add(Column("stretch", "number", "lambda squared per bounce", "1", formula="lyapunov * lambda_d"))
-"""
 AVERAGE = """
 import numpy as np
 from orbitdb.answers.lyapunov import AVERAGES, Average
@@ -68,47 +60,22 @@ def shown(entry, *commands):
     return ran(entry + COMMANDS, json.dumps(commands)).split("\0")[:-1]
 
 
-def test_a_column_is_one_entry_for_the_commands(small, tmp_path):
-    """It is in views, queries, filters, sort keys, every format, and the list of columns."""
-    chosen = ("--db", small, "--p", "4", "--where", "stretch > 0", "--order", "-stretch", "--limit", "3")
-    forms = ("table", "csv", "tsv", "jsonl", "latex", "markdown")
-    *found, _, _, _ = shown(
-        COLUMN,
-        ("query", *chosen, "--json"),
-        ("columns",),
-        ("query", "1232131", "--db", small),
-        ("sql", "select stretch from catalogue limit 1", "--json", "--db", small),
-        *(("query", *chosen, "-c", "code,stretch", "--format", form) for form in forms),
-        *(("export", str(tmp_path / name), *chosen) for name in ("x.csv", "x.parquet", "x.json")),
-    )
-    rows = json.loads(found[0])
-    values = [row["stretch"] for row in rows]
-    assert values == [row["lyapunov"] * row["lambda_d"] for row in rows] == sorted(values, reverse=True)
-    assert "lambda squared per bounce" in found[1]
-    assert re.search(r"(?m)^stretch +\d", found[2])
-    assert all("stretch" in each for each in found[3:])
-    assert "stretch" in (tmp_path / "x.csv").read_text(encoding="utf-8")
-    assert "stretch" in pandas.read_parquet(tmp_path / "x.parquet")
-    assert "stretch" in (tmp_path / "x.json").read_text(encoding="utf-8")
+def test_every_column_of_an_orbit_is_an_attribute(filled):
+    """Rows, `Orbit` and `Subset` give the same values, to the last bit."""
+    catalogue = Catalogue(filled, a=1.6)
+    names = [each.name for each in IN_CATALOGUE if each.name not in OF_FILES]
+    rows = [*catalogue.rows(p="2-5", columns=names)]
+    subset = catalogue.select(p="2-5")
+    for row, orbit in zip(rows, subset, strict=True):
+        assert [getattr(orbit, name) for name in names] == list(row)
+    for name in {*names} - {"code"}:
+        stored = [getattr(orbit, name) for orbit in subset]
+        values = getattr(subset, name).tolist()
+        assert [None if value != value or value == "" else value for value in values] == stored, name
 
 
-@pytest.mark.slow
-def test_a_column_is_one_entry_in_python_and_on_the_screen(small):
-    objects = f"""
-from orbitdb import Catalogue, solve_word
-subset = Catalogue({small!r}).select(p="4", status="orbit")
-assert (subset.stretch == subset.lyapunov * subset.lambda_d).all()
-assert subset[0].stretch == subset.stretch[0] and "stretch" in subset.to_pandas()
-orbit = solve_word("1232131", 1.6)
-assert orbit.stretch == orbit.lyapunov * orbit.lambda_d and solve_word("012", 1.6).stretch is None
-from orbitdb.cli.tui.view import EVERY, columns_named
-from program import renewed
-print(EVERY["stretch"].brief, [each.name for each in columns_named(["stretch"])])
-print(renewed("<!-- here: columns_of_orbit -->\\n<!-- end -->"))
-"""
-    on_screen, *page = ran(f"{COLUMN}\nimport sys; sys.path.insert(0, {str(DOCS)!r})\n{objects}").splitlines()
-    assert on_screen == "lambda squared per bounce ['code', 'stretch']"
-    assert "| `stretch` | number | 1 |  | lambda squared per bounce | never |" in page
+OF_FILES = ("a", "born", "cycle", "dies", "element", "iterations", "rules")
+"""Columns that do not describe an orbit by itself."""
 
 
 @pytest.mark.slow
@@ -136,21 +103,9 @@ print("lambda_c_third" in screen.columns(), [each.name for each in curves])
     assert re.fullmatch(r"True .*'thirds'.*\n", ran(AVERAGE + screen))
 
 
-@pytest.mark.parametrize("column", [
-    Column("length", "number", "there is one", formula="lyapunov / p"),
-    Column("beyond", "number", "of nothing known", formula="lyapunov / colour"),
-    Column("plain", "number", "of nothing at all"),
-], ids=lambda column: column.name)  # fmt: skip
-def test_a_column_without_a_new_name_or_a_formula_is_refused(column):
-    before = list(IN_CATALOGUE)
-    with pytest.raises(ValueError, match=f"^{column.name}: give a new name, and a formula"):
-        add(column)
-    assert before == IN_CATALOGUE
-
-
 def quotient_error(lyapunov, length, lyapunov_error, length_error):
     """Return lambda_c and its error bound, as SQLite computes them from the formulas."""
-    columns = {each.name: sql_of(each) for each in IN_CATALOGUE}
+    columns = {each.name: each.sql for each in IN_CATALOGUE}
     values = {
         "lyapunov": lyapunov,
         "length": length,

@@ -81,7 +81,7 @@ def databases(folder: Path) -> list[str]:
     return [str(folder / name) for name in names] + [str(folder), "", "/dev/full", "/dev/zero", "a\x00b"]
 
 
-_NAMES = ["code", "p", "length", "lambda_c", "word", "status", "margin", "class_size", "rules", "a", "colour"]
+_NAMES = ["code", "p", "length", "lambda_c", "code", "status", "margin", "class_size", "rules", "a", "colour"]
 _LITERALS = ["1", "0", "-1", "2.5", "1e3", "1e400", "'13'", "''", "'o''rbit'", "NULL", "x'00'", "'%0%'",
              "0x1F", "9223372036854775807", "'½'", "TRUE", '"p"', "[length]", "`word`"]  # fmt: skip
 _BINARY = ["+", "-", "*", "/", "%", "||", "=", "<>", "<", ">=", "AND", "OR", "LIKE", "GLOB", "IS", "IS NOT",

@@ -52,8 +52,8 @@ def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:
     with closing(sqlite3.connect(path)) as plain:
         found = {
             "catalogue": plain.execute(
-                "SELECT a, p, word, representative, status, rules, length, lyapunov, margin, element"
-                " FROM catalogue ORDER BY a, p, word"
+                "SELECT a, p, code, representative, status, rules, length, lyapunov, margin, element"
+                " FROM catalogue ORDER BY a, p, code"
             ).fetchall(),
             "pruned": plain.execute("SELECT p, word, rules FROM pruned ORDER BY p, word").fetchall(),
             "coordinates": plain.execute(

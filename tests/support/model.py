@@ -26,7 +26,7 @@ OF_ORBIT = ("status", "length", "lyapunov", "margin", "residual", "error", "leng
             "iterations", "solver")  # fmt: skip
 
 
-TEXTS = ("code", "word", "representative", "status", "time_reversal", "symmetry", "solver")
+TEXTS = ("code", "half", "representative", "status", "time_reversal", "symmetry", "solver")
 INTEGERS = ("p", "element", "class_size", "walls", "maslov", "cycle", "iterations")
 
 
@@ -66,6 +66,8 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         "lambda_d": None if lyapunov is None else lyapunov / p,
         "lambda_c": None if lyapunov is None else lyapunov / length,
         "lambda_c_error": _error_of_quotient(stored),
+        "half": (half := _half(stored["symmetry"])),
+        "quarter_length": None if length is None else length / 2 if half else length,
         "born": changes[0]["a"] or None if changes else None,
         "dies": changes[1]["a"] if len(changes) > 1 else None,
         "rules": [],
@@ -79,8 +81,12 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         if blob is not None:
             places = np.frombuffer(blob, "<f8")[None, :]
             own = image_coordinates([word], [least], element, places)[0].tolist()
-        found.append({**shared, "code": word, "word": word, "element": element, "coordinates": own})
+        found.append({**shared, "code": word, "element": element, "coordinates": own})
     return found
+
+
+def _half(symmetry: str) -> str | None:
+    return next((name for name in ("x", "y", "xy") if name in symmetry.split(",")), None)
 
 
 def _error_of_quotient(stored: sqlite3.Row) -> float | None:
@@ -95,9 +101,9 @@ def _error_of_quotient(stored: sqlite3.Row) -> float | None:
 
 def _pruned(stored: sqlite3.Row, a: float) -> Row:
     names = ("representative", "cycle", "element", "class_size", "walls", "maslov", "time_reversal",
-             "symmetry", "lambda_d", "lambda_c", "lambda_c_error", "born", "dies", "coordinates",
-             *OF_ORBIT)  # fmt: skip
-    known = {"a": a, "p": stored["p"], "code": stored["word"], "word": stored["word"], "changes": []}
+             "symmetry", "half", "quarter_length", "lambda_d", "lambda_c", "lambda_c_error", "born", "dies",
+             "coordinates", *OF_ORBIT)  # fmt: skip
+    known = {"a": a, "p": stored["p"], "code": stored["word"], "changes": []}
     rules = [int(rule) for rule in stored["rules"].split(",")]
     return {**dict.fromkeys(names), **known, "status": "geometric", "rules": rules}
 

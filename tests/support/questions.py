@@ -38,7 +38,7 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
     "status = 'geometric' or rules is not null": lambda row: bool(row["rules"]),
     # patterns
     "code like '%31%'": lambda row: "31" in row["code"],
-    "word not glob '*31*' AND length > 9": both(
+    "code not glob '*31*' AND length > 9": both(
         lambda row: "31" not in row["code"] and row["length"] > 9, "length"
     ),
     "code like '1_3%'": lambda row: row["code"][0] == "1" and row["code"][2:3] == "3",
@@ -46,7 +46,7 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
     "element = 3": lambda row: row["element"] == 3,
     "element & 1 and length > 9": both(lambda row: row["element"] & 1 and row["length"] > 9, "length"),
     "code > '02' and p in (4, 6)": lambda row: row["code"] > "02" and row["p"] in (4, 6),
-    "representative = word": lambda row: row["representative"] == row["word"],
+    "representative = code": lambda row: row["representative"] == row["code"],
     "code('31', '2312') or code like '0%2'": lambda row: (
         row["code"] in ("13", "1223") or (row["code"][0] == "0" and row["code"][-1] == "2")
     ),

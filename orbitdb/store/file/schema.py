@@ -13,7 +13,6 @@ import re
 from pathlib import Path
 
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.formulas import sql_of
 
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
@@ -62,10 +61,10 @@ CREATE TABLE alembic_version (
 )"""
 """The CREATE statement of Alembic's table."""
 
-SHARED = {each.name: sql_of(each) for each in IN_CATALOGUE if not each.single}
+SHARED = {each.name: each.sql for each in IN_CATALOGUE if not each.single}
 """SQL for the columns that both views have, and whose values all words of a class share."""
 
-OF_WORD = {each.name: sql_of(each) for each in IN_CATALOGUE if each.single}
+OF_WORD = {each.name: each.sql for each in IN_CATALOGUE if each.single}
 """SQL for the columns of `catalogue` whose values differ between the words of a class."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}

@@ -53,7 +53,6 @@ def pruned_rows(a: float) -> sa.Subquery:
         "a": sa.cast(a, sa.REAL),
         "p": pruned.c.p,
         "code": pruned.c.word,
-        "word": pruned.c.word,
         "words": pruned.c.word,
         "status": sa.literal(Status.GEOMETRIC.value),
         "rules": pruned.c.rules,

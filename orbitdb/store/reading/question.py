@@ -32,7 +32,7 @@ from orbitdb.symbols.words import MAX_KEYED
 if TYPE_CHECKING:
     from orbitdb.store.reading.lives import Standings
 
-_OF_WORDS = ("code", "word", "element")
+_OF_WORDS = ("code", "element")
 """Columns whose values differ between the words of a class."""
 
 _OF_CLASS = {"code": "representative", "word": "representative"}

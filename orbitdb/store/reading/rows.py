@@ -235,7 +235,6 @@ class _Block:
         """Return the named columns."""
         made: dict[str, Callable[[], Values]] = {
             "code": lambda: self.words,
-            "word": lambda: self.words,
             "element": self._elements,
             "rules": self._rules,
             COORDINATES: self._coordinates,
