@@ -7,8 +7,8 @@ The catalogue
     `Life`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
     is a `Candidate`.
 Orbits
-    `solve_word` solves one word, and `solve` many words as arrays; `existence` finds the ranges of a in
-    which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
+    `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
+    a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
     `Reference`.
@@ -42,8 +42,12 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.subset import Subset as Subset
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
-    from orbitdb.orbits.newton import solve as solve
-    from orbitdb.orbits.orbit import Orbit as Orbit, existence as existence, solve_word as solve_word
+    from orbitdb.orbits.orbit import (
+        Orbit as Orbit,
+        existence as existence,
+        solve as solve,
+        solve_word as solve_word,
+    )
     from orbitdb.orbits.status import Orbits as Orbits, Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
@@ -67,8 +71,7 @@ _HOMES = {
     "answers.subset": ("Subset",),
     "entropy.bounds": ("EntropyBounds",),
     "errors": ("InputError", "StoreError", "WorkError"),
-    "orbits.newton": ("solve",),
-    "orbits.orbit": ("Orbit", "existence", "solve_word"),
+    "orbits.orbit": ("Orbit", "existence", "solve", "solve_word"),
     "orbits.status": ("Orbits", "Status"),
     "quantum.missing_levels": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),

@@ -1,9 +1,9 @@
 """Estimate the disk space and time that a fill or sweep takes, and check the free space."""
 
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from orbitdb.errors import StoreError
 from orbitdb.store.file.database import check_file
@@ -29,8 +29,11 @@ Measured at p = 15 for Newton's method, and at p = 9 for the relaxation, which s
 _SWEEPING = 8.0e-7
 """Seconds per word for a sweep at p = 14, on one core of a recent server."""
 
-ENOUGH = 50_000
-"""Earlier fills and sweeps of at least this many words supply the rates instead."""
+ENOUGH = 5_000
+"""Earlier fills and sweeps of at least this many words show how fast this machine is."""
+
+_ALIKE = 4
+"""Of these, those of at least a quarter of the most words count: small periods take more time per word."""
 
 _JOURNAL = 64 << 20
 """Maximum size of the write-ahead log in bytes."""
@@ -59,14 +62,17 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     With Newton's method, the rates are those of earlier large fills in the file, if there are any. The
     catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
-    known = _at_every_a(path, Moment.fills)
-    stored = {f.p: f.words for f in known.get(a, ())}
-    words = sum(count_admissible(p) - stored.get(p, 0) for p in periods)
-    fills = [] if method != "newton" else [f for found in known.values() for f in found]
-    enumerating, solving, storing = _rates(fills) or _RATES[method]
-    solvers, writer = (enumerating + solving) * words, storing * words
-    alone = solvers + writer
-    return Need(words, round(BYTES * words), max(writer, alone / jobs), alone)
+    stored = _at_every_a(path, Moment.fills)
+    words = _missing(periods, {fill.p: fill.words for fill in stored.get(a, ())})
+    fills = [fill for of_a in stored.values() for fill in of_a if fill.storing and fill.enumerating]
+    large = _largest(fills, [fill.words for fill in fills]) if method == "newton" else []
+    if large:
+        enumerating, solving, storing = _mean(large, ("enumerating", "solving", "storing"), large)
+        wall = _mean(large, ("seconds",), large)[0]
+    else:
+        (enumerating, solving, storing), wall = _RATES[method], 0.0
+    alone = max(enumerating + solving + storing, wall)  # the disk or other programs may slow this machine
+    return Need(words, round(BYTES * words), max(storing, alone / jobs) * words, alone * words)
 
 
 def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
@@ -74,13 +80,29 @@ def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
 
     A sweep stores no rows, so it needs hardly any space.
     """
-    known = _at_every_a(path, Moment.sweeps)
-    here = {each.p: each.tally.words for each in known.get(a, ())}
-    words = sum(count_admissible(p) - here.get(p, 0) for p in periods)
-    large = [each for found in known.values() for each in found if each.tally.words >= ENOUGH]
-    swept = sum(each.tally.words for each in large)
-    rate = sum(each.processor for each in large) / swept if swept else _SWEEPING
+    stored = _at_every_a(path, Moment.sweeps)
+    words = _missing(periods, {sweep.p: sweep.tally.words for sweep in stored.get(a, ())})
+    sweeps = [sweep for of_a in stored.values() for sweep in of_a]
+    large = _largest(sweeps, [sweep.tally.words for sweep in sweeps])
+    rate = _mean(large, ("processor",), [sweep.tally for sweep in large])[0] if large else _SWEEPING
     return Need(words, 0, rate * words / jobs, rate * words)
+
+
+def _missing(periods: Sequence[int], stored: Mapping[int, int]) -> int:
+    """Return the number of words of the given periods that are not stored."""
+    return sum(count_admissible(p) - stored.get(p, 0) for p in periods)
+
+
+def _largest(done: Sequence[Record], words: Sequence[int]) -> list[Record]:
+    """Return the largest fills or sweeps, each with its number of words."""
+    least = max(ENOUGH, max(words, default=0) / _ALIKE)
+    return [each for each, count in zip(done, words, strict=True) if count >= least]
+
+
+def _mean(done: Sequence[Record], names: Sequence[str], counted: Sequence[Any]) -> list[float]:
+    """Return seconds per word, averaged over fills or sweeps."""
+    words = sum(each.words for each in counted)
+    return [sum(getattr(each, name) for each in done) / words for name in names]
 
 
 def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dict[float, list[Record]]:
@@ -89,17 +111,6 @@ def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dic
         return {}
     with reading(path) as moment:
         return {a: ask(moment, a) for a in moment.a_values()}
-
-
-def _rates(fills: Sequence[Fill]) -> tuple[float, ...]:
-    """Return seconds per word for enumerating, solving and storing in large fills; () if there are none."""
-    large = [f for f in fills if f.words >= ENOUGH and f.storing and f.enumerating]
-    if not large:
-        return ()
-    words, *seconds = map(
-        sum, zip(*((f.words, f.enumerating, f.solving, f.storing) for f in large), strict=True)
-    )
-    return tuple(each / words for each in seconds)
 
 
 def check_room(path: Path, needed: Need) -> None:

@@ -5,17 +5,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Words
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
 from orbitdb.numerals import exact
-from orbitdb.orbits.status import NUMBERS, Status, finite
+from orbitdb.orbits.status import NUMBERS, Orbits, Status, finite
 from orbitdb.plaintext import shortened
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import (
@@ -361,6 +361,56 @@ def existence(word: str) -> "list[tuple[float, float | None]]":
     from orbitdb.orbits.births import find_changes
 
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
+
+
+@overload
+def solve(words: Words, stadium: Stadium | float, tolerance: float = ...) -> Orbits: ...
+
+
+@overload
+def solve(words: str | Sequence[str], stadium: Stadium | float) -> "list[Orbit]": ...
+
+
+def solve(
+    words: Words | str | Sequence[str], stadium: Stadium | float, tolerance: float | None = None
+) -> "Orbits | list[Orbit]":
+    """Find the orbits of many words.
+
+    Parameters
+    ----------
+    words : sequence of str, or ndarray of uint8, shape (N, p)
+        Primitive words of any periods as texts, or admissible words of one period as an array
+        (`orbitdb.symbols.words.from_strings`), which is much faster.
+    stadium : Stadium or float
+        The stadium, or its half length.
+    tolerance : float, optional
+        For an array: error of the leg directions at which Newton's method stops (radians).
+
+    Returns
+    -------
+    list of Orbit, or Orbits
+        An `Orbit` for each text, as from `solve_word`; for an array, `Orbits`, as arrays. Each word has a
+        status, found in ball arithmetic if doubles cannot decide it.
+
+    Raises
+    ------
+    WordError
+        If a text is not a primitive word, or a word of the array is not admissible.
+    StadiumError
+        If the half length is not valid.
+
+    Examples
+    --------
+    >>> [orbit.p for orbit in solve(["13", "013"], 1.6)]
+    [2, 3]
+    """
+    from orbitdb.orbits import newton  # the solver takes time to load
+
+    if isinstance(words, np.ndarray):
+        return newton.solve(words, stadium, newton.TOLERANCE if tolerance is None else tolerance)
+    if tolerance is not None:
+        raise InputError("tolerance is for words given as an array: leave it out")
+    return [solve_word(word, stadium) for word in ([words] if isinstance(words, str) else words)]
 
 
 def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:

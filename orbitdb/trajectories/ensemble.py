@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
 
@@ -190,7 +190,7 @@ class Reference(Record):
 
 
 def simulate(
-    stadium: Stadium,
+    stadium: Stadium | float,
     bounces: int,
     seed: int = 0,
     trajectories: int | None = None,
@@ -200,7 +200,8 @@ def simulate(
 
     Parameters
     ----------
-    stadium : Stadium
+    stadium : Stadium or float
+        The stadium, or its half length.
     bounces : int
         Expected total number of bounces; every trajectory has at least one bounce on a semicircle.
     seed : int, optional
@@ -215,7 +216,7 @@ def simulate(
     ValueError
         If `bounces` is below 1 or `trajectories` below 2.
     """
-    for done, found in references(stadium, bounces, seed, trajectories):
+    for done, found in references(as_stadium(stadium), bounces, seed, trajectories):
         if progress is not None:
             progress(done, found)
     return found

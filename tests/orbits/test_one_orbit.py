@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import solve_word
+from orbitdb import InputError, solve, solve_word
 from orbitdb.numerals import closed_form
 from orbitdb.symbols.words import least_rotation
 
@@ -76,3 +76,11 @@ def test_simple_numbers_are_recognised(a, form):
 
 def test_other_numbers_are_not_recognised():
     assert not any(map(closed_form, np.random.default_rng(3).uniform(0.05, 12, 40).tolist()))
+
+
+def test_many_words_are_solved_from_texts_of_any_period():
+    found = solve(["13", "1^3 3", "0011"], 1.6)
+    assert found == [solve_word(word, 1.6) for word in ("13", "1113", "0011")]
+    assert solve("13", 1.6) == found[:1]
+    with pytest.raises(InputError, match="tolerance is for words given as an array"):
+        solve(["13"], 1.6, tolerance=1e-3)  # type: ignore[call-overload]

@@ -118,16 +118,20 @@ def test_the_size_of_a_file_is_estimated_within_a_factor_of_two(tmp_path):
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
 
 
-def test_times_are_estimated_from_large_fills_only(filled, monkeypatch):
+def test_estimates_know_how_fast_this_machine_was(filled, monkeypatch):
+    """The largest fills count, for small ones take more time per word; the disk may be the slowest part."""
     monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
-    large = [fill for fill in Catalogue(filled).fills(a=1.6) if fill.words >= 500]
-    assert len(large) >= 2
-    spent = sum(fill.enumerating + fill.solving + fill.storing for fill in large)
-    each = spent / sum(fill.words for fill in large)
-    assert need(filled, 1.6, [12], 1).seconds == pytest.approx(each * count_admissible(12))
-    storing = sum(fill.storing for fill in large) / sum(fill.words for fill in large)
-    assert need(filled, 1.6, [12], 10**6).seconds == pytest.approx(storing * count_admissible(12))
-    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")  # unknown before schema 3
+    words = count_admissible(12)
+    alter(
+        filled, "UPDATE fill SET enumerating = words, solving = words, storing = words, seconds = 9 * words"
+    )
+    rates = "enumerating = 1e-6 * words, solving = 2e-6 * words, storing = 3e-6 * words"
+    for wall in (1e-6, 9e-6):
+        alter(filled, f"UPDATE fill SET {rates}, seconds = {wall} * words WHERE p > 6")
+        alone, many = (need(filled, 1.6, [12], jobs).seconds for jobs in (1, 10**6))
+        assert alone == pytest.approx(max(6e-6, wall) * words)
+        assert many == pytest.approx(3e-6 * words)
+    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")
     assert need(filled, 1.6, [12], 1).seconds == need(filled.with_name("none.db"), 1.6, [12], 1).seconds
 
 
