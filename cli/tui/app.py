@@ -26,8 +26,9 @@ from textual.worker import WorkerFailed, get_current_worker
 
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_steps
+from orbitdb.cli.tui.keys import key
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
+from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import printable
@@ -47,7 +48,6 @@ class LooseThreads(ThreadPoolExecutor):
     """A thread pool that the screen does not wait for when it closes; most of the threads only read."""
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel work that has not begun, and do not wait for work that has."""
         super().shutdown(wait=False, cancel_futures=True)
 
 
@@ -89,7 +89,6 @@ class BrowseApp(App[None], Working):
         self._handlers: dict[int, Any] = {}
 
     def get_default_screen(self) -> Screen[None]:
-        """Return the main screen, with which the application starts."""
         return MainScreen(self.file, self.kept, self._selection, self._code)
 
     @property
@@ -121,11 +120,9 @@ class BrowseApp(App[None], Working):
 
     @property
     def fills(self) -> bool:
-        """Whether a fill is running."""
         return self.fill_state is not None and self.fill_state.runs
 
     def on_fill_dialog_begin(self, message: FillDialog.Begin) -> None:
-        """Begin a fill, unless one is already running."""
         if not self.fills:
             self.fill_state = FillState(message.wish)
             self._main.go_along(message.wish.a)
@@ -162,7 +159,6 @@ class BrowseApp(App[None], Working):
             self.notify(f"fill {state.sentence()}", severity=severity)
 
     def on_fill_dialog_stop(self) -> None:
-        """Stop the fill after the current batch."""
         if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
             self.workers.cancel_group(self, "fill")
@@ -202,7 +198,6 @@ class BrowseApp(App[None], Working):
             self.action_hide_help_panel()
 
     def action_command_palette(self) -> None:
-        """Show all actions by name."""
         if not isinstance(self.screen, ActionsDialog):
             self.push_screen(ActionsDialog(id="--command-palette"))
 
@@ -238,7 +233,6 @@ class BrowseApp(App[None], Working):
         self.push_screen(dialog, lambda sure: self.leave() if sure else None)
 
     def leave(self) -> None:
-        """Close the screen, and stop what is running."""
         self.leaving = True
         self.on_fill_dialog_stop()
         self.exit()

@@ -10,10 +10,11 @@ from textual.timer import Timer
 from textual.widgets import Static
 
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.dialogs import LineDialog, MarksDialog, Names, half_length
+from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
+from orbitdb.cli.tui.view import View
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
@@ -50,7 +51,6 @@ class Choices(Static, Working):
         self._marks: str | None = None  # the filter that shows only marked orbits, once it has been chosen
 
     def say(self, fill: str = "") -> None:
-        """Show the choices, after the progress of any fill."""
         line = chips(self.selection, self._file.a_values())
         self.update(f"[b]{fill}[/b] │ {line}" if fill else line)
 
@@ -60,8 +60,6 @@ class Choices(Static, Working):
         self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
 
     def action_statuses(self) -> None:
-        """Choose statuses from a list."""
-
         def take(statuses: Names) -> None:
             self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
 
@@ -70,7 +68,6 @@ class Choices(Static, Working):
         self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
     def ask_for_a(self, take: Callable[[float], object]) -> None:
-        """Ask for another a, stored or not."""
         values = [repr(a) for a in self._file.a_values()]
 
         def describe(text: str) -> str:
@@ -80,10 +77,21 @@ class Choices(Static, Working):
         dialog = LineDialog("half length a", repr(self.selection.a), "such as 1.6", describe, values)
         self.ask(dialog, lambda a: take(half_length(a)))
 
+    def ask_to_copy(self, view: View) -> None:
+        """Copy a view as a shell command or as a line of Python."""
+        path = self._file.path.absolute()
+        lines = {"shell": view.command(path), "Python": view.python(path)}
+
+        def take(language: str) -> None:
+            self.app.copy_to_clipboard(lines[language])
+            self.notify(f"copied {lines[language]}", timeout=4)
+
+        texts = {language: f"{language:6}  {line}" for language, line in lines.items()}
+        self.ask(ChoiceDialog("copy the view", "enter copies", texts, "shell"), take)
+
     # filters
 
     def check_filter(self, where: str) -> str:
-        """Raise if a filter is invalid."""
         check(where, dict(self.filtered(where).parameters))
         return ""
 
@@ -95,13 +103,11 @@ class Choices(Static, Working):
         return replace(self.selection, where=where, parameters=values)
 
     def add(self, condition: str) -> None:
-        """Add a condition to the filter."""
         self.selection = self.filtered(both(self.selection.where, condition))
 
     # marked orbits
 
     def action_marked(self) -> None:
-        """Show only the marked orbits, or the previous rows again."""
         if self._shows_marked:
             self.selection = replace(self.selection, where=self._before_marks)
         else:
@@ -150,7 +156,6 @@ class FilterDialog(LineDialog):
         self._timer: Timer | None = None
 
     def on_mount(self) -> None:
-        """Show the report of the rows whenever it changes."""
         self.watch(self._rows, "report", self._say)
 
     def _say(self) -> None:
@@ -173,7 +178,6 @@ class FilterDialog(LineDialog):
             self._timer = self.set_timer(_PAUSE, partial(self.apply, text.strip()))
 
     def apply(self, where: str) -> None:
-        """Show the rows of a filter."""
         self._timer, self.tried = None, where
         if (where or None) != self._choices.selection.where:
             self._rows.wanted = self._word

@@ -22,7 +22,8 @@ from orbitdb.answers.counts import Histogram, histogram, marginal, tally
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.choices import equals
 from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
+from orbitdb.cli.tui.keys import LEAVING, key
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.asking.selection import Selection
@@ -95,8 +96,11 @@ def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
 class CountsList(NameList):
     """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
 
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("enter", "select", "filter", tooltip="by the line under the cursor")
+    ]
+
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
-        """Show other counts, with the cursor on the first."""
         self.clear_options()
         for title, counts in groups.items():
             if title:
@@ -119,7 +123,6 @@ class CountsScreen(OwnScreen[str | None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
         key("d", "dismiss", "back", tooltip="to the orbits"),
-        key("enter", "", "filter", tooltip="by the line under the cursor"),
         Binding("s", "column", "column", tooltip="of the histogram"),
         Binding("right_square_bracket", "next_column(1)", "next column"),
         key("left_square_bracket", "next_column(-1)", "previous column"),
@@ -136,7 +139,6 @@ class CountsScreen(OwnScreen[str | None]):
         self._drawn: Sequence[Count] = ()
 
     def compose(self) -> ComposeResult:
-        """Lay out the counts and the histogram."""
         yield Header()
         with Horizontal(id="counts"):
             yield CountsList(id="tallies")
@@ -144,15 +146,13 @@ class CountsScreen(OwnScreen[str | None]):
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Start counting."""
         self.sub_title = self._selection.describe()
         tallies = self.query_one("#tallies")
-        tallies.border_title, tallies.border_subtitle = "counting …", "enter filters"
+        tallies.border_title = "counting …"
         tallies.focus()
         self.in_thread("counts", self._count, self._show_tallies)
 
     def on_resize(self) -> None:
-        """Use as many bins as lines fit on the screen."""
         self.call_after_refresh(self._fit)
 
     def _fit(self) -> None:
@@ -163,7 +163,6 @@ class CountsScreen(OwnScreen[str | None]):
             self.watch_column(self.column)
 
     def watch_column(self, column: str) -> None:
-        """Count the values of another column for the histogram."""
         known, bins = _COLUMNS[column], self._bins
         unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
         self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
@@ -203,11 +202,9 @@ class CountsScreen(OwnScreen[str | None]):
         box.border_subtitle = note
 
     def on_option_list_option_selected(self, message: OptionList.OptionSelected) -> None:
-        """Close with the condition of the chosen count."""
         self.dismiss((message.option_id or "").partition(":")[2] or None)
 
     def action_export(self) -> None:
-        """Save the histogram as a figure."""
         from orbitdb.cli.tui.export import ask_for_file, save_figure
 
         counts = [(label, count) for label, count, _ in self._drawn if label != "without"]
@@ -222,10 +219,8 @@ class CountsScreen(OwnScreen[str | None]):
         ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")
 
     def action_column(self) -> None:
-        """Choose the column of the histogram from a list."""
         named = {name: name for name in DRAWN}
         self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
-        """Show the histogram of the next or previous column."""
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]

@@ -12,7 +12,8 @@ from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.screens import Dialog, Field, Result, key
+from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.screens import Dialog, Field, Result
 from orbitdb.cli.tui.view import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.numerals import real
@@ -54,7 +55,6 @@ class LineDialog(Dialog[str | None]):
         self._place = len(self._lines) - 1
 
     def compose(self) -> ComposeResult:
-        """Lay out the lines to choose from, the field, and the message about the line."""
         others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
@@ -65,7 +65,6 @@ class LineDialog(Dialog[str | None]):
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
-        """Check the line as it is typed."""
         self.follow(event.value)
 
     def follow(self, text: str) -> None:
@@ -80,12 +79,10 @@ class LineDialog(Dialog[str | None]):
             return str(error), True
 
     def tell(self, text: str, wrong: bool = False) -> None:
-        """Show a message about the line, marked as an error if `wrong`."""
         self.query_one(Input).set_class(wrong, "-wrong")
         self.query_one(Label).set_class(not wrong, "-note").update(text)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Accept the line if it is valid."""
         told, wrong = self.checked(event.value)
         if wrong:
             self.tell(told, wrong)
@@ -97,7 +94,6 @@ class LineDialog(Dialog[str | None]):
         self._take_up(max(0, min(self._place - steps, len(self._lines) - 1)))
 
     def on_option_list_option_selected(self, event: OptionList.OptionSelected) -> None:
-        """Put the line that was clicked into the input."""
         self._take_up(event.option_index)
 
     def _take_up(self, place: int) -> None:
@@ -134,13 +130,11 @@ class ListDialog(Dialog[Result]):
         self._typed, self._landed = "", -1  # the letters, and the index they led to
 
     def compose(self) -> ComposeResult:
-        """Lay out the list."""
         with Vertical(classes="dialog bottom" if self._hint else "dialog small") as box:
             box.border_title, box.border_subtitle = self._title, self._hint
             yield NameList(*map(self._told, self._names))
 
     def on_mount(self) -> None:
-        """Put the cursor on the current choice."""
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
 
     def on_key(self, event: Key) -> None:
@@ -171,7 +165,6 @@ class ChoiceDialog(ListDialog[str | None]):
     """Choose a name from a list."""
 
     def on_option_list_option_selected(self) -> None:
-        """Close with the chosen name."""
         self.dismiss(self._names[self._place])
 
 
@@ -195,14 +188,12 @@ class MarksDialog(ListDialog[Names | None]):
             self._list.replace_option_prompt_at_index(place, self._told(self._names[place]))
 
     def action_mark(self) -> None:
-        """Mark or unmark the name under the cursor."""
         self._marked ^= {self._names[self._place]}
         self._show(self._place)
 
     on_option_list_option_selected = action_mark  # a click does the same
 
     def action_take(self) -> None:
-        """Close with the marked names, in the order of the list."""
         self.dismiss(tuple(name for name in self._names if name in self._marked))
 
 
@@ -236,7 +227,6 @@ class ColumnDialog(MarksDialog):
             self._list.highlighted = other
 
     def action_usual(self) -> None:
-        """Restore the default columns."""
         self._arrange(USUAL)
         self._show(*range(len(self._names)))
         self._list.highlighted = 0

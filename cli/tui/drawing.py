@@ -38,7 +38,6 @@ class PictureWidget(Widget):
     }
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Return the picture for the given number of columns and rows."""
         raise NotImplementedError
 
     def render(self) -> Text:
@@ -73,11 +72,9 @@ class OrbitDrawing(PictureWidget):
             self.particle = 0.0
 
     def action_view(self) -> None:
-        """Switch between the stadium and phase space."""
         self.phase = not self.phase
 
     def action_particle(self) -> None:
-        """Start or stop a particle that moves along the orbit in the stadium."""
         self.phase = False
         if self._timer is None:
             self.particle = 0.0
@@ -87,12 +84,10 @@ class OrbitDrawing(PictureWidget):
             self._timer, self.particle = None, None
 
     def step(self) -> None:
-        """Move the particle by one frame."""
         if self.particle is not None and self.orbit is not None and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Return a picture of the stadium or of phase space."""
         if self.phase:
             self._entitle("phase space: sine against arclength")
             return draw_phase(self.a, phase_points(self.orbit), columns, rows)
@@ -111,5 +106,4 @@ class Plot(PictureWidget):
     curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
 
     def picture(self, columns: int, rows: int) -> Picture:
-        """Return a picture of the curves."""
         return draw_curves(self.curves, columns, rows)

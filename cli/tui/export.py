@@ -147,7 +147,6 @@ def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
 
 @contextmanager
 def _or_write(other: str) -> Iterator[None]:
-    """If the library for a file format is not installed, suggest another format."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -13,7 +13,7 @@ from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.render import code_text
-from orbitdb.cli.tui.screens import SCROLLING
+from orbitdb.cli.tui.keys import SCROLLING
 from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import Orbit
@@ -125,13 +125,11 @@ class FactsPanel(RichLog):
         self._known: Sequence[RenderableType] = ()
 
     def show(self, *parts: RenderableType) -> None:
-        """Show the given parts one below another, scrolled to the first line."""
         self._known = parts
         self.scroll_to(y=0, animate=False, immediate=True)
         self._fold()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Wrap the lines at the new width."""
         self._fold()
 
     def _fold(self) -> None:

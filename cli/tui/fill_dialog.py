@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 from textual.app import ComposeResult
-from textual.containers import Horizontal, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.content import Content
 from textual.message import Message
-from textual.widgets import Button, Input, Label, ProgressBar
+from textual.widgets import Button, Input, Label, ProgressBar, Static
 
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
-from orbitdb.plaintext import several
+from orbitdb.plaintext import printable, several
 from orbitdb.store.asking.criteria import periods_up_to
 from orbitdb.store.asking.selection import Selection, fillable
 from orbitdb.store.file.migrate import migrate
@@ -58,11 +59,9 @@ class FillState:
 
     @property
     def runs(self) -> bool:
-        """Whether the fill is still running."""
         return self.state in ("running", "stopping")
 
     def sentence(self) -> str:
-        """Return a line that describes the progress."""
         from orbitdb.filling.estimate import duration
 
         if self.state == "failed":
@@ -119,6 +118,25 @@ def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]
         yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
 
 
+_GREETING = """\
+[b]Nothing is stored here yet.[/b]
+
+$path
+
+Press [b]f[/b] to fill the catalogue. Periods up to 11 take a few seconds
+and contain 89,789 words, those of the paper's Table 1.
+
+Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
+Press [b]?[/b] for the keys, [b]q[/b] to quit."""
+
+
+class Greeting(Vertical):
+    """What the screen shows in place of an empty catalogue."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(Static(Content.from_markup(_GREETING, path=printable(str(path)))), id="greeting")
+
+
 class FillDialog(Dialog[None]):
     """Ask what to fill, and show the progress of a running fill.
 
@@ -146,7 +164,6 @@ class FillDialog(Dialog[None]):
         self._fills = False
 
     def compose(self) -> ComposeResult:
-        """Show the fields, the estimate, and the progress."""
         with VerticalScroll(classes="dialog", can_focus=False) as box:
             box.border_title = "fill the catalogue"
             for name, title, example in _FIELDS:
@@ -161,7 +178,6 @@ class FillDialog(Dialog[None]):
                 yield Button("Stop", id="stop", variant="error")
 
     def on_mount(self) -> None:
-        """Show the progress of any running fill."""
         self.watch(self.app, "fill_state", self._follow)
         if self._fills:
             self.query_one("#stop").focus()
@@ -180,23 +196,19 @@ class FillDialog(Dialog[None]):
             self.query_one("#told", Label).update(state.sentence())
 
     def on_input_changed(self) -> None:
-        """Show the estimate for the fields."""
         self.query_one("#periods", Input).disabled = bool(self.query_one("#codes", Input).value.strip())
         self._weigh_fields()
 
     def on_input_submitted(self) -> None:
-        """Begin the fill."""
         self._weigh_fields(begin=True)
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Begin or stop the fill."""
         if event.button.id == "start":
             self._weigh_fields(begin=True)
         else:
             self.app.post_message(self.Stop())
 
     def _weigh_fields(self, begin: bool = False) -> None:
-        """Estimate the cost of what the fields say; then begin, if requested."""
         if self._fills:
             return
         self.query_one("#bar").display = False  # the progress of the last fill no longer matters

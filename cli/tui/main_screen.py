@@ -3,107 +3,42 @@
 import os
 from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
-from textual.containers import Horizontal, Vertical
-from textual.content import Content
+from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import Footer, Header, HelpPanel, Static
+from textual.widgets import Footer, Header, HelpPanel
 
 from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.choices import Choices, FilterDialog, equals
-from orbitdb.cli.tui.dialogs import ChoiceDialog, describe_code
+from orbitdb.cli.tui.dialogs import describe_code
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.facts import FactsPanel
-from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.fill_dialog import FillDialog, Greeting
+from orbitdb.cli.tui.keys import MAIN
 from orbitdb.cli.tui.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.rows_panel import RowsPanel
-from orbitdb.cli.tui.screens import OwnScreen, key
+from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import Ordering, View
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plaintext import printable
 from orbitdb.store.asking.selection import Selection
-from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
-
-_GREETING = """\
-[b]Nothing is stored here yet.[/b]
-
-$path
-
-Press [b]f[/b] to fill the catalogue. Periods up to 11 take a few seconds
-and contain 89,789 words, those of the paper's Table 1.
-
-Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
-Press [b]?[/b] for the keys, [b]q[/b] to quit."""
-
-_HIDING_ROWS = ("filter", "filter_value", "past_view")
-"""Actions that choose rows, which are off while the facts about an orbit hide the rows."""
-
-
-def _to(part: str, action: str) -> str:
-    """Return the Textual action that runs `action` in a widget of the main screen."""
-    return f"to({part!r}, {action!r})"
 
 
 class MainScreen(OwnScreen[None]):
     """The main screen: the rows of the chosen subset, beside the current orbit."""
 
     BINDING_GROUP_TITLE = "Orbits"
-    BINDINGS: ClassVar[list[BindingType]] = [
-        key("0", "digit('0')", "go to", tooltip="a period or code", key_display="0 .. 9"),
-        *(key(digit, f"digit({digit!r})", system=True) for digit in "123456789"),
-        key("backspace", _to("position", "take_back"), "delete", tooltip="the last digit"),
-        Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
-        key("enter", "whole", "all facts", tooltip="about the orbit, or back"),
-        Binding("q", "leave_whole", "back", tooltip="to the rows"),
-        key("n", _to("table", "move(1)"), "next orbit"),
-        key("p", _to("table", "move(-1)"), "previous orbit"),
-        key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
-        key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
-        key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
-        key("escape", "back", "back", tooltip="to the row"),
-        key("space", _to("drawing", "particle"), "particle", tooltip="starts or stops"),
-        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
-        key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
-        key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
-        key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
-        key("full_stop", _to("side", "follow(True, True)"), "birth or death", tooltip="at the next larger a"),
-        Binding("slash", "filter", "filter", tooltip="the rows, as with --where"),
-        key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
-        key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
-        key("o", _to("chips", "turn('statuses', 1)"), "next status"),
-        key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
-        key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
-        key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
-        key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
-        key("a", "choose_a", "another a"),
-        Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
-        key("R", _to("rows", "reverse_order"), "reverse the order"),
-        key("C", _to("rows", "columns"), "choose columns"),
-        Binding("S", "statistics", "stats", tooltip="by period"),
-        Binding("d", "counts", "counts", tooltip="and histograms"),
-        key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
-        key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
-        key("y", _to("side", "copy"), "copy", tooltip="the code"),
-        key("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
-        Binding("e", "export", "export", tooltip="to a file"),
-        Binding("f", "fill", "fill", tooltip="the catalogue"),
-        key("ctrl+r,f5", "look_again", "read again", tooltip="the file"),
-    ]
+    BINDINGS = MAIN
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 
-    def __init__(
-        self, file: CatalogueFile, kept: Kept, selection: Selection, code: str | None = None
-    ) -> None:
+    def __init__(self, file: CatalogueFile, kept: Kept, selection: Selection, code: str | None) -> None:
         super().__init__()
         kept.load()
         self._file, self._kept, self._code = file, kept, code
@@ -115,18 +50,15 @@ class MainScreen(OwnScreen[None]):
         self._trying = False  # a filter is being typed
 
     def compose(self) -> ComposeResult:
-        """Lay out the panels."""
         yield Header()
         yield self.choices
-        with Vertical(id="greeting"):
-            yield Static(Content.from_markup(_GREETING, path=printable(str(self._file.path))))
+        yield Greeting(self._file.path)
         with Horizontal(id="body"):
             yield self.rows
             yield self.side
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
-        """Read the rows, and look up the word given at the start, if any."""
         self.watch(self.choices, "selection", self._take_selection, init=False)
         self.watch(self.rows, "ordering", self._remember, init=False)
         self.watch(self.rows, "columns", self._remember, init=False)
@@ -138,10 +70,7 @@ class MainScreen(OwnScreen[None]):
             self.call_next(self.side.ask_for, self._code)
 
     def say_choices(self) -> None:
-        """Show the choices as links, after the progress of any fill; describe them in the subtitle.
-
-        While all facts about an orbit are shown, the subtitle names that orbit instead.
-        """
+        """Show the choices, and name them, or the orbit whose facts are shown, in the subtitle."""
         fill = getattr(self.app, "fill_state", None)
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
         self.sub_title = self.choices.selection.describe()
@@ -152,7 +81,6 @@ class MainScreen(OwnScreen[None]):
 
     @property
     def view(self) -> View:
-        """What the rows show."""
         return View(self.choices.selection, self.rows.ordering, self.rows.columns)
 
     def _remember(self) -> None:
@@ -162,30 +90,17 @@ class MainScreen(OwnScreen[None]):
             self._view = self.view
 
     def action_past_view(self) -> None:
-        """Go back to the view before the last change."""
         if not self._past:
             self.notify("there is no view to go back to", timeout=2)
             return
         self._view = view = self._past.pop()
         self._trying = True
-        self.rows.ordering, self.rows.columns, self.choices.selection = (
-            view.ordering,
-            view.columns,
-            view.selection,
-        )
+        self.rows.ordering, self.rows.columns = view.ordering, view.columns
+        self.choices.selection = view.selection
         self._trying = False
 
     def action_copy_view(self) -> None:
-        """Copy the view as a shell command or as a line of Python."""
-        path = self._file.path.absolute()
-        lines = {"shell": self.view.command(path), "Python": self.view.python(path)}
-
-        def take(language: str) -> None:
-            self.app.copy_to_clipboard(lines[language])
-            self.notify(f"copied {lines[language]}", timeout=4)
-
-        texts = {language: f"{language:6}  {line}" for language, line in lines.items()}
-        self.ask(ChoiceDialog("copy the view", "enter copies", texts, "shell"), take)
+        self.choices.ask_to_copy(self.view)
 
     # the rows
 
@@ -230,22 +145,18 @@ class MainScreen(OwnScreen[None]):
             self.side.show_word(row[0])
 
     def on_rows_panel_moved(self) -> None:
-        """Show the word that is now under the cursor."""
         self.catch_up()
         self.rows.say_orbit(self.side.orbit)
 
     def on_orbit_panel_sought(self) -> None:
-        """Put the cursor on the row of the orbit that is shown."""
         self.catch_up()
 
     def _say_no_row(self) -> None:
-        """Explain why the current orbit has no row."""
         if (orbit := self.side.orbit) is not None:
             outside = f"{code_text(orbit.code)} is not among the rows"
             self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
     def action_digit(self, digit: str) -> None:
-        """Go to the row that the typed digits stand for."""
         self.catch_up()
         self.rows.position.take(digit)
 
@@ -277,7 +188,6 @@ class MainScreen(OwnScreen[None]):
         self.app.push_screen(dialog, take)
 
     def action_filter_value(self) -> None:
-        """Filter by the value under the cursor."""
         if (cell := self.rows.table.cell) is not None:
             self.choices.add(equals(*cell))
 
@@ -293,7 +203,6 @@ class MainScreen(OwnScreen[None]):
         self.choices.ask_for_a(take)
 
     def action_mark(self) -> None:
-        """Mark or unmark the current orbit."""
         self.catch_up()
         if (orbit := self.side.need()) is not None:
             self.rows.marked = self.choices.mark(least_rotation(orbit.code))
@@ -304,24 +213,21 @@ class MainScreen(OwnScreen[None]):
         """Disable the keys that choose rows while the facts about an orbit hide the rows."""
         if action == "leave_whole":
             return self.whole
-        chooses = action in _HIDING_ROWS or (
+        chooses = action in ("filter", "filter_value", "past_view") or (
             action == "to" and parameters[0] in ("chips", "rows", "position")
         )
         return not (self.whole and chooses) and super().check_action(action, parameters)
 
     def watch_whole(self, whole: bool) -> None:
-        """Show all facts about the orbit in place of the rows, or the rows again."""
         self.side.whole = whole
         (self.query_one(FactsPanel) if whole else self.rows.table).focus()
         self.say_choices()
 
     def action_whole(self) -> None:
-        """Show all facts about the current orbit, or go back to the rows."""
         self.catch_up()
         self.whole = not self.whole and self.side.need() is not None
 
     def action_leave_whole(self) -> None:
-        """Go back to the rows."""
         self.whole = False
 
     def action_back(self) -> None:
@@ -353,7 +259,6 @@ class MainScreen(OwnScreen[None]):
     # the catalogue
 
     def action_fill(self) -> None:
-        """Open the fill dialog."""
         path = self._file.path
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
@@ -367,7 +272,6 @@ class MainScreen(OwnScreen[None]):
             self.choices.selection = replace(self.choices.selection, a=a)
 
     def action_statistics(self) -> None:
-        """Open the statistics of the chosen subset."""
         from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
         self._open(StatisticsScreen)
@@ -388,7 +292,6 @@ class MainScreen(OwnScreen[None]):
             self.app.push_screen(opened, lambda condition: self.choices.add(condition) if condition else None)
 
     def action_export(self) -> None:
-        """Ask for a file, and export to it what is on the screen."""
         from orbitdb.cli.tui.export import Shown, ask_for_shown
 
         self.catch_up()

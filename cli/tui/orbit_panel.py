@@ -90,7 +90,6 @@ class OrbitPanel(Vertical, Working):
         self._following = False
 
     def compose(self) -> ComposeResult:
-        """Lay out the drawing and the facts."""
         yield OrbitDrawing(self.home, id="drawing").data_bind(OrbitPanel.orbit)
         yield FactsPanel(id="facts")
 
@@ -104,7 +103,6 @@ class OrbitPanel(Vertical, Working):
         self._show_facts()
 
     def watch_whole(self) -> None:
-        """Show all facts about the orbit, or only the most important ones."""
         self._entitle()
         self._show_facts()
 
@@ -140,12 +138,10 @@ class OrbitPanel(Vertical, Working):
         self.query_one(FactsPanel).border_title = title or ("all facts" if self.whole else "facts")
 
     def clear(self, a: float) -> None:
-        """Move to another a, with no orbit shown."""
         self.home = a
         self.sought = self.orbit = None
 
     def need(self) -> Orbit | None:
-        """Return the current orbit, or report that there is none."""
         if self.orbit is None:
             self.notify("no orbit is shown: press c and type a code", timeout=2)
         return self.orbit
@@ -195,8 +191,6 @@ class OrbitPanel(Vertical, Working):
             self.seek(orbit)
 
     def action_code(self) -> None:
-        """Ask for a code in any rotation."""
-
         def take(code: str) -> None:
             self._codes.append(code)
             self.ask_for(code)
@@ -205,7 +199,6 @@ class OrbitPanel(Vertical, Working):
         self.ask(LineDialog(title, "", example, describe_code, self._codes), take)
 
     def action_move_in_class(self, element: int) -> None:
-        """Show the image of the orbit under a reflection or time reversal."""
         if (orbit := self.need()) is None:
             return
         word = images_of(orbit.code)[element]
@@ -214,7 +207,6 @@ class OrbitPanel(Vertical, Working):
         self._entitle(f"{'itself' if same else orbit.code[:20]}, {ELEMENT_NAMES[element]}")
 
     def action_copy(self) -> None:
-        """Copy the code to the clipboard."""
         if (orbit := self.need()) is not None:
             self.app.copy_to_clipboard(orbit.code)
             self.notify(f"copied {orbit.code}", timeout=2)

@@ -16,9 +16,8 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.render import number
-from orbitdb.cli.tui.pages import NONE, Pages, Row
-from orbitdb.cli.tui.screens import key
-from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering
+from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -87,11 +86,9 @@ class PagedTable(ScrollView, can_focus=True):
         return name, row[self.source.fields.index(name)]
 
     def validate_cursor(self, cursor: int) -> int:
-        """Keep the cursor on a row."""
         return max(0, min(cursor, len(self.source) - 1))
 
     def validate_column(self, column: int) -> int:
-        """Keep the cursor on a column."""
         return max(0, min(column, len(self._known()) - 1))
 
     def watch_cursor(self, old: int, cursor: int) -> None:
@@ -109,7 +106,6 @@ class PagedTable(ScrollView, can_focus=True):
             self._first += 1
 
     def watch_columns(self) -> None:
-        """Begin with the first columns."""
         self._first, self.column = 1, 0
 
     def _cursor_moved(self) -> None:
@@ -124,25 +120,20 @@ class PagedTable(ScrollView, can_focus=True):
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
 
     def on_resize(self, event: events.Resize) -> None:
-        """Keep the cursor on the screen."""
         self._measure()
         self._cursor_moved()
         self.watch_column(self.column)
 
     def action_move(self, steps: int) -> None:
-        """Move the cursor by a number of rows."""
         self.cursor += steps
 
     def action_page(self, pages: int) -> None:
-        """Move the cursor by a number of screenfuls."""
         self.cursor += pages * max(self.size.height - 2, 1)
 
     def action_first(self) -> None:
-        """Go to the first row."""
         self.cursor = 0
 
     def action_last(self) -> None:
-        """Go to the last row."""
         self.cursor = len(self.source) - 1
 
     def action_column(self, steps: int) -> None:
@@ -201,7 +192,6 @@ class PagedTable(ScrollView, can_focus=True):
         return range(top, min(top + max(self.size.height - 1, 0), len(self.source)))
 
     def render_line(self, y: int) -> Strip:
-        """Return the heading or a row as a strip."""
         base, shown = self.rich_style, self._shown()
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)

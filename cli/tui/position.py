@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 from rich.text import Text
@@ -9,11 +10,41 @@ from textual.reactive import reactive
 from textual.widget import Widget
 
 from orbitdb.cli.tui.paged_table import PagedTable
-from orbitdb.cli.tui.pages import Place, place_of
 from orbitdb.cli.tui.screens import Working
+from orbitdb.cli.tui.view import Pages
+from orbitdb.store.asking.where import never
+from orbitdb.store.reading.question import first_beginning, first_of_period, position_of
+from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0
 """Seconds without a key after which a digit begins a new number."""
+
+
+Place = tuple[int | None, str]
+"""The index of a row, or None, and a description of what was found there."""
+
+
+def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Place:
+    """Return the index of the first row that the typed digits stand for, and a description of it.
+
+    A number of one or two digits is a period if there are rows of that period. Anything else is a code: a
+    word in any rotation, or the beginning of the code of a row. Once `cancelled` returns True, this raises
+    `CancelledError`.
+    """
+    assert pages.catalogue is not None
+    period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
+    with pages.catalogue.moment() as moment:
+        connection = moment.connection
+        place = first_of_period(connection, pages.chosen, period) if period else None
+        if place is not None:
+            return place, f"period {period}"
+        if not set(typed) <= set(SYMBOLS):
+            return None, f"no period {period}" if period else f"no code {typed}"
+        with suppress(WordError):
+            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
+        if place is None:
+            place = first_beginning(connection, pages.chosen, typed, cancelled)
+    return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
 class Position(Widget, Working):
@@ -61,7 +92,6 @@ class Position(Widget, Working):
         self._jump(f"{self._typed}{digits}")
 
     def action_take_back(self) -> None:
-        """Remove the last digit."""
         if self.under_way:
             self._jump(self._typed[:-1])
 

@@ -12,11 +12,10 @@ from textual.widgets import Static
 from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
 from orbitdb.cli.tui.dialogs import ChoiceDialog, ColumnDialog, Names
 from orbitdb.cli.tui.paged_table import PagedTable
-from orbitdb.cli.tui.pages import NONE, Pages
 from orbitdb.cli.tui.position import Position
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
-from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, columns_named, fields_of
+from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, columns_named, fields_of
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.asking.selection import Selection
 from orbitdb.store.reading.moment import Moment
@@ -69,7 +68,6 @@ class RowsPanel(Vertical, Working):
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
 
     def compose(self) -> ComposeResult:
-        """Lay out the table and the lines below it."""
         yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
         yield Static(id="unfilled", markup=False)
         yield self.position.data_bind(RowsPanel.total)
@@ -77,7 +75,6 @@ class RowsPanel(Vertical, Working):
     # sort order and columns
 
     def action_sort(self) -> None:
-        """Choose the column to sort by."""
         every = dict.fromkeys((*self.columns, *EVERY.values()))
         named = {column.name: column.name for column in every}
         self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
@@ -91,19 +88,15 @@ class RowsPanel(Vertical, Working):
         self._sort_by(message.column)
 
     def action_reverse_order(self) -> None:
-        """Reverse the order of the rows."""
         self.ordering = self.ordering._replace(descending=not self.ordering.descending)
 
     def action_columns(self) -> None:
-        """Choose the columns of the table and their order."""
-
         def take(names: Names) -> None:
             self.columns = columns_named(names)
 
         self.ask(ColumnDialog([column.name for column in self.columns]), take)
 
     def watch_ordering(self) -> None:
-        """Read the rows again, in the new order."""
         if self.asked is not None:
             self.read(self.asked)
 
@@ -162,7 +155,6 @@ class RowsPanel(Vertical, Working):
 
     @property
     def reads(self) -> bool:
-        """Whether rows are being read."""
         return self.report in _AT_WORK
 
     def stop_reading(self) -> None:
@@ -224,7 +216,6 @@ class RowsPanel(Vertical, Working):
     # notes
 
     def say_gaps(self, partial: str, gaps: str) -> None:
-        """Show which chosen periods are partial, and what the other periods lack."""
         self.border_subtitle = partial
         note = self.query_one("#unfilled", Static)
         if note.display or gaps:  # otherwise every key would lay out the screen again

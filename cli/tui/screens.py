@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.dom import DOMNode
@@ -16,30 +16,12 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
+from orbitdb.cli.tui.keys import SCROLLING, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.asking.where import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
-
-key = partial(Binding, show=False)
-"""Make a binding that the footer does not show. The help shows its description, then its tooltip."""
-
-SCROLLING: list[BindingType] = [
-    key("j,down", "scroll_down", "down"),
-    key("k,up", "scroll_up", "up"),
-    key("pagedown", "page_down", "next page"),
-    key("pageup", "page_up", "previous page"),
-    key("g,home", "scroll_home", "to the top"),
-    key("G,end", "scroll_end", "to the end"),
-    key("l,right", "scroll_right", "right"),
-    key("h,left", "scroll_left", "left"),
-]
-
-LEAVING: list[BindingType] = [
-    Binding("escape", "dismiss", "back", tooltip="to the orbits"),
-    key("q", "dismiss", "back", tooltip="to the orbits"),
-]
 
 
 class Working(DOMNode):
@@ -85,12 +67,10 @@ class Working(DOMNode):
         worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
     def give_up(self, group: str) -> None:
-        """Cancel the work in a group."""
         if (worker := self._latest.pop(group, None)) is not None:
             worker.cancel()
 
     def failed(self, reason: str) -> None:
-        """Show the message of an error in a thread."""
         self.app.notify(reason, severity="error")
 
     def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
@@ -127,7 +107,6 @@ class OwnScreen(Screen[Result], Working):
         return self.is_mounted and super().check_action(action, parameters)
 
     async def action_to(self, part: str, action: str) -> None:
-        """Pass an action on to the widget that performs it."""
         await self.app.run_action(action, self.query_one(f"#{part}"))
 
     def dismiss(self, result: Result | None = None) -> AwaitComplete:
@@ -151,7 +130,6 @@ class QuestionDialog(Dialog[bool | None]):
         self._question, self._yes, self._no = question, yes, no
 
     def compose(self) -> ComposeResult:
-        """Lay out the question and two buttons."""
         with Vertical(classes="dialog"):
             yield Label(self._question, markup=False)
             with Horizontal(classes="buttons"):
@@ -159,7 +137,6 @@ class QuestionDialog(Dialog[bool | None]):
                 yield Button(f"{self._yes} (y)", id="yes", variant="error")
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
-        """Close with the answer of the button."""
         self.dismiss(event.button.id == "yes")
 
 

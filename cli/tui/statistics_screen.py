@@ -21,7 +21,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.render import number
 from orbitdb.cli.tui.braille import Curve
 from orbitdb.cli.tui.drawing import Plot
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
+from orbitdb.cli.tui.keys import LEAVING
+from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
 from orbitdb.store.asking.selection import Selection, written_periods
@@ -125,7 +126,6 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
-        """Lay out the table and the curves, which scroll together."""
         yield Header()
         with ScrollBox(id="statistics"):
             yield Static("reading …", id="numbers")
@@ -203,13 +203,11 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._show()
 
     def failed(self, reason: str) -> None:
-        """Show the error both as a notification and in place of the numbers."""
         super().failed(reason)
         self.found = None
         self.query_one("#numbers", Static).update(reason)
 
     def _show(self) -> None:
-        """Show the numbers and the curves."""
         box, notes = self.query_one("#statistics"), [self._rest]
         box.border_title = _WEIGHTS[self._weight]
         self.query_one("#numbers", Static).update("" if self.found is None else _as_table(self.found))
@@ -220,7 +218,6 @@ class StatisticsScreen(OwnScreen[str | None]):
         self.query_one("#notes", Static).update("; ".join(filter(None, notes)))
 
     def action_export(self) -> None:
-        """Save the curves as a figure."""
         from orbitdb.cli.tui.export import ask_for_file, save_figure
 
         if self.found is None:
@@ -233,12 +230,10 @@ class StatisticsScreen(OwnScreen[str | None]):
         ask_for_file(self, "statistics.png", write, "the three plots, one below another")
 
     def action_weight(self) -> None:
-        """Switch to the other weights of the averages."""
         self._weight = next(weight for weight in Weight if weight is not self._weight)
         self._compute()
 
     def action_more(self) -> None:
-        """Show the averages over all chosen periods."""
         self._everything = True
         self._compute()
 

@@ -32,7 +32,6 @@ class CatalogueFile:
 
     @property
     def reader(self) -> Reader | None:
-        """A reader of the catalogue; None as long as there is no file."""
         self._reader = self._reader or _opened(self.path)
         return self._reader
 
@@ -45,7 +44,6 @@ class CatalogueFile:
         return solve_word(word, a) if stored is None else stored
 
     def a_values(self) -> list[float]:
-        """Return the values of a that are in the catalogue."""
         if self.reader is None:
             return []
         with self.reader.moment() as moment:
@@ -59,7 +57,6 @@ class CatalogueFile:
             return [fill.p for fill in moment.fills(a)]
 
     def certificate(self, orbit: Orbit) -> Certificate:
-        """Return the stored proof of an orbit, if there is one."""
         if self.reader is None or not orbit.stored or orbit.length is None:
             return None
         with self.reader.moment() as moment:

@@ -1,13 +1,20 @@
-"""What the rows show: a subset, in an order, with some columns. A view can be written down as a command."""
+"""What the rows show: a subset in some order with some columns, as a view and as rows that are read."""
 
 import shlex
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
+from textual.cache import LRUCache
 
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.numerals import exact
 from orbitdb.store.asking.selection import Selection
+from orbitdb.store.reading.moment import Reader
+from orbitdb.store.reading.question import position_of
+from orbitdb.store.reading.rows import Chosen
 
 
 class Column(NamedTuple):
@@ -122,3 +129,47 @@ class View(NamedTuple):
             "parameters": dict(chosen.parameters),
         }
         return {"a": chosen.a, **{name: value for name, value in criteria.items() if value}}
+
+
+Row = tuple[Any, ...]
+
+_BLOCK = 64
+_KEPT = 32
+
+
+@dataclass(eq=False)
+class Pages:
+    """The rows of a subset in some order, each with the code first; the most recently read blocks are cached.
+
+    Without a catalogue there are no rows (`NONE`).
+    """
+
+    catalogue: Reader | None
+    chosen: Chosen
+    fields: Sequence[str]
+
+    def __post_init__(self) -> None:
+        self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
+
+    def __len__(self) -> int:
+        return len(self.chosen)
+
+    def row(self, place: int) -> Row:
+        number, within = divmod(place, _BLOCK)
+        if number not in self._blocks:
+            assert self.catalogue is not None
+            with self.catalogue.moment() as moment:
+                first = number * _BLOCK
+                self._blocks[number] = list(moment.rows(self.chosen, self.fields, first, first + _BLOCK))
+        return self._blocks[number][within]
+
+    def position(self, word: str) -> int | None:
+        """Return the index of the row of a word, given as its least rotation, or None."""
+        if self.catalogue is None:
+            return None
+        with self.catalogue.moment() as moment:
+            return position_of(moment.connection, self.chosen, word)
+
+
+NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
+"""No rows: the table shows this before any rows are read, and if none can be read."""

@@ -15,12 +15,11 @@ from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.export import Shown, export
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.pages import NONE
 from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import Kept
-from orbitdb.cli.tui.view import Ordering
+from orbitdb.cli.tui.view import NONE, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.asking.selection import Selection
