@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 Reversal = Annotated[
     str | None,
     typer.Option(
-        "--reversal", metavar="self|pair", help="Orbits that retrace their path (self) or do not (pair)."
+        "--reversal",
+        "--time-reversal",
+        metavar="self|pair",
+        help="Orbits that retrace their path (self) or do not (pair).",
     ),
 ]
 Symmetry = Annotated[

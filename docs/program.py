@@ -158,6 +158,19 @@ def names() -> str:
     return "\n\n".join(_name(name, getattr(orbitdb, name)) for name in orbitdb.__all__ if name[0] != "_")
 
 
+def public_names() -> str:
+    """Return a Markdown table of the public names, each with the first sentence of its docstring."""
+    import orbitdb
+
+    lines = ["| name | is |", "|---|---|"]
+    for name in orbitdb.__all__:
+        if name[0] != "_":
+            first = inspect.cleandoc(getattr(orbitdb, name).__doc__).split("\n\n")[0]
+            sentence = re.split(r"(?<=\.) ", " ".join(first.split()))[0].rstrip(".")
+            lines.append(f"| `{name}` | {sentence} |".replace("``", "`"))
+    return "\n".join(lines)
+
+
 def _name(name: str, thing: Any) -> str:
     path = f"orbitdb.{name}"
     if not inspect.isclass(thing):
@@ -217,6 +230,7 @@ _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")
 
 _TEXTS: dict[str, Callable[[], str]] = {
     "commands": commands,
+    "public_names": public_names,
     "checks": checks,
     "keys": keys,
     "gallery": gallery,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib import import_module
+from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -38,8 +39,14 @@ def load(module: str, use: str, extra: str) -> Any:
 
 
 def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataFrame":
-    """Return a pandas data frame, made from a mapping of columns or from rows with the given names."""
+    """Return a pandas data frame, made from a mapping of columns or from rows with the given names.
+
+    Numbers are NaN where they are missing, so that no column of numbers has the type ``object``.
+    """
     frame: pandas.DataFrame = load("pandas", "to_pandas()", "pandas").DataFrame(values, columns=names)
+    for name, column in frame.items():
+        if column.dtype == object and all(value is None or isinstance(value, Real) for value in column):
+            frame[name] = column.astype(float)
     return frame
 
 

@@ -54,6 +54,15 @@ def test_a_result_has_a_public_name_a_one_line_repr_and_a_data_frame(catalogue, 
     frame = found.to_pandas()
     column, first = FIRST[name]
     assert frame[column].iloc[0] == first
+    for values in (column for _, column in frame.items() if column.dtype == object):
+        assert not all(value is None or isinstance(value, float) for value in values)
+
+
+def test_missing_numbers_of_a_data_frame_are_nan(catalogue):
+    frame = catalogue.lyapunov(p="4-5").to_pandas()
+    assert set(frame.dtypes.drop("p").map(str)) == {"float64"}
+    assert catalogue.entropy(p="4-5", status="orbit").to_pandas()["h_zeta"].dtype == float
+    assert catalogue.select(p=4).to_pandas()["dies"].dtype == float
 
 
 def test_print_shows_the_rows_of_a_result(catalogue):

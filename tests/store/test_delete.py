@@ -25,7 +25,7 @@ def full_once(varied, tmp_path_factory):
     catalogue = Catalogue(path, a=1.0)
     catalogue.simulate(3000)
     catalogue.prove_bounds(3)
-    catalogue.fill_levels(k_max=3.0, k_min=0.0)
+    catalogue.fill_levels(3.0)
     return path
 
 
