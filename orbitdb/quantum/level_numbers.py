@@ -11,9 +11,9 @@ level a few gaps away from its place. `rearranged` therefore fills in the missin
 neighbouring gaps as long as the filled list agrees better with the orbits.
 """
 
+import math
 from dataclasses import dataclass
-from functools import cache
-from typing import NamedTuple
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +32,6 @@ _TAIL = 1.5
 _MOST_SKIPPED = 200
 """Above this number of skipped levels, the variance of their distance is taken as constant."""
 
-_KEPT = 8
-
 _MOVES = (1, 2, 3, 5)
 """Number of levels across which a missing level is moved in one step."""
 _PASSES = 20
@@ -43,12 +41,12 @@ _REACH = 5.0
 
 def numbered(
     expected: Floats, sigma: float | Floats, place: Floats, independent: int = 1, first_free: bool = False
-) -> tuple[Integers, Floats]:
-    """Return the true numbers of levels that have the lowest cost, for S lists at once.
+) -> tuple[Integers, float]:
+    """Return the true numbers of levels that have the lowest cost, and this cost.
 
     Parameters
     ----------
-    expected : ndarray, shape (S, N)
+    expected : ndarray, shape (N,)
         Number of each level according to the orbits, not rounded to an integer.
     sigma : float or ndarray, shape (N,)
         Uncertainty of the expected numbers.
@@ -63,58 +61,61 @@ def numbered(
 
     Returns
     -------
-    number : ndarray of int, shape (S, N)
-        True numbers, counted from 1 and increasing along each list; 0 for spurious levels.
-    cost : ndarray, shape (S,)
-        Total cost of each list.
+    number : ndarray of int, shape (N,)
+        True numbers, counted from 1 and increasing; 0 for spurious levels.
+    cost : float
     """
-    lists, count = expected.shape
-    low = np.maximum.accumulate(np.floor(expected).astype(np.int64), axis=1) - _BAND
-    offset = np.arange(2 * _BAND + 2)
-    sigma, gaps = np.broadcast_to(sigma, count), np.diff(place, prepend=place[0])
-    came = np.zeros((count, lists, 2, len(offset)), np.int8)
-    # cost[s, 0, j] is the lowest cost with the last level assigned the number base[s] + j, cost[s, 1, j] with
-    # the last level spurious and base[s] + j the last number that is settled
-    base = low[:, :1] + offset
-    start = np.where(base >= 0, 0.0 if first_free else MISSING * base, np.inf)
-    cost = np.stack([np.full_like(start, np.inf), start], axis=1)
-    rises: dict[bytes, _Rise] = {}  # most levels of a list have one of a few
+    count, offset = len(expected), np.arange(2 * _BAND + 2)
+    low = np.maximum.accumulate(np.floor(expected).astype(np.int64)) - _BAND
+    number = low[:, None] + offset
+    off = (expected[:, None] - number) ** 2 / (2 * np.broadcast_to(sigma, count)[:, None] ** 2)
+    off[number < 1] = np.inf
+    shift, gaps = np.diff(low, prepend=low[0]).tolist(), np.diff(place, prepend=place[0]).tolist()
+    came = np.zeros((count, 2, len(offset)), np.int8)
+    # cost[0, j] is the lowest cost with the last level assigned the j-th number of its band, cost[1, j] with
+    # the last level spurious and this number the last that is settled
+    start = np.where(number[0] >= 0, 0.0 if first_free else MISSING * number[0], np.inf)
+    cost = np.stack([np.full_like(start, np.inf), start])
     for i in range(count):
-        number = low[:, i, None] + offset
-        rise = number[:, :, None] - base[:, None]
-        key = rise[:, 0, 0].tobytes()
-        if key not in rises:
-            if len(rises) == _KEPT:
-                rises.clear()
-            rises[key] = _Rise.of(rise, independent)
-        skipping, counted, spread, rare = rises[key]
-        spurious = cost[:, :, None] + (skipping + SPURIOUS)[:, None]
-        true = cost[:, :, None] + counted[:, None]
-        true[:, 0] += _tailed(np.abs(gaps[i] - rise) / spread) + rare
-        both = np.stack([true, spurious], axis=1).transpose(0, 1, 3, 2, 4).reshape(lists, 2, len(offset), -1)
-        came[i] = both.argmin(axis=3)
-        cost = both.min(axis=3)
-        off = np.where(number >= 1, (expected[:, i, None] - number) ** 2 / (2 * sigma[i] ** 2), np.inf)
-        cost[:, 0] += off
-        base = number
+        skipping, counted, spread, rare = _rise(shift[i], independent)
+        true, spurious = cost[:, None] + counted, cost[:, None] + skipping
+        true[0] += _tailed(np.abs(gaps[i] - _RISE - shift[i]) / spread) + rare
+        both = np.stack([true, spurious]).transpose(0, 2, 1, 3).reshape(2, len(offset), -1)
+        came[i] = both.argmin(axis=2)
+        cost = both.min(axis=2)
+        cost[0] += off[i]
     return _traced(cost, came, low)
 
 
-class _Rise(NamedTuple):
-    """Costs of the rise from each number in a band to each in the next, shape (S, B, B) each."""
+_RISE = np.subtract.outer(np.arange(2 * _BAND + 2), np.arange(2 * _BAND + 2))
+"""Rise from each number of a band to each of the next, if the bands are the same."""
 
-    skipping: Floats
-    """Cost of the numbers that are skipped if the level is spurious; infinite for a fall."""
-    counted: Floats
-    """The same if the level takes the last number."""
-    spread: Floats
-    rare: Floats
 
-    @classmethod
-    def of(cls, rise: Integers, independent: int) -> "_Rise":
-        spread, rare = _spread(rise, independent)
-        skipping = np.where(rise >= 0, MISSING * rise, np.inf)
-        return cls(skipping, np.where(rise >= 1, skipping - MISSING, np.inf), spread, rare)
+@lru_cache(maxsize=64)
+def _rise(shift: int, independent: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return what the rise from each number of a band to each of the next costs, if it moves up by `shift`.
+
+    These are the cost if the level is spurious, the cost if it takes the last number, and, for the distance,
+    its standard deviation and a constant.
+    """
+    rise = _RISE + shift
+    variance = neighbour_variance(independent)
+    v = variance[np.clip(rise, 1, _MOST_SKIPPED)]
+    skipping = np.where(rise >= 0, MISSING * rise, np.inf)
+    counted = np.where(rise >= 1, skipping - MISSING, np.inf)
+    return skipping + SPURIOUS, counted, np.sqrt(v), (np.log(v / variance[1]) - 1) / 2
+
+
+def _traced(cost: Floats, came: NDArray[np.int8], low: Integers) -> tuple[Integers, float]:
+    """Trace the cheapest assignment back from the last level; return numbers and cost."""
+    count, _, width = came.shape
+    state = int(cost.argmin())
+    number = np.zeros(count, np.int64)
+    for i in range(count - 1, -1, -1):
+        spurious, place = divmod(state, width)
+        number[i] = 0 if spurious else low[i] + place
+        state = int(came[i, spurious, place])
+    return number, float(cost.min())
 
 
 def distance_cost(gap: float, rise: int, independent: int) -> float:
@@ -122,17 +123,12 @@ def distance_cost(gap: float, rise: int, independent: int) -> float:
 
     Near its mean it is (gap - rise)^2 / (2 v) + ln(v) / 2, up to a constant, where v is the variance.
     """
-    spread, rare = _spread(np.array(rise), independent)
-    return float(_tailed(np.abs(gap - rise) / spread) + rare)
-
-
-def _spread(rise: Integers, independent: int) -> tuple[Floats, Floats]:
     variance = neighbour_variance(independent)
-    v = variance[np.clip(rise, 1, _MOST_SKIPPED)]
-    return np.sqrt(v), (np.log(v / variance[1]) - 1) / 2
+    v = float(variance[min(max(rise, 1), _MOST_SKIPPED)])
+    return float(_tailed(abs(gap - rise) / math.sqrt(v))) + (math.log(v / float(variance[1])) - 1) / 2
 
 
-def _tailed(z: Floats) -> Floats:
+def _tailed(z: float | Floats) -> Floats:
     """Return z^2 / 2, continued as a straight line beyond `_TAIL`."""
     inner = np.minimum(z, _TAIL)
     return np.asarray(inner * (z - inner / 2))
@@ -147,19 +143,6 @@ def neighbour_variance(independent: int) -> Floats:
     """
     n = np.maximum(np.arange(_MOST_SKIPPED + 1), 1)
     return np.asarray(independent * goe_variance(n / independent) - 1 / 6)
-
-
-def _traced(cost: Floats, came: NDArray[np.int8], low: Integers) -> tuple[Integers, Floats]:
-    """Trace the cheapest assignment of each list back from its last level; return numbers and costs."""
-    count, lists, _, width = came.shape
-    every, state = np.arange(lists), cost.reshape(lists, -1).argmin(axis=1)
-    least = cost.reshape(lists, -1)[every, state]
-    number = np.zeros((lists, count), np.int64)
-    for i in range(count - 1, -1, -1):
-        spurious, place = np.divmod(state, width)
-        number[:, i] = np.where(spurious == 0, low[:, i] + place, 0)
-        state = came[i][every, spurious, place].astype(np.intp)
-    return number, least
 
 
 def rearranged(
@@ -197,8 +180,10 @@ def rearranged(
     if not len(list_.true):
         return number, excess
     list_.fill()
+    touched = k
     for _ in range(_PASSES):
-        if not list_.improve():
+        touched = list_.improve(touched)
+        if not len(touched):
             break
     return list_.number, list_.residual
 
@@ -264,26 +249,28 @@ class _FilledList:
         apart = distance_cost(self.place[high] - self.place[low], missing + 1, self.independent)
         return effect, MISSING * missing + apart
 
-    def improve(self) -> bool:
-        """Make the best move at each gap with missing levels and at both ends; return whether there was any.
+    def improve(self, touched: Floats) -> Floats:
+        """Make the best move at each gap with missing levels and at both ends; return the k of moved levels.
 
-        A move shifts the numbers of successive true levels by 1 in the direction `step`.
+        Only gaps near the levels that were `touched` before are tried. A move shifts the numbers of
+        successive true levels by 1 in the direction `step`.
         """
         end = len(self.true)
         moves = [[(0, n, -1) for n in _MOVES], [(end - n, end, 1) for n in _MOVES]]
-        moves += [
-            [*((gap, gap + n, -1) for n in _MOVES), *((gap - n, gap, 1) for n in _MOVES)]
-            for gap in self.with_missing()
-        ]
-        moved = False
+        away = 2 * _REACH / self.cutoff
+        for gap in self.with_missing():
+            k = self.k[self.true[gap]]
+            if np.searchsorted(touched, k - away) < np.searchsorted(touched, k + away):
+                moves.append([*((gap, gap + n, -1) for n in _MOVES), *((gap - n, gap, 1) for n in _MOVES)])
+        moved = [np.zeros(0)]
         for choices in moves:
             changes = [self.change(*move) for move in choices if move[0] >= 0 and move[1] <= end]
             cost, run, step, rows, delta = min(changes, key=lambda change: change[0], default=_NO_MOVE)
             if cost < -1e-9:
                 self.number[run] += step
                 self.residual[rows] += delta
-                moved = True
-        return moved
+                moved.append(self.k[run])
+        return np.sort(np.concatenate(moved))
 
     def change(
         self, first: int, last: int, step: int

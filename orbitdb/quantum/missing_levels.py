@@ -13,7 +13,7 @@ first of these integers is free: the orbits number a list whose beginning is unk
 The error of N_X is largest where the trace formula fails, at the length of the perimeter, or half of it for
 one parity, because orbits that creep along a semicircle accumulate there. This part oscillates slowly, so it
 is fitted to the filled list and taken out. The radius can also be fitted: the fit picks the scale of k for
-which the assignment has the lowest cost.
+which the numbers i + D_i are nearest to integers.
 """
 
 import math
@@ -305,7 +305,7 @@ class _Compared:
         sigma, spread, how = _SIGMA, _LEAST_SPREAD, (self.independent, self.window)
         for turn in range(_ROUNDS):
             rest, wide = excess - creeping, sigma * (1 + (_END - 1) * self.end)
-            (number,), _ = numbered((rest + order)[None], wide, self.place, *how)
+            number, _ = numbered(rest + order, wide, self.place, *how)
             filled = self.filled_sigma(spread)
             number, residual = rearranged(self.k, self.place, number, rest, filled, self.cutoff, *how)
             more = self.creeping(residual)
@@ -347,17 +347,17 @@ class _Compared:
             )
 
     def fitted(self) -> float:
-        """Return the scale of k with the lowest cost, searching on finer grids and with more levels."""
+        """Return the scale of k at which the numbers of the levels are nearest to integers.
+
+        That is where the sum of cos(2 pi x_i) is largest, searched on finer grids and with more levels.
+        """
         scale, wide, steps, count = 1.0, _WIDEST, _SCALES, _FIRST
         while True:
             part = slice(0, count)
             for _ in range(_REFINED):
                 scales = scale + wide * np.linspace(-1, 1, steps)
-                places = (self.k[part] * scales[:, None]).ravel()
-                excess = self.orbits.at(places)[0].reshape(steps, -1) - self.own[part]
-                order = np.arange(1, excess.shape[1] + 1)
-                cost = numbered(excess + order, _SIGMA, self.place[part], self.independent)[1]
-                scale = float(scales[cost.argmin()])
+                near = [self.orbits.at(self.k[part] * each)[0] - self.own[part] for each in scales]
+                scale = float(scales[np.cos(2 * np.pi * np.array(near)).sum(axis=1).argmax()])
                 wide, steps = 2 * wide / (steps - 1), _FINER
             if count >= len(self.k):
                 return scale
