@@ -4,7 +4,7 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from orbitdb.quantum.weyl import Parity
     from orbitdb.store.reading.moment import Moment
 
-Table = list[tuple[str | None, float]]
+Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""
 
 _LIGHT = 299_792_458.0
@@ -91,7 +91,7 @@ class GivenLevels:
             raise InputError(
                 f"statistics need one parity: name it with --parity, or add a column parity to {self.levels}"
             )
-        here = [each for each in named if known == {None} or str(each) in known]
+        here = [each for each in named if known == {None} or each in known]
         return {each: check_levels(self._of(table, each), Stadium(a), each) for each in here}
 
     def _table(self, path: Path) -> "Table":
@@ -121,7 +121,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
     """Parse a range such as 0:30 and return its ends, or raise."""
     first, colon, last = text.partition(":")
     try:
-        low, high = real(first), real(last)
+        low, high = real(first) if first else 0.0, real(last)
     except ValueError:
         low, high = 0.0, -1.0
     if not colon or not 0 <= low < high:
@@ -144,9 +144,11 @@ def read_file(path: Path, name: str) -> "Table":
     mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
+    if (table.fieldnames or []).count(name) > 1:
+        raise InputError(f"{path}: its header has several columns {name}: rename or remove all but one")
     if name not in (table.fieldnames or ()):
         raise InputError(f"{path}: its header has no column {name}: rename a column, or leave out the header")
-    found = []
+    levels = []
     for number, row in enumerate(table, 1):
         if None in row:
             raise InputError(
@@ -160,8 +162,18 @@ def read_file(path: Path, name: str) -> "Table":
             )
         if not 0 < level < math.inf:
             raise InputError(f"{path}: row {number} is {level:g}: levels are finite and above 0")
-        found.append((row.get("parity"), level))
-    return found
+        levels.append((_parity(row.get("parity"), f"{path}: row {number}"), level))
+    return levels
+
+
+def _parity(name: str | None, where: str) -> "Parity | None":
+    """Return the parity in a column of a table, None if there is none."""
+    from orbitdb.quantum.weyl import one_parity
+
+    try:
+        return one_parity(name or None)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
 
 
 def _number(text: str) -> float | None:

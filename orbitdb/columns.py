@@ -224,7 +224,9 @@ OF_LEVELS = [
            "the boundary", "1/radius", "error"),
     Column("parity", "text",
            "parity in two letters, 'e' for even and 'o' for odd; first under x -> -x, then under y -> -y"),
-    Column("number", "integer", "position of a stored level among those of its parity; counted from 1"),
+    Column("number", "integer",
+           "position of a level among those of its parity, or of all in the list; counted from 1, 0 for a "
+           "spurious level"),
     Column("error", "number", "estimated error of k", "1/radius"),
     Column("exact", "number",
            "stored level with the same number; for comparison with the level computed from orbits",
@@ -235,6 +237,8 @@ OF_LEVELS = [
            empty="at the end of the list"),
     Column("missing", "integer",
            "number of levels missing between the two; negative if levels are spurious or duplicated"),
+    Column("excess", "number",
+           "number of levels missing below a level of the list; according to the orbits, not rounded", "1"),
     Column("strength", "number",
            "how strongly an orbit scars a level; the mean of psi^2 along the orbit times the area; in "
            "'spectrum --peaks' the modulus of the orbit's own contribution to F", "1"),
@@ -253,7 +257,7 @@ OF_STATISTICS = [
            "gap_ratio_error"),
     Column("gap_ratio_error", "number", "standard error of gap_ratio", "1",
            empty="for random matrices and random numbers"),
-    Column("spacing_variance", "number", "variance of the unfolded spacings, whose mean is 1", "1"),
+    Column("spacing_variance", "number", "variance of the unfolded spacings, whose mean is near 1", "1"),
     *(Column(f"delta3_{n}", "number", f"Dyson and Mehta's Delta_3(L) at L = {n}; L in mean spacings", "1",
              empty="too few levels") for n in (1, 5, 20)),
     *(Column(f"variance_{n}", "number",
@@ -270,9 +274,18 @@ OF_SPECTRA = [
     Column("orbits_re", "number",
            "real part of F from the trace formula; summed over the orbits and the bouncing balls", "1"),
     Column("orbits_im", "number", "imaginary part of F from the trace formula", "1"),
+    Column("repetition", "integer", "number of traversals of an orbit or, for one parity, of its half"),
+    Column("index", "integer", "Maslov index of all these traversals", empty="for the bouncing balls"),
+    Column("sign", "integer",
+           "sign by which the parity multiplies the amplitude; A is sign |A| exp(-i pi index / 2)",
+           empty="for the bouncing balls"),
+    Column("amplitude_re", "number",
+           "real part of the amplitude A of a term Re(A exp(i k l)) of the density of levels; that of the "
+           "bouncing balls depends on k and is given at k_max / 2", "radius"),
+    Column("amplitude_im", "number", "imaginary part of the amplitude A", "radius"),
     Column("height", "number", "|F| at a peak; from the levels if there are any, otherwise from orbits", "1"),
 ]  # fmt: skip
-"""Columns of `spectrum`, for lengths and for peaks."""
+"""Columns of `spectrum`, for lengths, peaks and terms."""
 
 OF_COUNTS = [
     Column("N_t", "integer", "number of words that the geometric rules allow"),

@@ -16,6 +16,7 @@ EXAMPLES = (
     "spectrum --range 3:11 --json",
     "spectrum --parity oo --k-max 25 --format csv",
     "spectrum --levels measured.csv --peaks",
+    "spectrum --terms --parity oo --range 0:12",
 )
 PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 
@@ -35,18 +36,27 @@ def spectrum(
     peaks: Annotated[
         bool, typer.Option("--peaks", help="List the peaks, and the orbits that cause them.")
     ] = False,
+    terms: Annotated[
+        bool,
+        typer.Option("--terms", help="List the terms of the trace formula, by orbit and repetition."),
+    ] = False,
     a: options.StoredHalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' part in it.
 
-    Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max).
+    Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max). --terms lists instead
+    each term Re(A exp(i k l)) of the density of levels: with --parity, those of a quarter stadium, in which
+    half of a symmetric orbit is closed. repetition counts traversals of the orbit or half orbit, and length
+    is that of all of them. A is sign times |A| exp(-i pi index / 2).
     """
     from orbitdb.answers.assessment import told_missing
     from orbitdb.answers.length_spectrum import read_spectrum
 
-    low, high = read_range("--range", lengths)
+    low, high = read_range("--range", lengths.removeprefix("length="))
+    if terms:
+        options.refuse_idle(context, "with --terms", "points", "peaks", "levels")
     if given.levels is None:
         options.refuse_idle(context, "without --levels", *OF_FILE)
     parity = given.of_one()
@@ -54,11 +64,15 @@ def spectrum(
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
         found = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
         judged = [] if read is None else told_missing(moment, chosen.a, read, parity)
-    if peaks:
+    if terms:
+        from orbitdb.quantum.length_spectrum import TERMS
+
+        output.write(TERMS, found.term_rows())
+    elif peaks:
         output.write(PEAKS, found.peaks())
     else:
         from orbitdb.quantum.length_spectrum import COLUMNS
 
         output.write(COLUMNS, found.rows())
-    for said in [*found.notes(), *judged]:
+    for said in [*found.notes()[: 1 if terms else None], *judged]:
         note(said)

@@ -26,7 +26,7 @@ _NODES = 64
 
 
 class Statistics(NamedTuple):
-    """Statistics of the levels of one parity, unfolded to a mean spacing of 1.
+    """Statistics of the levels of one parity, unfolded to a mean spacing near 1.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Statistics(NamedTuple):
     gap_ratio, gap_ratio_error : float or None
         Mean ratio of the smaller to the larger of two neighbouring gaps, and its standard error.
     spacing_variance : float
-        Variance of the gap between neighbouring levels.
+        Variance of the unfolded gap between neighbouring levels, whose mean is only near 1.
     delta3_1, delta3_5, delta3_20 : float or None
         Dyson and Mehta's Delta_3 for L = 1, 5, 20; None if there are too few levels.
     variance_1, variance_5, variance_20 : float or None

@@ -52,6 +52,8 @@ class Terms(NamedTuple):
         Number of traversals of the orbit or half orbit.
     parts : ndarray of int64, shape (N,)
         1 if the term belongs to a full orbit, 2 if it belongs to a half orbit.
+    maslov : ndarray of int64, shape (N,)
+        Maslov index of all these traversals; -1 for the bouncing balls, which have none.
     """
 
     length: Floats
@@ -59,6 +61,13 @@ class Terms(NamedTuple):
     orbit: Integers
     repetitions: Integers
     parts: Integers
+    maslov: Integers
+
+    @property
+    def sign(self) -> Integers:
+        """The sign with which A is |A| exp(-i maslov pi / 2): the product of the signs chi of the parity."""
+        turned = np.array([1, 1j, -1, -1j])[self.maslov % 4] * self.amplitude
+        return np.where(turned.real < 0, -1, 1)
 
     def rows(self, here: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
         """Return the terms with the given indices, or those for which the given mask is true."""
@@ -115,12 +124,13 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     other_side = np.repeat(np.arange(len(orbit)) >= number, times)
     r = np.arange(1, times.sum() + 1) - np.repeat(np.cumsum(times) - times, times)
     orbit = np.repeat(orbit, times)
-    phase = np.array([1, -1j, -1, 1j])[r * maslov[orbit] % 4]
+    index = r * maslov[orbit]
+    phase = np.array([1, -1j, -1, 1j])[index % 4]
     half = np.minimum(r * lyapunov[orbit] / 2, _LARGEST)
     cosh = (negative[orbit] & (r % 2 == 1)) ^ other_side
     root = np.where(cosh, 2 * np.cosh(half), 2 * np.sinh(half))
     size = weight[orbit] * length[orbit] / (math.pi * root) * np.where(other_side, y, 1)
-    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r, parts[orbit])
+    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r, parts[orbit], index)
 
 
 def _spatial(of: Classes) -> tuple[Integers, Integers]:
@@ -168,7 +178,8 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
     waves = np.array([wave[0] for _, wave in balls], np.complex128)
     once = 4 if parity is None else 2
     amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once
-    return Terms(length, amplitude, np.full(len(balls), -1), times, np.full(len(balls), 4 // once))
+    none, parts = np.full(len(balls), -1), np.full(len(balls), 4 // once)
+    return Terms(length, amplitude, none, times, parts, none)
 
 
 def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.length_spectrum import read_classes
-from orbitdb.answers.levels import beside, levels_from_orbits
+from orbitdb.answers.levels import beside, levels_from_orbits, read_classes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
 from orbitdb.quantum.levels import levels

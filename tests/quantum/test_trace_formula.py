@@ -8,7 +8,7 @@ from contents import alter, answer
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.answers.length_spectrum import read_classes
+from orbitdb.answers.levels import read_classes
 from orbitdb.billiard.stability import bounce_matrices
 from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.length_spectrum import of_family, of_levels, of_terms

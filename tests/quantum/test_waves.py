@@ -154,11 +154,11 @@ def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
 @pytest.mark.slow
 def test_scars_are_sorted_by_strength_and_compared_with_neighbouring_levels(few):
     orbit = solve_word("0123", A)
-    found = scars_of(orbit, 8, 10, [Parity.OO])
+    found = scars_of([orbit], 8, 10, [Parity.OO], "strength")
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
     assert sorted(scar.k for scar in found) == pytest.approx([wave.k for wave in few])
     above = {scar.k: there(scar.above) for scar in found}
-    (one,) = scars_of(orbit, few[2].k - 1e-6, few[2].k + 1e-6, [Parity.OO])
+    (one,) = scars_of([orbit], few[2].k + 1e-6, None, [Parity.OO])
     assert one.above == pytest.approx(
         next(z for k, z in above.items() if abs(k - one.k) < 1e-9), rel=1e-6
     )  # whatever the range
