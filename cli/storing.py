@@ -55,7 +55,8 @@ def written(periods: Sequence[int]) -> str:
 
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
     """Write a note with the estimate for a large fill or sweep; with --dry-run, for any."""
-    from orbitdb.filling.estimate import LARGE, about, gigabytes
+    from orbitdb.filling.estimate import LARGE, about
+    from orbitdb.numerals import gigabytes
 
     if dry_run or coming.words >= LARGE:
         room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""

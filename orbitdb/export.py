@@ -21,6 +21,7 @@ from typing import IO, TYPE_CHECKING, Any, TextIO
 from orbitdb.columns import Row, kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.extras import load
+from orbitdb.numerals import gigabytes
 from orbitdb.plaintext import cell
 
 if TYPE_CHECKING:
@@ -223,6 +224,19 @@ _SQLITE = (b"SQLite format 3\0", *map(bytes.fromhex, _LOGS))
 """What an SQLite file, its journal or its write-ahead log begins with."""
 
 
+def check_space(path: Path, need: float, what: str) -> None:
+    """Raise `StoreError` if a disk has fewer than `need` bytes free for a file or a folder.
+
+    `what` begins the reason, such as "100 words take".
+    """
+    folder = next(parent for parent in path.resolve().parents if parent.exists())
+    if (free := shutil.disk_usage(folder).free) < need:
+        raise StoreError(
+            f"no room for {path}: {what} about {gigabytes(need)}, but only {gigabytes(free)} is free: "
+            "make room, or name a place on another disk"
+        )
+
+
 def metadata_path(path: Path) -> Path:
     """Return the path of the file with the provenance of a file of rows other than parquet."""
     return path.with_name(path.name + "-metadata.json")
@@ -261,3 +275,31 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
+
+
+@contextmanager
+def complete_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary folder; move it to `path` at the end, or remove it after a failure.
+
+    Raises
+    ------
+    StoreError
+        If the system refuses to write.
+    """
+    folder = path.resolve()
+    draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
+    try:
+        draft.mkdir()
+        yield draft
+        if folder.exists():
+            os.rename(folder, before)
+        os.rename(draft, folder)
+    except OSError as error:
+        raise StoreError(
+            f"{folder} cannot be written ({error.strerror or error}); nothing was saved"
+        ) from error
+    finally:
+        if before.exists() and not folder.exists():
+            os.rename(before, folder)
+        for rest in (draft, before):
+            shutil.rmtree(rest, ignore_errors=True)

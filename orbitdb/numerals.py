@@ -85,6 +85,16 @@ def concise(value: float | None, error: float | None) -> str | None:
     return f"{value:z.{decimals}f}({round(digits.scaleb(decimals))})"
 
 
+def gigabytes(count: float) -> str:
+    """Format a number of bytes in a suitable unit."""
+    if count >= 1e11:
+        return f"{count / 1e9:.0f} GB"
+    for unit, size in (("GB", 1e9), ("MB", 1e6)):
+        if count >= size:
+            return f"{count / size:.2g} {unit}" if count < 99.5 * size else f"{count / size:.0f} {unit}"
+    return f"{max(count / 1e3, 1):.0f} kB"
+
+
 _RELATIVE = 1e-12
 """Relative accuracy that a birth must have before a closed form is sought."""
 _MOST = 60

@@ -116,8 +116,7 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    from orbitdb.filling.estimate import gigabytes
-    from orbitdb.numerals import exact
+    from orbitdb.numerals import exact, gigabytes
     from orbitdb.store.asking.selection import written_periods
     from orbitdb.store.file.schema import SCHEMA_VERSION
     from orbitdb.store.reading.records import level_windows, room, trajectories

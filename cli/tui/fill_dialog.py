@@ -86,7 +86,8 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
-    from orbitdb.filling.estimate import about, check_room, gigabytes, need
+    from orbitdb.filling.estimate import about, check_room, need
+    from orbitdb.numerals import gigabytes
 
     at = f"at a = {exact(wish.a)}"
     if wish.words:

@@ -5,11 +5,8 @@ It is a Data Package, version 2 (https://datapackage.org). The same catalogue al
 
 import hashlib
 import json
-import os
 import re
-import shutil
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import astuple, replace
 from importlib.resources import files
 from itertools import chain
@@ -21,11 +18,11 @@ import sqlalchemy as sa
 from orbitdb import __version__
 from orbitdb.answers.entropy import table
 from orbitdb.answers.levels import stored_levels
-from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov
+from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
 from orbitdb.errors import ExportError, StoreError
-from orbitdb.export import write_csv, write_parquet
+from orbitdb.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
@@ -50,34 +47,21 @@ _OF_FILE, _OF_WORD, _OF_BOUNCE = 8_000, 20, 4
 
 _ORBITS = [EVERY[name] for name in (*WRITTEN, COORDINATES) if name != "rules"]
 _OF_CLASS = [EVERY[name] for name in ("representative", "p", "class_size")]
+_OF_LIFE = [*_OF_CLASS, *(each for each in OF_LIVES if each.name != "word")]
 _CLASSES = [*_OF_CLASS, *(EVERY[name] for name in ("symmetry", "time_reversal", "walls"))]
 _LEVELS = [each for each in OF_LEVELS if each.name in ("k", "parity", "number", "error")]
 _COUNTS = [EVERY["p"], *OF_COUNTS]
-_AVERAGES = [EVERY["p"]] + [
-    Column(
-        name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
-    )
-    for average in AVERAGES
-    for exponent, unit in zip(EXPONENTS, ("1", "1/radius"), strict=True)
-    for name, part in (
-        (average.of(exponent), ""),
-        (f"{average.of(exponent)}_error", "estimated error of the "),
-    )
-    if name in average.columns
-]
+_AVERAGES = [EVERY["p"], *OF_AVERAGES]
 
 
 class Table(NamedTuple):
-    """A table of a dataset, whose file ends in ``.parquet`` or ``.csv``.
+    """A table of a dataset."""
 
-    `words` is the number of words of the period of a table of orbits, chosen or not; None for other tables.
-    """
-
-    path: str
+    path: str  # ends in .parquet or .csv
     title: str
     columns: Sequence[Column]
     rows: Iterable[Sequence[Any]]
-    words: int | None = None
+    words: int | None = None  # for a table of orbits, the number of words of its period, chosen or not
 
 
 def write_dataset(
@@ -106,10 +90,8 @@ def write_dataset(
         If the disk has too little space, or the folder cannot be written.
     """
     whole = [(each, fill) for each in chosen for fill in moment.fills(each.a) if fill.whole]
-    whole = [
-        (replace(each, periods=((fill.p, fill.p),)), fill) for each, fill in whole if each.includes(fill.p)
-    ]
-    subsets = [(moment.choose(each), fill) for each, fill in whole]
+    whole = [(each, fill) for each, fill in whole if each.includes(fill.p)]
+    subsets = [(moment.choose(replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole]
     if not (total := sum(len(subset) for subset, _ in subsets)):
         return ""
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
@@ -117,7 +99,7 @@ def write_dataset(
     selection = chosen[0].describe(sorted({each.a for each, _ in whole}), total)
     orbits = (_orbits(moment, subset, fill.words) for subset, fill in subsets)
     resources, done = list[Resource](), 0
-    with _replacing(folder.resolve()) as draft:
+    with complete_folder(folder) as draft:
         (draft / "orbits").mkdir()
         for made in chain(orbits, _others(moment, chosen, {fill.p for _, fill in whole})):
             tell(done, total, made.path)
@@ -143,20 +125,20 @@ def _orbits(moment: Moment, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     rows = moment.rows(subset, [column.name for column in _ORBITS])
-    title = subset.selection.describe(count=len(subset))
-    return Table(f"orbits/a={exact(a)}_p={p:02d}.parquet", title, _ORBITS, rows, words)
+    path, title = f"orbits/a={exact(a)}_p={p:02d}.parquet", subset.selection.describe(count=len(subset))
+    return Table(path, title, _ORBITS, rows, words)
 
 
 def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
     born = [each.p for each in moment.birth_fills() if each.whole and chosen[0].includes(each.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
-    in_periods = cycle.c.p.in_(filled.union(born))
-    query = sa.select(*(cycle.c[name] for name in names)).where(in_periods).order_by(cycle.c.id)
+    query = sa.select(*(cycle.c[name] for name in names)).order_by(cycle.c.id)
+    query = query.where(cycle.c.p.in_(filled.union(born)))
     classes = map(tuple, moment.connection.execute(query))
     lives = (astuple(life) for p in born for life in moment.births(p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
-    yield Table("births.parquet", "Births and deaths of all classes", [*_OF_CLASS, *OF_LIVES], lives)
+    yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
     counts, averages, ensembles, bounds, levels = (list[tuple[Any, ...]]() for _ in range(5))
     for each in chosen:
@@ -203,21 +185,21 @@ def _write(path: Path, made: Table) -> int:
 
 def _file(draft: Path, path: str) -> Resource:
     name, _, form = path.lower().rpartition(".")
-    of_file = {"name": re.sub("[/=_]", "-", name), "path": path, "format": form}
-    return of_file | {"hash": f"sha256:{_sha256(draft / path)}"}
+    key = re.sub("[/=_]", "-", name)
+    return {"name": key, "path": path, "format": form, "hash": _sha256(draft / path)}
 
 
 def _sha256(path: Path) -> str:
     with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+        return f"sha256:{hashlib.file_digest(file, 'sha256').hexdigest()}"
 
 
 def _described(draft: Path, made: Table, rows: int) -> Resource:
     """Return the description of a written table, with the meaning, unit and error bound of each column."""
     columns = []
     for each in made.columns:
-        texts = {"description": each.means, "unit": each.unit, "bound": each.bound}
-        texts["empty"] = each.empty if each.empty != "never" else ""
+        empty = each.empty if each.empty != "never" else ""
+        texts = {"description": each.means, "unit": each.unit, "bound": each.bound, "empty": empty}
         kind = {"name": each.name, "type": _TYPES.get(each.kind, each.kind)}
         columns.append(kind | {key: text for key, text in texts.items() if text})
     schema = {"$schema": f"{_PROFILES}tableschema.json", "fields": columns}
@@ -245,52 +227,18 @@ def _package(moment: Moment, selection: str, version: str, resources: Sequence[R
 
 def _check(folder: Path, force: bool, need: int) -> None:
     """Raise if the folder exists, unless it is a dataset to replace, or if the disk has too little space."""
-    parent = folder.resolve().parent
-    if not parent.is_dir():
-        raise StoreError(f"there is no folder {parent}: make it first")
-    if folder.exists() and not force:
-        raise ExportError(f"{folder} already exists: --force replaces a dataset")
+    if not folder.resolve().parent.is_dir():
+        raise StoreError(f"there is no folder {folder.resolve().parent}: make it first")
     if folder.exists():
-        names = [each["path"] for each in read_package(folder)]
-        if others := _other_files(folder, names):
-            raise ExportError(
-                f"{folder} also holds {others[0]}, which is not part of a dataset: move it away"
-            )
-    if (free := shutil.disk_usage(parent).free) < need:
-        raise StoreError(
-            f"no room for {folder}: it takes up to {need / 1e6:.1f} MB, but only {free / 1e6:.1f} MB is free"
-        )
-
-
-@contextmanager
-def _replacing(folder: Path) -> Iterator[Path]:
-    """Yield a temporary folder; move it into place at the end, or remove it after a failure."""
-    draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
-    try:
-        draft.mkdir()
-        yield draft
-        if folder.exists():
-            os.rename(folder, before)
-        os.rename(draft, folder)
-    except OSError as error:
-        raise StoreError(
-            f"{folder} cannot be written ({error.strerror or error}); nothing was saved"
-        ) from error
-    finally:
-        if before.exists() and not folder.exists():
-            os.rename(before, folder)
-        for rest in (draft, before):
-            shutil.rmtree(rest, ignore_errors=True)
+        if not force:
+            raise ExportError(f"{folder} already exists: --force replaces a dataset")
+        if others := _other_files(folder, [each["path"] for each in read_package(folder)]):
+            raise ExportError(f"{folder} also holds {others[0]}, which is not of a dataset: move it away")
+    check_space(folder, need, "it takes up to")
 
 
 def read_package(folder: Path) -> list[Resource]:
-    """Return the descriptions of the files that a dataset lists.
-
-    Raises
-    ------
-    ExportError
-        If the folder is not a dataset written by orbitdb.
-    """
+    """Return the descriptions of the files that a dataset lists; raise `ExportError` if it is no dataset."""
     try:
         package = json.loads((folder / PACKAGE).read_text(encoding="utf-8"))
         resources: list[Resource] = package["resources"]
@@ -304,20 +252,15 @@ def read_package(folder: Path) -> list[Resource]:
 
 
 def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Yield the name of each file of a dataset, and a message that says what is wrong with it, or None.
+    """Yield the name of each file of a dataset, and what is wrong with it, or None.
 
-    Raises
-    ------
-    ExportError
-        If the folder is not a dataset.
+    Raises `ExportError` if the folder is not a dataset.
     """
     listed = {each["path"]: each["hash"] for each in read_package(folder)}
     for name in sorted(listed):
-        path = folder / name
-        if not path.is_file():
-            yield name, "is missing"
-        else:
-            yield name, None if listed[name] == f"sha256:{_sha256(path)}" else "does not match its sha256 sum"
+        same = (folder / name).is_file() and listed[name] == _sha256(folder / name)
+        there = "does not match its sha256 sum" if (folder / name).is_file() else "is missing"
+        yield name, None if same else there
     for name in _other_files(folder, listed):
         if "/." not in f"/{name}":  # what file managers and git leave there
             yield name, "does not belong to the dataset"

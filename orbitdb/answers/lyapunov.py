@@ -34,6 +34,7 @@ from orbitdb.averages.by_period import (
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import SumRules
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
@@ -129,6 +130,17 @@ AVERAGES = [
             error=True, ink="four", marker="•", line="o-"),
 ]  # fmt: skip
 """The averages, in the order of their columns."""
+
+OF_AVERAGES = [
+    Column(
+        name, "number", f"{part}average {exponent}; {each.label.partition(' (')[0].replace('$', '')}", unit
+    )
+    for each in AVERAGES
+    for exponent, unit in zip(EXPONENTS, ("1", "1/radius"), strict=True)
+    for name, part in ((each.of(exponent), ""), (f"{each.of(exponent)}_error", "estimated error of the "))
+    if name in each.columns
+]
+"""The columns that every table of averages has."""
 
 
 def lyapunov(

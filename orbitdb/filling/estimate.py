@@ -1,11 +1,10 @@
 """Estimate the disk space and time that a fill or sweep takes, and check the free space."""
 
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from orbitdb.errors import StoreError
+from orbitdb.export import check_space
 from orbitdb.store.file.database import check_file
 from orbitdb.store.file.schema import SCHEMA_VERSION
 from orbitdb.store.reading.fills import Fill, Sweep
@@ -114,15 +113,10 @@ def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dic
 
 
 def check_room(path: Path, needed: Need) -> None:
-    """Raise `StoreError` if the disk has less free space than a fill needs."""
-    folder = next(parent for parent in path.resolve().parents if parent.exists())
-    free = shutil.disk_usage(folder).free
-    room = needed.bytes + min(needed.bytes, _JOURNAL)
-    if room > free:
-        raise StoreError(
-            f"no room for {path}: {needed.words} words and their journal take about {gigabytes(room)}, "
-            f"but only {gigabytes(free)} is free: make room, or name a file on another disk"
-        )
+    """Raise `StoreError` if the disk has less free space than a fill and its journal need."""
+    check_space(
+        path, needed.bytes + min(needed.bytes, _JOURNAL), f"{needed.words} words and their journal take"
+    )
 
 
 def duration(seconds: float) -> str:
@@ -136,13 +130,3 @@ def duration(seconds: float) -> str:
 def about(seconds: float) -> str:
     """Format an estimated time without fractions of a second."""
     return "under a second" if seconds < 1 else f"about {duration(seconds)}"
-
-
-def gigabytes(count: float) -> str:
-    """Format a number of bytes in a suitable unit."""
-    if count >= 1e11:
-        return f"{count / 1e9:.0f} GB"
-    for unit, size in (("GB", 1e9), ("MB", 1e6)):
-        if count >= size:
-            return f"{count / size:.2g} {unit}" if count < 99.5 * size else f"{count / size:.0f} {unit}"
-    return f"{max(count / 1e3, 1):.0f} kB"

@@ -9,9 +9,10 @@ from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.estimate import Need, about, check_room, duration, gigabytes, need, sweep_need
+from orbitdb.filling.estimate import Need, about, check_room, duration, need, sweep_need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.numerals import gigabytes
 from orbitdb.store.asking.codes import bound_names
 from orbitdb.store.asking.conditions import COLUMNS
 from orbitdb.store.asking.selection import Selection, SelectionError
