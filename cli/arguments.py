@@ -15,7 +15,7 @@ from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.moment import Moment
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""

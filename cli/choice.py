@@ -8,7 +8,7 @@ import typer
 from orbitdb.cli import options
 
 if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.selection import Selection
 
 Reversal = Annotated[
     str | None,
@@ -81,9 +81,8 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.asking.codes import parse_parameters
-        from orbitdb.store.asking.criteria import chosen_by, parse_bounds
-        from orbitdb.store.asking.selection import SelectionError
+        from orbitdb.store.codes import parse_parameters
+        from orbitdb.store.selection import SelectionError, chosen_by, parse_bounds
 
         if self.parameters and self.where is None:
             raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")

@@ -12,7 +12,7 @@ import typer
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
-from orbitdb.store.file.database import default_path, home_expanded
+from orbitdb.store.file import default_path, home_expanded
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -58,7 +58,7 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
     from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
-    from orbitdb.store.reading.moment import reading
+    from orbitdb.store.moment import reading
 
     try:
         with reading(context.params.get("db")) as moment:

@@ -19,12 +19,12 @@ from orbitdb.columns import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.store.file.database import check_file, default_path
+from orbitdb.store.file import check_file, default_path
 
 if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.moment import Moment
-    from orbitdb.store.reading.rows import Chosen
+    from orbitdb.store.moment import Moment
+    from orbitdb.store.rows import Chosen
+    from orbitdb.store.selection import Selection
 
 _NATURAL = ("p", "representative", "element")
 """The columns that decide the order of rows with equal sort keys."""
@@ -38,10 +38,10 @@ def asked_columns(
     `known` are the columns that may be requested, by default those of the catalogue. If --a may stand for
     several values, the column a is added: first, or second if the word comes first.
     """
-    from orbitdb.store.asking.selection import parse_names
+    from orbitdb.store.selection import parse_names
 
     if known is None:
-        from orbitdb.store.asking.conditions import COLUMNS  # SQLAlchemy, not needed to look up a word
+        from orbitdb.store.query import COLUMNS
 
         known = COLUMNS
     names = tuple(usual if columns is None else parse_names(columns, known))
@@ -56,7 +56,7 @@ def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
     """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
-    from orbitdb.store.reading.moment import reading as opened
+    from orbitdb.store.moment import reading as opened
 
     values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
@@ -71,8 +71,8 @@ def _note_rotations(chosen: "Selection") -> None:
     """Check the SQL filter; write a note if it compares a code with a rotation that no row contains."""
     if chosen.where is None:
         return
-    from orbitdb.store.asking.codes import hint
-    from orbitdb.store.asking.where import check
+    from orbitdb.store.codes import hint
+    from orbitdb.store.where import check
 
     check(chosen.where, dict(chosen.parameters))
     if (told := hint(chosen.where)) is not None:
@@ -97,13 +97,13 @@ def known_catalogue(db: Path) -> Path | None:
 
 def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     """Return the values of a at which to look up single words; the catalogue need not exist."""
-    from orbitdb.store.reading.lookup import a_meant
+    from orbitdb.store.lookup import a_meant
 
     values = arguments.named(asked)
     if values is not None:
         return values
     if asked:
-        from orbitdb.store.reading.moment import reading as opened
+        from orbitdb.store.moment import reading as opened
 
         with opened(db) as moment:
             return arguments.stored(moment)
@@ -162,7 +162,7 @@ def in_order(
 
     Empty fields come last, whether the order is ascending or descending.
     """
-    from orbitdb.store.asking.conditions import parse_order
+    from orbitdb.store.query import parse_order
 
     end = None if limit is None else limit + offset
     if len(subsets) == 1:

@@ -19,12 +19,12 @@ from orbitdb.plaintext import several
 if TYPE_CHECKING:
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
-    from orbitdb.store.file.migrate import Migration
+    from orbitdb.store.file import Migration
 
 
 def bring(path: Path) -> "Migration":
     """Create a catalogue, or upgrade an older one to the latest schema and say so."""
-    from orbitdb.store.file.migrate import migrate
+    from orbitdb.store.file import migrate
 
     with progress("updating the catalogue to the latest schema"):
         done = migrate(path)
@@ -35,8 +35,7 @@ def bring(path: Path) -> "Migration":
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
-    from orbitdb.store.asking.criteria import periods_up_to
-    from orbitdb.store.asking.selection import fillable
+    from orbitdb.store.selection import fillable, periods_up_to
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")

@@ -1,4 +1,4 @@
-"""Alembic's environment, which runs on the connection that it gets from `orbitdb.store.file.migrate`."""
+"""Alembic's environment, which runs on the connection that it gets from `orbitdb.store.file`."""
 
 from alembic import context
 

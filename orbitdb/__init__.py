@@ -53,9 +53,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
-    from orbitdb.store.asking.selection import Selection as Selection
-    from orbitdb.store.reading.fills import Fill as Fill, Sweep as Sweep
-    from orbitdb.store.reading.lives import Life as Life
+    from orbitdb.store.selection import Selection as Selection
+    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
+    from orbitdb.store.lives import Life as Life
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
@@ -77,9 +77,9 @@ _HOMES = {
     "quantum.levels": ("Levels", "levels"),
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
-    "store.asking.selection": ("Selection",),
-    "store.reading.fills": ("Fill", "Sweep"),
-    "store.reading.lives": ("Life",),
+    "store.selection": ("Selection",),
+    "store.fills": ("Fill", "Sweep"),
+    "store.lives": ("Life",),
     "trajectories.ensemble": ("Reference", "simulate"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),

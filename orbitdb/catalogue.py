@@ -8,10 +8,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.criteria import Criteria, with_criteria
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.lookup import find_or_solve
+from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.query import COLUMNS
+from orbitdb.store.selection import Criteria, Selection, with_criteria
 from orbitdb.stored_catalogue import StoredCatalogue
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 

@@ -11,11 +11,17 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.asking.criteria import Criteria, chosen_by, chosen_periods, with_criteria
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.database import default_path, home_expanded
-from orbitdb.store.reading.lookup import meant
-from orbitdb.store.reading.moment import Moment, Reader
+from orbitdb.store.file import default_path, home_expanded
+from orbitdb.store.lookup import meant
+from orbitdb.store.moment import Moment, Reader
+from orbitdb.store.selection import (
+    Criteria,
+    Selection,
+    SelectionError,
+    chosen_by,
+    chosen_periods,
+    with_criteria,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,9 +30,8 @@ if TYPE_CHECKING:
     from orbitdb.filling.workers import Workers
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.reading.fills import Fill, Sweep
-    from orbitdb.store.reading.lives import BirthFill, Life
-    from orbitdb.store.reading.records import Contents
+    from orbitdb.store.fills import Contents, Fill, Sweep
+    from orbitdb.store.lives import BirthFill, Life
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.verification.verify import Verification
 
@@ -44,7 +49,7 @@ class StoredCatalogue:
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
         """Open a catalogue; create it first if there is none, or upgrade it to the latest schema."""
-        from orbitdb.store.file.migrate import migrate
+        from orbitdb.store.file import migrate
 
         migrate(default_path() if path is None else home_expanded(path))
         return cls(path, a)
@@ -368,7 +373,7 @@ class StoredCatalogue:
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
-        from orbitdb.store.reading.records import contents
+        from orbitdb.store.fills import contents
 
         chosen = chosen_by(a=a, p=p)
         with self._file.moment() as moment:
@@ -392,7 +397,7 @@ class StoredCatalogue:
         >>> print(own.delete(1, p="4-5"))
         128 words, 2 fills (periods 4-5)
         """
-        from orbitdb.store.writing.deleting import delete
+        from orbitdb.store.writing import delete
 
         contents, chosen = self.contents(a, p), chosen_by(a=a, p=p)
         delete(self.path, chosen.a, chosen.periods)

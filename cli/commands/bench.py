@@ -68,7 +68,7 @@ def bench(
 
 
 def _period(text: str) -> int:
-    from orbitdb.store.asking.criteria import parse_periods
+    from orbitdb.store.selection import parse_periods
 
     ((p, last), *others) = parse_periods(text)
     if others or p != last or not 2 <= p <= _MOST:

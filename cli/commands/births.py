@@ -15,7 +15,7 @@ from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, Lowest, SomeHighest, asked_periods, bring, written
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.moment import Moment
 
 EXAMPLES = ("births --p 11", "births --json", "births --deaths")
 LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
@@ -42,7 +42,7 @@ def births(
     smallest and the largest a of a birth. An interrupted run continues where it stopped. Without --p, you see
     the births that are stored.
     """
-    from orbitdb.store.reading.moment import reading
+    from orbitdb.store.moment import reading
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]

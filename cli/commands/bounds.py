@@ -120,8 +120,8 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
 
 def _kept(db: Path, store: bool | None) -> Path | None:
     """Return the catalogue to save bounds in, made or updated with --store; None if none are saved."""
-    from orbitdb.store.file.database import check_file
-    from orbitdb.store.file.schema import SCHEMA_VERSION
+    from orbitdb.store.file import check_file
+    from orbitdb.store.schema import SCHEMA_VERSION
 
     if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
         return None
@@ -130,7 +130,7 @@ def _kept(db: Path, store: bool | None) -> Path | None:
 
 
 def _why_not_kept(db: Path) -> str:
-    from orbitdb.store.file.database import check_file
+    from orbitdb.store.file import check_file
 
     if (version := check_file(db)) is None:
         return f"not saved: there is no catalogue at {db}; --store creates one"

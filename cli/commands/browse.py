@@ -27,7 +27,7 @@ def browse(
 
     Press ? to see the keys.
     """
-    from orbitdb.store.asking.where import check
+    from orbitdb.store.where import check
     from orbitdb.symbols.words import parse
 
     chosen = choice.at(USUAL_A if a is None else a)

@@ -30,8 +30,8 @@ from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.moment import Moment
+    from orbitdb.store.selection import Selection
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",

@@ -98,7 +98,7 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: O
     """Write the orbits that a trajectory shadows; return the number of rows."""
     from orbitdb.answers.identification import SHADOWED, identify_trajectory
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.store.reading.lookup import find_or_solve
+    from orbitdb.store.lookup import find_or_solve
 
     stadium = Stadium(*meant(db, a))
     known = known_catalogue(db)

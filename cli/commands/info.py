@@ -15,7 +15,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.moment import Moment
 
 EXAMPLES = {
     "info": ("info", "info --json"),
@@ -44,7 +44,7 @@ def info(
     processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
     its processor time is under solving.
     """
-    from orbitdb.store.reading.moment import reading
+    from orbitdb.store.moment import reading
 
     with reading(db) as moment:
         rows = [row for a in moment.a_values() for row in _periods(moment, a)]
@@ -117,9 +117,9 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     from orbitdb.numerals import exact, gigabytes
-    from orbitdb.store.asking.selection import written_periods
-    from orbitdb.store.file.schema import SCHEMA_VERSION
-    from orbitdb.store.reading.records import level_windows, room, trajectories
+    from orbitdb.store.fills import level_windows, room, trajectories
+    from orbitdb.store.schema import SCHEMA_VERSION
+    from orbitdb.store.selection import written_periods
 
     taken = room(moment.connection)
     facts = [

@@ -197,7 +197,7 @@ def _of_wave(
 
 def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbits of the given words, stored or solved now; note which words are not orbits."""
-    from orbitdb.store.reading.lookup import find_or_solve
+    from orbitdb.store.lookup import find_or_solve
 
     (at,), known = meant(db, a), known_catalogue(db)
     orbits = [find_or_solve(known, primitive(code), at) for code in codes]
@@ -213,7 +213,7 @@ def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure"
 def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":
     """Draw the orbit of a single word, stored or solved now."""
     from orbitdb.orbits.orbit import solve_word
-    from orbitdb.store.reading.lookup import with_existence
+    from orbitdb.store.lookup import with_existence
 
     if len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
@@ -231,7 +231,7 @@ def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Fi
 
 def _drawable(code: str, a: float, db: Path) -> "Orbit":
     """Return the orbit of a code, stored or solved now; raise if it has no coordinates."""
-    from orbitdb.store.reading.lookup import find_or_solve
+    from orbitdb.store.lookup import find_or_solve
 
     found = find_or_solve(known_catalogue(db), primitive(code), a)
     if found.points is None:

@@ -30,7 +30,7 @@ from orbitdb.numerals import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
-    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.selection import Selection
 
 EXAMPLES = (
     "query 1232131",
@@ -119,7 +119,7 @@ def query(
 
 def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
     """Tell whether the rows list the shortest orbits."""
-    from orbitdb.store.asking.conditions import parse_order
+    from orbitdb.store.query import parse_order
 
     first, falls = next(iter(parse_order(order).items()))
     bounded = chosen.ranges.get("length", (None, None))[1] is not None
@@ -131,7 +131,7 @@ def _show_words(
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
-    from orbitdb.store.reading.lookup import born_with
+    from orbitdb.store.lookup import born_with
 
     in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
@@ -168,7 +168,7 @@ def _find(
     codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
 ) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
     """Return the requested columns, the words at every a, and the catalogue if there is one."""
-    from orbitdb.store.reading.lookup import find_or_solve, with_existence
+    from orbitdb.store.lookup import find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
     if columns is not None and codes:

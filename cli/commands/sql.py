@@ -27,9 +27,9 @@ def sql(
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a
     word in any rotation.
     """
-    from orbitdb.store.asking.codes import hint, parse_parameters
-    from orbitdb.store.asking.where import run_statement
-    from orbitdb.store.reading.moment import reading
+    from orbitdb.store.codes import hint, parse_parameters
+    from orbitdb.store.moment import reading
+    from orbitdb.store.where import run_statement
 
     values = parse_parameters(parameters or (), statement)
     with reading(db) as moment:

@@ -21,8 +21,8 @@ from orbitdb.errors import AlteredError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.moment import Moment
+    from orbitdb.store.moment import Moment
+    from orbitdb.store.selection import Selection
     from orbitdb.verification.checks import Check
 
 EXAMPLES = (
@@ -83,8 +83,8 @@ def verify(
     """
     from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.store.asking.selection import Selection
-    from orbitdb.store.reading.moment import reading
+    from orbitdb.store.moment import reading
+    from orbitdb.store.selection import Selection
     from orbitdb.verification.verify import is_known, report, told, verification_steps
 
     if folder is not None:

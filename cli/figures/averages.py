@@ -18,8 +18,8 @@ from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import curves
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
-from orbitdb.store.asking.selection import Selection, joined_spans
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection, joined_spans
 
 NOTHING = ": nothing to draw"
 

@@ -30,8 +30,8 @@ from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 
 _LENGTHS = (1.0, 12.0)
 _RIGID = np.linspace(0.5, 25.0, 50)

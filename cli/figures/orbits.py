@@ -28,8 +28,8 @@ from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import REVERSE, images_of
 
 PLACES = 400

@@ -32,7 +32,7 @@ from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Workin
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.plaintext import printable
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]

@@ -18,9 +18,9 @@ from orbitdb.cli.tui.view import View
 from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import printable
-from orbitdb.store.asking.codes import bound_names
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import check
+from orbitdb.store.codes import bound_names
+from orbitdb.store.selection import Selection
+from orbitdb.store.where import check
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows can have, in the order in which lists show them."""

@@ -26,8 +26,8 @@ from orbitdb.cli.tui.keys import LEAVING, key
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40

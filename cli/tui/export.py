@@ -24,9 +24,9 @@ from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import never
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
+from orbitdb.store.where import never
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png", ".pdf")

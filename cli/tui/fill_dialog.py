@@ -17,9 +17,8 @@ from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import printable, several
-from orbitdb.store.asking.criteria import periods_up_to
-from orbitdb.store.asking.selection import Selection, fillable
 from orbitdb.store.file.migrate import migrate
+from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root

@@ -26,7 +26,7 @@ from orbitdb.cli.tui.view import Ordering, View
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 

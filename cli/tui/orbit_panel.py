@@ -19,8 +19,8 @@ from orbitdb.cli.tui.stored import CatalogueFile, Partners
 from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.reading.lookup import with_existence
-from orbitdb.store.reading.soundness import need_words
+from orbitdb.store.lookup import with_existence
+from orbitdb.store.rows import need_words
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 

@@ -12,8 +12,8 @@ from textual.widget import Widget
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.view import Pages
-from orbitdb.store.asking.where import never
-from orbitdb.store.reading.question import first_beginning, first_of_period, position_of
+from orbitdb.store.query import first_beginning, first_of_period, position_of
+from orbitdb.store.where import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0

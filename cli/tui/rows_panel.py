@@ -17,8 +17,8 @@ from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, columns_named, fields_of
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 _AT_WORK = ("reading …", "sorting …")

@@ -18,7 +18,7 @@ from textual.worker import Worker
 
 from orbitdb.cli.tui.keys import SCROLLING, key
 from orbitdb.errors import InputError, StoreError
-from orbitdb.store.asking.where import CancelledError
+from orbitdb.store.where import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")

@@ -25,8 +25,8 @@ from orbitdb.cli.tui.keys import LEAVING
 from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
-from orbitdb.store.asking.selection import Selection, written_periods
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
 

@@ -10,9 +10,10 @@ from orbitdb.cli.tui.view import USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.orbits.orbit import Orbit, solve_word
-from orbitdb.store.file.database import check_file, driver
-from orbitdb.store.reading.lookup import born_with, certificate_of
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.connection import driver
+from orbitdb.store.file import check_file
+from orbitdb.store.lookup import born_with, certificate_of
+from orbitdb.store.moment import Reader
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 Certificate = tuple[float, int] | None

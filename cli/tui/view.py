@@ -11,10 +11,10 @@ from textual.cache import LRUCache
 
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.numerals import exact
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Reader
-from orbitdb.store.reading.question import position_of
-from orbitdb.store.reading.rows import Chosen
+from orbitdb.store.moment import Reader
+from orbitdb.store.query import position_of
+from orbitdb.store.rows import Chosen
+from orbitdb.store.selection import Selection
 
 
 class Column(NamedTuple):

@@ -1,6 +1,6 @@
 """Schema 8, the baseline: the first that was released. Older files are refused.
 
-There is nothing to do here, because `orbitdb.store.file.migrate` creates catalogues with the latest schema.
+There is nothing to do here, because `orbitdb.store.file` creates catalogues with the latest schema.
 """
 
 revision = "0008"

@@ -19,7 +19,7 @@ from orbitdb.quantum.missing_levels import (
 )
 from orbitdb.quantum.trace_formula import Classes
 from orbitdb.quantum.weyl import Parity, one_parity
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

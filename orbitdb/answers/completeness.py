@@ -13,13 +13,13 @@ from orbitdb.answers.counts import Counted
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.conditions import asks_of_lives
-from orbitdb.store.asking.selection import Selection, are_many, joined_spans, written_periods, written_spans
-from orbitdb.store.file.database import driver
-from orbitdb.store.file.tables import pruned
-from orbitdb.store.reading.fills import Fill
-from orbitdb.store.reading.lookup import a_stored
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.connection import driver
+from orbitdb.store.fills import Fill
+from orbitdb.store.lookup import a_stored
+from orbitdb.store.moment import Moment
+from orbitdb.store.query import asks_of_lives
+from orbitdb.store.selection import Selection, are_many, joined_spans, written_periods, written_spans
+from orbitdb.store.tables import pruned
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 

@@ -11,11 +11,11 @@ import numpy as np
 from orbitdb.arrays import Floats, Integers
 from orbitdb.equality import ByValue
 from orbitdb.numerals import exact
-from orbitdb.store.asking.selection import Selection, SelectionError, written_periods
-from orbitdb.store.asking.where import never
-from orbitdb.store.reading.fills import Fill
-from orbitdb.store.reading.lives import counts_at
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.fills import Fill
+from orbitdb.store.lives import counts_at
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection, SelectionError, written_periods
+from orbitdb.store.where import never
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally

@@ -26,10 +26,10 @@ from orbitdb.export import check_space, complete_folder, write_csv, write_parque
 from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.tables import cycle, run
-from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.rows import COORDINATES
+from orbitdb.store.moment import Moment
+from orbitdb.store.rows import COORDINATES
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import cycle, run
 
 PACKAGE = "datapackage.json"
 _NAME = "stadium-orbits"

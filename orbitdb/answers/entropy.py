@@ -26,8 +26,8 @@ from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.numerals import exact
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection, written_periods
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection, written_periods
 
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""

@@ -17,8 +17,8 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import several
-from orbitdb.store.file.tables import classes
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.tables import classes
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.trajectory import trace_points, trace_start
 

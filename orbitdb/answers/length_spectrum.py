@@ -12,8 +12,8 @@ from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_t
 from orbitdb.quantum.missing_levels import check_levels
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, one_parity
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

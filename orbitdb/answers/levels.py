@@ -18,9 +18,9 @@ from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
 from orbitdb.quantum.trace_formula import Classes
 from orbitdb.quantum.weyl import Parity, one_parity, parities_of
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.tables import level, level_fill
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import level, level_fill
 
 _LEAST, _ENOUGH = 8, 12
 """Levels need all orbits up to the first of these periods, and improve up to the second."""

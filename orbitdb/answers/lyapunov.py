@@ -38,8 +38,8 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 
 _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from orbitdb.equality import ByValue
 from orbitdb.extras import data_frame, drawn
 from orbitdb.plaintext import several
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
     import pandas

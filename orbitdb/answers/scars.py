@@ -15,8 +15,8 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection
 
 SHORTEST = 20
 """Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""

@@ -19,10 +19,10 @@ from orbitdb.extras import drawn
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.plaintext import several
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.reading.lookup import find_or_solve
-from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.rows import COORDINATES
+from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.moment import Moment
+from orbitdb.store.rows import COORDINATES
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
 if TYPE_CHECKING:

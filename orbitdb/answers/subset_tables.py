@@ -16,7 +16,7 @@ from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import shortened
-from orbitdb.store.reading.rows import COORDINATES
+from orbitdb.store.rows import COORDINATES
 
 if TYPE_CHECKING:
     import pandas

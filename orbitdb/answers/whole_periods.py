@@ -19,9 +19,9 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.reading.fills import moments_of
-from orbitdb.store.reading.moment import Moment
+from orbitdb.store.fills import moments_of
+from orbitdb.store.moment import Moment
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
 
@@ -54,7 +54,7 @@ class WholePeriods:
     swept : mapping of int to PeriodSums
         Sums over the periods that are not filled but swept, by period.
     moments : sequence
-        Moments of swept periods for sum rules (`orbitdb.store.reading.fills.moments_of`).
+        Moments of swept periods for sum rules (`orbitdb.store.fills.moments_of`).
     orbits : mapping of int to int
         Number of chosen orbits of each swept period.
     unborn : tuple of int

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from orbitdb.export import check_space
-from orbitdb.store.file.database import check_file
-from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.reading.fills import Fill, Sweep
-from orbitdb.store.reading.moment import Moment, reading
+from orbitdb.store.file import check_file
+from orbitdb.store.fills import Fill, Sweep
+from orbitdb.store.moment import Moment, reading
+from orbitdb.store.schema import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
 
 Record = TypeVar("Record", Fill, Sweep)

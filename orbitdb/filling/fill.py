@@ -29,13 +29,12 @@ from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.file import tables
-from orbitdb.store.file.schema import BORN, DIED
-from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.reading.lookup import find_or_solve
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.writing import classes
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store import tables, writing
+from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
+from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.moment import reading
+from orbitdb.store.schema import BORN, DIED
+from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
@@ -199,7 +198,7 @@ class _Fill(Work):
         self.known: set[int] = set()
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
-        if classes.classes_stored(connection, p):
+        if writing.classes_stored(connection, p):
             self.known.add(p)
         return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
@@ -211,9 +210,9 @@ class _Fill(Work):
         begun, orbits = thread_time(), part.orbits
         numbers = keys(pack(orbits.words), cursor.p).tolist()
         if part.words is not None:
-            classes.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
+            writing.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
         stadium, by = cursor.row["stadium"], (self.method, part.arithmetic)
-        classes.add_orbits(self.writer, connection, stadium, numbers, orbits, *by)
+        writing.add_orbits(self.writer, connection, stadium, numbers, orbits, *by)
         return {
             "words": int(SIZES[part.stabiliser].sum()),
             "enumerating": part.enumerating,
@@ -243,7 +242,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
                     pruned &= keys(pack(words), p) != key(FAMILY)
                 rules = [names[mask] for mask in masks[pruned].tolist()]
                 with writer.writing() as connection:
-                    classes.add_pruned(connection, p, to_strings(words[pruned]), rules)
+                    writing.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
                 yield Step(p, done, total)
 
@@ -268,14 +267,14 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
                 return pruned
             rules = ",".join(map(str, pruned.rules))
             with writer.writing() as connection:
-                classes.add_pruned(connection, pruned.p, [pruned.representative], [rules])
+                writing.add_pruned(connection, pruned.p, [pruned.representative], [rules])
             return replace(pruned, stored=True)
         family = class_of(word)
         orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
-            number = classes.add_class(connection, family)
-            classes.add_orbits(writer, connection, stadium, [number], orbits, method)
+            number = writing.add_class(connection, family)
+            writing.add_orbits(writer, connection, stadium, [number], orbits, method)
     return find_or_solve(path, word, a)
 
 
@@ -339,15 +338,15 @@ class _Births(Work):
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()
-        classes.add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
-        classes.add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
+        writing.add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
+        writing.add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
         return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
-        return _counts(classes.number_events(connection, cursor.p))
+        return _counts(writing.number_events(connection, cursor.p))
 
 
 def _counts(changes: Sequence[Any]) -> dict[str, Any]:

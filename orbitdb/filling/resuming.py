@@ -18,8 +18,8 @@ from sqlalchemy.dialects.sqlite import insert
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
 from orbitdb.progress import Tell
-from orbitdb.store.file.schema import DONE, FILLING
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.schema import DONE, FILLING
+from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 

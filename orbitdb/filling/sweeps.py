@@ -23,11 +23,11 @@ from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.classes import OrbitClasses
 from orbitdb.orbits.exponents import Tally, exponents
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.file import tables
-from orbitdb.store.file.tables import run, sweep_block
-from orbitdb.store.reading.fills import moments_of
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store import tables
+from orbitdb.store.fills import moments_of
+from orbitdb.store.moment import reading
+from orbitdb.store.tables import run, sweep_block
+from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES

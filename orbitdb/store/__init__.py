@@ -1,1 +1,1 @@
-"""The catalogue on disk."""
+"""The catalogue on disk: its file and schema, questions as SQL, reading and writing."""

@@ -32,13 +32,13 @@ from orbitdb.orbits.status import Status
 from orbitdb.plaintext import shortened
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.schema import BORN, DIED, DONE
-from orbitdb.store.file.tables import change, cycle, level_fill
-from orbitdb.store.reading.fills import Sweep
-from orbitdb.store.reading.lives import BirthFill, birth_fills, counts_at
-from orbitdb.store.reading.moment import Moment
-from orbitdb.store.reading.rows import listed as subquery
+from orbitdb.store.fills import Sweep
+from orbitdb.store.lives import BirthFill, birth_fills, counts_at
+from orbitdb.store.moment import Moment
+from orbitdb.store.rows import listed as subquery
+from orbitdb.store.schema import BORN, DIED, DONE
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import change, cycle, level_fill
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES

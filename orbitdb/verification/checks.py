@@ -13,11 +13,11 @@ from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.plaintext import shortened
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.tables import cycle, orbit, stadium
-from orbitdb.store.reading import question
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.reading.rows import listed as subquery
+from orbitdb.store import query
+from orbitdb.store.moment import reading
+from orbitdb.store.rows import listed as subquery
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import cycle, orbit, stadium
 from orbitdb.symbols.words import from_strings
 
 _CLASSES = 4096
@@ -215,7 +215,7 @@ def sampled_classes(
     connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
 ) -> Ids:
     """Return the ids of the chosen classes, or of a random sample of them, by period."""
-    ids = question.choose(connection, selection).ids
+    ids = query.choose(connection, selection).ids
     return by_period(connection, only=sampled(np.sort(ids[ids > 0]), sample, rng))
 
 

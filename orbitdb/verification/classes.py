@@ -14,12 +14,11 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.numerals import exact
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.ids import LONG
-from orbitdb.store.file.schema import DONE
-from orbitdb.store.file.tables import birth_fill, cycle, fill, metadata, pruned, stadium
-from orbitdb.store.reading.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.reading.rows import listed as subquery
+from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
+from orbitdb.store.rows import listed as subquery
+from orbitdb.store.schema import DONE, LONG
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import birth_fill, cycle, fill, metadata, pruned, stadium
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words

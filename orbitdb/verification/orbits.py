@@ -29,10 +29,10 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.tables import certificate
-from orbitdb.store.reading.moment import Reader
-from orbitdb.store.writing.writer import Writer, replace_certificates
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import certificate
+from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
 from orbitdb.verification.checks import (
     Check,

@@ -24,10 +24,10 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.database import need_place, place
-from orbitdb.store.file.tables import entropy_bound, level_fill, stadium
-from orbitdb.store.reading.moment import Moment, reading
+from orbitdb.store.connection import need_place, place
+from orbitdb.store.moment import Moment, reading
+from orbitdb.store.selection import Selection
+from orbitdb.store.tables import entropy_bound, level_fill, stadium
 from orbitdb.verification.births_sweeps_levels import (
     change_parts,
     check_births,

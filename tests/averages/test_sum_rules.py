@@ -13,7 +13,7 @@ from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponent
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, tilt, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import exponents
-from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.selection import chosen_by
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 

@@ -89,8 +89,7 @@ async def browse(path: Path) -> None:
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.paged_table import PagedTable
     from orbitdb.cli.tui.view import Ordering
-    from orbitdb.store.asking.criteria import chosen_by
-    from orbitdb.store.asking.selection import Selection
+    from orbitdb.store.selection import Selection, chosen_by
 
     app = BrowseApp(path, Selection())
     async with app.run_test(size=(160, 48)) as pilot:

@@ -10,7 +10,7 @@ from orbitdb import Catalogue
 from orbitdb.answers.completeness import complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
 from orbitdb.orbits.least_values import least_exponent, least_length
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 FILL = "run 'orbitdb fill --p 9'"
 

@@ -34,8 +34,8 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.level_statistics import Statistics
-    from orbitdb.store.asking.conditions import COLUMNS
-    from orbitdb.store.file.schema import LIFE
+    from orbitdb.store.query import COLUMNS
+    from orbitdb.store.schema import LIFE
 
     quantum = {*LEVEL_KEYS, "exact", *SPECTRUM_KEYS, *PEAKS, *GAP_KEYS, *Statistics._fields, *Scar._fields}
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}

@@ -16,7 +16,7 @@ from processes import small_blocks, start
 
 from orbitdb import Catalogue, Selection, __version__
 from orbitdb.answers.dataset import write_dataset
-from orbitdb.store.reading.moment import reading
+from orbitdb.store.moment import reading
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from there import there
 
 from orbitdb import Catalogue, __version__
 from orbitdb import export as files
-from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.selection import SelectionError
 
 
 @pytest.mark.slow

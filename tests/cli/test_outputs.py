@@ -26,9 +26,9 @@ from orbitdb.benchmarks import work_precision as methods
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.orbits.births import find_changes
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.writing.writer import Writer, add_reference
+from orbitdb.store.moment import reading
+from orbitdb.store.selection import chosen_by
+from orbitdb.store.writing import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify

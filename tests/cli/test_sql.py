@@ -7,7 +7,7 @@ import pytest
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import GROUPS, IN_CATALOGUE
-from orbitdb.store.asking.criteria import chosen_by
+from orbitdb.store.selection import chosen_by
 
 EVERY = [each for _, group in GROUPS for each in group]
 
@@ -81,7 +81,7 @@ def test_a_select_can_join_and_read_other_views(varied, cli):
 
 
 def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
-    from orbitdb.store.asking import where as limits
+    from orbitdb.store import where as limits
 
     monkeypatch.setattr(limits, "SECONDS", 0.1)
     endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"

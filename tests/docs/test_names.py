@@ -15,7 +15,7 @@ import pytest
 import orbitdb
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.store.asking import where as limits
+from orbitdb.store import where as limits
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")

@@ -15,7 +15,7 @@ from processes import run
 from quick import slow_but
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.asking.selection import Selection, SelectionError
+from orbitdb.store.selection import Selection, SelectionError
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,

@@ -174,7 +174,7 @@ def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, fo
 _READ_TWICE = """
 import sys
 from orbitdb import StoreError
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
 reader = Reader(sys.argv[1])
 try:
     with reader.moment() as moment:

@@ -13,10 +13,10 @@ from contents import alter
 from processes import start
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.asking import where as asking
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.ids import LONG
-from orbitdb.store.reading.moment import reading
+from orbitdb.store import where as asking
+from orbitdb.store.moment import reading
+from orbitdb.store.schema import LONG
+from orbitdb.store.selection import Selection, SelectionError
 
 ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n"
 REFUSED = {

@@ -12,9 +12,9 @@ from processes import run, start
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.moment import reading
+from orbitdb.store.selection import Selection
+from orbitdb.store.writing import Writer
 from orbitdb.verification.verify import verification_steps
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")

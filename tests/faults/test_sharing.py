@@ -14,10 +14,11 @@ from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.resuming import OvertakenError
-from orbitdb.store.file import database
-from orbitdb.store.file.database import check_file, reading_engine, writing_engine
-from orbitdb.store.file.schema import SCHEMA_VERSION
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store import connection as connections
+from orbitdb.store.connection import reading_engine, writing_engine
+from orbitdb.store.file import check_file
+from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.writing import Writer
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="the processes are stopped with POSIX signals"
@@ -28,7 +29,7 @@ IMPATIENT = [
     sys.executable,
     "-P",
     "-c",
-    "from orbitdb.store.file import database; database.BUSY_TIMEOUT = 0.05;"
+    "from orbitdb.store import connection; connection.BUSY_TIMEOUT = 0.05;"
     "from orbitdb.cli.main import run; run()",
 ]
 
@@ -103,8 +104,8 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
             waits.append(seconds)
             other.execute("ROLLBACK")
 
-        monkeypatch.setattr(database, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
-        monkeypatch.setattr(database, "BUSY_TIMEOUT", 0.5)
+        monkeypatch.setattr(connections, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
+        monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
         with writer.writing() as connection:
             assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
@@ -113,7 +114,7 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
 
 
 def test_only_locks_are_waited_for_and_only_for_a_time(filled, monkeypatch):
-    monkeypatch.setattr(database, "BUSY_TIMEOUT", 0.01)
+    monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.01)
     asked = []
     with closing(sqlite3.connect(filled, timeout=0)) as one, closing(sqlite3.connect(filled)) as other:
 
@@ -122,11 +123,11 @@ def test_only_locks_are_waited_for_and_only_for_a_time(filled, monkeypatch):
             one.execute(statement)
 
         with pytest.raises(sqlite3.OperationalError, match="no such table"):
-            database.waiting(lambda: ask("SELECT * FROM nowhere"))
+            connections.waiting(lambda: ask("SELECT * FROM nowhere"))
         assert len(asked) == 1
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(sqlite3.OperationalError, match="locked"):
-            database.waiting(lambda: ask("BEGIN IMMEDIATE"))
+            connections.waiting(lambda: ask("BEGIN IMMEDIATE"))
         assert len(asked) > 5
 
 

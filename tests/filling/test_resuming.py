@@ -19,8 +19,8 @@ from orbitdb.filling import fill, sweeps
 from orbitdb.filling.fill import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Step
 from orbitdb.orbits.newton import solve_admissible
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file import migrate
+from orbitdb.store.selection import chosen_by
 
 Work = Callable[[Path], Iterator[Step]]
 WORKS: dict[str, Work] = {

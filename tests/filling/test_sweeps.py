@@ -24,9 +24,9 @@ from orbitdb.filling import sweeps
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.file.migrate import migrate
-from orbitdb.store.reading.fills import Sweep
+from orbitdb.store.file import migrate
+from orbitdb.store.fills import Sweep
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.enumeration import class_spans
 
 PERIODS = range(2, 7)

@@ -23,7 +23,7 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_births, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file import migrate
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 

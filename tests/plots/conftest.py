@@ -12,7 +12,7 @@ from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.plots import style
-from orbitdb.store.writing.writer import Writer, add_reference, keep_bounds
+from orbitdb.store.writing import Writer, add_reference, keep_bounds
 from orbitdb.trajectories.ensemble import Reference
 
 TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)

@@ -21,7 +21,7 @@ from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots.style import BLUE, ORANGE
-from orbitdb.store.reading.lookup import with_existence
+from orbitdb.store.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:

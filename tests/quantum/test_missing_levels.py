@@ -18,7 +18,7 @@ from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
 from orbitdb.quantum.trace_formula import family, orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from orbitdb.quantum.length_spectrum import of_family, of_levels, of_terms
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.trace_formula import EDGE, family, orbit_terms
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import from_strings
 
 X = np.linspace(9.5, 11.7, 60)

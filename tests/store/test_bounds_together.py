@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb.store.asking.criteria import parse_bounds
+from orbitdb.store.selection import parse_bounds
 
 LOW, HIGH = st.floats(0, 9), st.floats(10, 20)
 ENDS = st.tuples(LOW, HIGH) | st.tuples(LOW, st.none()) | st.tuples(st.none(), HIGH)

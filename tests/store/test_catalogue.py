@@ -13,15 +13,15 @@ from orbitdb.filling.estimate import Need, about, check_room, duration, need, sw
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.numerals import gigabytes
-from orbitdb.store.asking.codes import bound_names
-from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.file.database import writing_engine
+from orbitdb.store.codes import bound_names
+from orbitdb.store.connection import writing_engine
 from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
-from orbitdb.store.file.tables import metadata
-from orbitdb.store.reading.moment import reading
-from orbitdb.store.reading.records import room
+from orbitdb.store.fills import room
+from orbitdb.store.moment import reading
+from orbitdb.store.query import COLUMNS
+from orbitdb.store.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
+from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.tables import metadata
 from orbitdb.symbols.pruning import count_admissible
 
 

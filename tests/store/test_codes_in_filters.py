@@ -7,9 +7,8 @@ from there import there
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.asking.codes import hint, parse_parameters
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.codes import hint, parse_parameters
+from orbitdb.store.selection import SelectionError, chosen_by
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import least_rotation, parse
 

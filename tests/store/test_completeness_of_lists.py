@@ -14,9 +14,8 @@ from orbitdb.answers.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.fills import Fill
+from orbitdb.store.fills import Fill
+from orbitdb.store.selection import Selection, chosen_by
 from orbitdb.symbols.pruning import count_admissible
 
 

@@ -9,11 +9,10 @@ from contents import ask
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.file.ids import LONG
-from orbitdb.store.file.migrate import migrate
-from orbitdb.store.file.tables import orbit, pruned
-from orbitdb.store.writing.classes import NULL, insert
-from orbitdb.store.writing.writer import Writer
+from orbitdb.store.file import migrate
+from orbitdb.store.schema import LONG
+from orbitdb.store.tables import orbit, pruned
+from orbitdb.store.writing import NULL, Writer, insert
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
 
 ROWS = 150

@@ -18,8 +18,7 @@ from there import there
 from orbitdb import Catalogue, InputError, Selection, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import SelectionError
+from orbitdb.store.selection import SelectionError, chosen_by
 from orbitdb.symbols.words import least_rotation
 
 

@@ -9,9 +9,9 @@ import pytest
 from contents import alter, ask, content
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file import database, migrate
-from orbitdb.store.file.database import check_file, need_newest
-from orbitdb.store.file.schema import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store import file
+from orbitdb.store.file import check_file, migrate, need_newest
+from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
 
 NEXT = SCHEMA_VERSION + 1
 REVISION = f"""
@@ -29,12 +29,11 @@ def upgrade():
 def newer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Make this the next version of orbitdb, whose schema has one more table; return its revision."""
     folder = tmp_path / "migrations"
-    shutil.copytree(migrate.MIGRATIONS, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(file.MIGRATIONS, folder, ignore=shutil.ignore_patterns("__pycache__"))
     revision = folder / "versions" / f"v{NEXT:04}_extra.py"
     revision.write_text(REVISION)
-    monkeypatch.setattr(migrate, "MIGRATIONS", str(folder))
-    for module in (migrate, database):
-        monkeypatch.setattr(module, "SCHEMA_VERSION", NEXT)
+    monkeypatch.setattr(file, "MIGRATIONS", str(folder))
+    monkeypatch.setattr(file, "SCHEMA_VERSION", NEXT)
     return revision
 
 
@@ -54,7 +53,7 @@ def test_a_failed_upgrade_leaves_the_file_unchanged(filled, newer):
     newer.write_text(REVISION + "    op.execute('SELECT * FROM nowhere')\n")
     before = ask(filled, "SELECT type, name, sql FROM sqlite_master")
     with pytest.raises(StoreError):
-        migrate.migrate(filled)
+        migrate(filled)
     assert ask(filled, "SELECT type, name, sql FROM sqlite_master") == before
     assert check_file(filled) == SCHEMA_VERSION
 
@@ -63,7 +62,7 @@ def test_a_failed_upgrade_leaves_the_file_unchanged(filled, newer):
 def test_files_of_development_versions_are_refused(filled, version):
     alter(filled, f"PRAGMA user_version = {version}")
     before = filled.read_bytes()
-    for use in (check_file, migrate.migrate, need_newest):
+    for use in (check_file, migrate, need_newest):
         with pytest.raises(StoreError, match=rf"development version .*schema {version}\): .*fill a new one$"):
             use(filled)
     assert filled.read_bytes() == before

@@ -19,16 +19,16 @@ from quick import slow_but
 
 from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
-from orbitdb.store.asking import where as limits
-from orbitdb.store.asking.conditions import COLUMNS
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.where import CancelledError
-from orbitdb.store.reading.moment import reading
+from orbitdb.store import where as limits
+from orbitdb.store.moment import reading
+from orbitdb.store.query import COLUMNS
+from orbitdb.store.selection import chosen_by
+from orbitdb.store.where import CancelledError
 
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"rows.ROWS": 50, "question.BLOCK": 30}
+AT_A_TIME = {"rows.ROWS": 50, "query.BLOCK": 30}
 """Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 
@@ -38,7 +38,7 @@ def asked(tmp_path_factory):
     path = tmp_path_factory.mktemp("asked") / "orbits.db"
     with pytest.MonkeyPatch.context() as patch:
         for name, count in AT_A_TIME.items():
-            patch.setattr(f"orbitdb.store.reading.{name}", count)
+            patch.setattr(f"orbitdb.store.{name}", count)
         yield catalogue_to_ask(path), model.rows_of(path)
 
 

@@ -11,10 +11,9 @@ from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
-from orbitdb.store.asking.criteria import chosen_by, parse_bound
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.where import check
-from orbitdb.store.file.database import plain_errors
+from orbitdb.store.connection import plain_errors
+from orbitdb.store.selection import Selection, SelectionError, chosen_by, parse_bound
+from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings
 
 

@@ -15,7 +15,7 @@ from orbitdb.answers.counts import histogram
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_periods
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import SYMBOLS
 
 

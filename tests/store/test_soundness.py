@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from orbitdb.errors import StoreError
-from orbitdb.store.reading.soundness import coordinates_of, need_words
+from orbitdb.store.rows import coordinates_of, need_words
 
 BLOB = np.array([0.5, -0.25]).astype("<f8").tobytes()
 

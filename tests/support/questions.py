@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
-from orbitdb.store.asking.conditions import COLUMNS
+from orbitdb.store.query import COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
 """The a at which every third class with stored births dies, the a at which it is reborn, and their error."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Workers
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file import migrate
 
 
 def filled_by(workers: Workers, path: Path, a: float = 1.6, periods: Sequence[int] = (7, 8)) -> Path:

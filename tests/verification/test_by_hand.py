@@ -9,7 +9,7 @@ import pytest
 from contents import ask, checks
 from processes import run_here
 
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ from textual.widgets import Button, HelpPanel, Label, ProgressBar
 from textual.widgets._toast import Toast
 
 from orbitdb.cli.tui.fill_dialog import FillState, Wish
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 
 pytestmark = pytest.mark.slow
 

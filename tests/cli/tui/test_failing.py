@@ -22,8 +22,8 @@ from orbitdb.cli.tui.stored import Kept
 from orbitdb.cli.tui.view import NONE, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import solve_word
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
 
 
 def errors(app):

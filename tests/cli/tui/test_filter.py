@@ -10,8 +10,8 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import Patience
+from orbitdb.store.selection import Selection
+from orbitdb.store.where import Patience
 
 
 def told(app):

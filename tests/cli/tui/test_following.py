@@ -18,7 +18,7 @@ from orbitdb.cli.tui.orbit_panel import change_between, next_a, next_change
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.orbit import solve_word
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 BORN, DIED, REBORN = 0.386252501738, 0.473270308236, 0.605684335145

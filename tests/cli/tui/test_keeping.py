@@ -13,8 +13,7 @@ from orbitdb.cli.tui.stored import Kept, State
 from orbitdb.cli.tui.view import COLUMNS, EVERY, USUAL, Ordering
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection, chosen_by
 
 
 def heading(app):

@@ -16,10 +16,9 @@ from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import place_of
 from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, Pages, fields_of
 from orbitdb.errors import StoreError
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import Selection, SelectionError
-from orbitdb.store.asking.where import CancelledError
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection, SelectionError, chosen_by
+from orbitdb.store.where import CancelledError
 
 NATURAL = Ordering()
 SHOWN = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")

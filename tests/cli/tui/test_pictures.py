@@ -33,7 +33,7 @@ from orbitdb.cli.tui.braille import (
 from orbitdb.cli.tui.facts import whole
 from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import solve_word
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
 from orbitdb.symbols.words import least_rotation
 

@@ -31,7 +31,7 @@ from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 

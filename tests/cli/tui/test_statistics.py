@@ -16,10 +16,10 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import never
-from orbitdb.store.reading.moment import Reader
-from orbitdb.store.writing.writer import Writer, add_reference
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
+from orbitdb.store.where import never
+from orbitdb.store.writing import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.trajectories.ensemble import Reference
 

@@ -26,8 +26,8 @@ from orbitdb.cli.tui.view import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.reading.moment import Reader
+from orbitdb.store.moment import Reader
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import parse, primitive_root
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"

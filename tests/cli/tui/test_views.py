@@ -14,8 +14,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.choices import both, equals
 from orbitdb.cli.tui.view import Ordering, View, columns_named
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.criteria import chosen_by
-from orbitdb.store.asking.selection import Selection
+from orbitdb.store.selection import Selection, chosen_by
 
 VIEWS = [
     View(Selection()),

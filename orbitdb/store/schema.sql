@@ -1,4 +1,4 @@
--- The tables of a catalogue (orbitdb/store/file/schema.py). A table comes after the tables that it refers to.
+-- The tables of a catalogue (orbitdb/store/schema.py). A table comes after the tables that it refers to.
 
 -- The half lengths a for which something is stored.
 CREATE TABLE stadium (

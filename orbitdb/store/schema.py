@@ -1,18 +1,24 @@
 """The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
-New files are created with it, and `orbitdb.store.file.tables` derives SQLAlchemy's tables from it. A change
-of a table takes a new version, and a migration; the views need none, because every reading connection makes
-its own. This module does not use SQLAlchemy, whose import
-takes a quarter of a second.
+New files are created with it, and `orbitdb.store.tables` derives SQLAlchemy's tables from it. A change of a
+table takes a new version, and a migration; the views need none, because every reading connection makes its
+own. This module does not use SQLAlchemy, whose import takes a quarter of a second.
 
 `cycle` has one row per symmetry class, with everything that does not depend on a; `orbit` has one row per
 class and value of a. All tables are STRICT.
+
+The id of a class is the key of its representative (`orbitdb.symbols.words.key`), so any process can compute
+it, and the table is in the order of words. Classes whose words are too long for a key are numbered from
+`LONG` up in order of arrival. Ids of geometrically pruned words are made in the same way, but are negative.
 """
 
 import re
+import sqlite3
+from collections.abc import Sequence
 from pathlib import Path
 
 from orbitdb.columns import IN_CATALOGUE
+from orbitdb.symbols.words import MAX_KEYED, key
 
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
@@ -109,3 +115,31 @@ WHERE change.kind = 'born'""",
 `class` has one row per class and value of a, `catalogue` one per word and value of a; both are ordered by a,
 class and element. `life` has one row per life of a class, from ``born`` (NULL for an orbit from a = 0 on) to
 ``dies`` (NULL if it never dies)."""
+
+
+# ids
+
+
+LONG = 7 << 58
+"""The first id for classes whose words are too long for a key.
+
+It is larger than all keys, and four times its value still fits into an SQLite integer."""
+
+
+def id_of_class(connection: sqlite3.Connection, word: str) -> int:
+    """Return the id of the class of a representative; a long word that is not stored gets a new id."""
+    if len(word) <= MAX_KEYED:
+        return key(word)
+    known = "SELECT id FROM cycle WHERE id >= ? AND p = ? AND word = ?"
+    stored = connection.execute(known, (LONG, len(word), word)).fetchone()
+    (last,) = connection.execute("SELECT max(id) FROM cycle").fetchone()
+    return int(stored[0]) if stored else max(LONG, (last or 0) + 1)
+
+
+def ids_of_pruned(connection: sqlite3.Connection, p: int, words: Sequence[str]) -> list[int]:
+    """Return ids for pruned words of period p that are not yet stored."""
+    if p <= MAX_KEYED:
+        return [-key(word) for word in words]
+    (last,) = connection.execute("SELECT min(id) FROM pruned").fetchone()
+    first = min(-LONG, (last or 0) - 1)
+    return list(range(first, first - len(words), -1))

@@ -7,7 +7,7 @@ import sqlalchemy as sa
 
 from orbitdb.columns import IN_CATALOGUE, kind_of
 from orbitdb.orbits.status import Status
-from orbitdb.store.file.schema import LIFE, OF_CLASS, SHARED, TABLES
+from orbitdb.store.schema import LIFE, OF_CLASS, SHARED, TABLES
 
 _KINDS: dict[str, type[sa.types.TypeEngine[Any]]] = {
     "text": sa.Text, "integers": sa.Text, "integer": sa.Integer, "number": sa.REAL, "numbers": sa.LargeBinary,

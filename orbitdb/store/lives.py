@@ -20,9 +20,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
-from orbitdb.store.asking.conditions import NEAR
-from orbitdb.store.file.schema import BORN, DONE
-from orbitdb.store.file.tables import birth_fill, change, cycle, life
+from orbitdb.store.query import NEAR
+from orbitdb.store.schema import BORN, DONE
+from orbitdb.store.tables import birth_fill, change, cycle, life
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import from_strings, keys_of_period, word_of
 

@@ -1,15 +1,14 @@
-"""The database file: its path, and opening it safely for reading or writing; SQLite's errors in plain words.
+"""Connections to a catalogue, for reading or writing; its journal; SQLite's errors in plain words.
 
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
 the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
-`orbitdb.store.writing.writer.Writer` counts up in the row of its run: a journal belongs to a file if it has
+`orbitdb.store.writing.Writer` counts up in the row of its run: a journal belongs to a file if it has
 the file's last run, with at least as many commits.
 """
 
 import os
 import sqlite3
-import stat
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
-from orbitdb.store.file.schema import APPLICATION_ID, OLDEST_VERSION, PAGE_SIZE, SCHEMA_VERSION, VIEWS
+from orbitdb.store.schema import PAGE_SIZE, VIEWS
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -33,32 +32,6 @@ _STEPS_BETWEEN_LOOKS = 1_000_000
 
 _CACHE = 8 << 10
 """Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
-
-
-# the path
-
-
-def default_path() -> Path:
-    """Return the path of the default catalogue: ORBITDB_DB, or ``orbits.db`` in the user's data folder."""
-    named = os.environ.get("ORBITDB_DB")
-    return home_expanded(named) if named else data_folder() / "orbits.db"
-
-
-def home_expanded(path: Path | str) -> Path:
-    """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
-    return Path(os.path.expanduser(path))
-
-
-def absolute_path(path: Path | str | None) -> Path:
-    """Return the absolute path of a catalogue, so that it does not follow `os.chdir`; None is the default."""
-    return (default_path() if path is None else home_expanded(path)).absolute()
-
-
-def data_folder() -> Path:
-    """Return the user's data folder for orbitdb."""
-    from platformdirs import user_data_path
-
-    return user_data_path("orbitdb", appauthor=False)
 
 
 class Place(NamedTuple):
@@ -85,108 +58,18 @@ def need_place(path: Path, opened: Place | None, message: str) -> None:
         raise StoreError(f"{path} was {what} while this command {message}")
 
 
-# what kind of file it is
-
-
-def check_file(path: Path) -> int | None:
-    """Return the schema version of a file, or None if the file is missing or empty.
-
-    Raises
-    ------
-    StoreError
-        If the file is not a catalogue, or its schema is newer or older than this version can read.
-    """
-    try:
-        try:
-            status = path.stat()
-        except (FileNotFoundError, NotADirectoryError):
-            return None
-        if stat.S_ISDIR(status.st_mode):
-            raise StoreError(f"{path} is a folder: name a file with --db")
-        if not stat.S_ISREG(status.st_mode):
-            raise StoreError(f"{path} is not an ordinary file: name another with --db")
-        if status.st_size == 0:
-            return None
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    marks = _marks(path)
-    if not marks.application and not marks.version and marks.pages <= 1:
-        return None  # a database without tables, because its creation was interrupted
-    if marks.application != APPLICATION_ID:
-        if marks.ours:
-            pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
-            raise StoreError(
-                f"{path} lacks two marks of a catalogue, which .dump leaves out: "
-                f'"{pragmas}" in sqlite3 adds them'
-            )
-        raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
-    if marks.version > SCHEMA_VERSION:
-        raise StoreError(
-            f"{path} has schema {marks.version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
-        )
-    if marks.version < OLDEST_VERSION:
-        raise StoreError(
-            f"{path} was made by a development version of orbitdb (schema {marks.version}): "
-            "move it away, and fill a new one"
-        )
-    return marks.version
-
-
-def need_newest(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
-    version = check_file(path)
-    if version is None:
-        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
-    if version < SCHEMA_VERSION:
-        raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
-
-
-class _Marks(NamedTuple):
-    """What tells a catalogue from other SQLite files; `ours` if Alembic's table names the latest schema."""
-
-    pages: int
-    version: int
-    application: int
-    ours: bool
-
-
-def _marks(path: Path) -> _Marks:
-    """Return what kind of database a file is, including changes that are still in the journal.
-
-    Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
-    those of SQLite's connections, and other processes could then remove the journal while it is in use.
-    """
-    if not _beside(path)[0].exists():
-        with suppress(sqlite3.Error, UnicodeDecodeError):  # damaged, or being written at this moment
-            return _read_marks(_uri(path) + "&immutable=1")
-    _refuse_foreign_journal(path)
-    with plain_errors(path):
-        return _read_marks(_uri(path))
-
-
-def _read_marks(uri: str) -> _Marks:
-    with closing(_open(uri)) as connection:
-        names = ("page_count", "user_version", "application_id")
-        pages, version, application = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
-        ours = False
-        with suppress(sqlite3.OperationalError):
-            (revision,) = connection.execute("SELECT version_num FROM alembic_version").fetchone() or ("",)
-            ours = revision == f"{SCHEMA_VERSION:04}"
-        return _Marks(pages, version, application, ours)
-
-
 # the journal
 
 
-def _beside(path: Path) -> tuple[Path, Path]:
+def beside(path: Path) -> tuple[Path, Path]:
     """Return the paths of a file's journal and of the journal's index."""
     real = Path(os.path.realpath(path))
     return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
 
 
-def _refuse_foreign_journal(path: Path) -> None:
+def refuse_foreign_journal(path: Path) -> None:
     """Raise `StoreError` if the journal next to a file belongs to another file."""
-    journal, index = _beside(path)
+    journal, index = beside(path)
     with suppress(OSError):
         if journal.stat().st_size and not _continues(path):
             raise StoreError(
@@ -201,7 +84,10 @@ def _continues(path: Path) -> bool:
     Neither connection can write, because the last one to close would move the journal into the file. The
     read transaction keeps writers from doing so meanwhile.
     """
-    with closing(_open(_uri(path))) as whole, closing(_open(_uri(path) + "&immutable=1")) as alone:
+    with (
+        closing(open_sqlite(uri_of(path))) as whole,
+        closing(open_sqlite(uri_of(path) + "&immutable=1")) as alone,
+    ):
         try:
             whole.execute("BEGIN")
             with_journal = _runs(whole)
@@ -241,13 +127,13 @@ def remove_journal_of(path: Path, opened: Place | None, journal: dict[Path, Plac
 
 def places_beside(path: Path) -> dict[Path, Place | None]:
     """Return the identities of a file's journal and of the journal's index."""
-    return {part: place(part) for part in _beside(path)}
+    return {part: place(part) for part in beside(path)}
 
 
 # connections
 
 
-def _open(uri: str) -> sqlite3.Connection:
+def open_sqlite(uri: str) -> sqlite3.Connection:
     """Connect to a database; Ctrl-C interrupts long queries."""
     connection = sqlite3.connect(
         uri, timeout=BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False
@@ -258,7 +144,7 @@ def _open(uri: str) -> sqlite3.Connection:
     return connection
 
 
-def _uri(path: Path, mode: str = "ro") -> str:
+def uri_of(path: Path, mode: str = "ro") -> str:
     """Return a path as an absolute URI; its name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
@@ -278,9 +164,9 @@ def waiting(ask: Callable[[], object]) -> None:
 
 def open_to_read(path: Path) -> sqlite3.Connection:
     """Open a catalogue for reading, even in a read-only folder or while others write."""
-    _refuse_foreign_journal(path)
+    refuse_foreign_journal(path)
     mode = "&immutable=1" if read_alone(path) else ""
-    connection = _open(_uri(path, "rw") + mode)  # the last to close the file removes the journal
+    connection = open_sqlite(uri_of(path, "rw") + mode)  # the last to close the file removes the journal
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():  # this version's views; those in the file are for other programs
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
@@ -296,8 +182,8 @@ def open_to_write(path: Path, references: bool = True, create: bool = False) -> 
     """
     if path.exists() and not os.access(path, os.W_OK):
         raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
-    _refuse_foreign_journal(path)
-    connection = _open(_uri(path, "rwc" if create else "rw"))
+    refuse_foreign_journal(path)
+    connection = open_sqlite(uri_of(path, "rwc" if create else "rw"))
     try:
         connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
@@ -315,7 +201,7 @@ def read_alone(path: Path) -> bool:
     A journal that another user left behind would keep the owner from writing.
     """
     writable = all(os.access(part, os.W_OK) for part in (path, path.parent))
-    return not writable and not _beside(path)[0].exists()
+    return not writable and not beside(path)[0].exists()
 
 
 @contextmanager
@@ -335,15 +221,6 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return status.st_mtime_ns, status.st_size
-
-
-@contextmanager
-def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Yield a connection in a read transaction, without importing SQLAlchemy."""
-    need_newest(path)
-    with unchanged(path), plain_errors(path), closing(open_to_read(path)) as connection:
-        waiting(lambda: connection.execute("BEGIN"))
-        yield connection
 
 
 def reading_engine(path: Path) -> "sa.Engine":

@@ -6,6 +6,7 @@ count. Averages weight a class by its number of bits. A third array is needed on
 """
 
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,12 +19,13 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
-from orbitdb.store.asking.selection import Selection, unknown_column
-from orbitdb.store.file.ids import LONG
-from orbitdb.store.file.schema import OF_WORD, SHARED
-from orbitdb.store.file.tables import classes, pruned_rows
-from orbitdb.store.reading.soundness import coordinates_of, need_words, read_rules, stabiliser_of, unsound
-from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, image_coordinates
+from orbitdb.errors import AlteredError
+from orbitdb.plaintext import printable, shortened
+from orbitdb.store.schema import LONG, OF_WORD, SHARED
+from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.tables import classes, pruned_rows
+from orbitdb.symbols.pruning import RULES
+from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
@@ -284,3 +286,60 @@ class _Block:
             for row, image in zip(members, images, strict=True):
                 found[row] = image
         return found
+
+
+# values that cannot be read
+
+
+_WORD = re.compile("[0-5]+")
+_RULES = {str(rule.number) for rule in RULES}
+_FAR = 1e7
+"""Larger than all coordinates in all stadiums."""
+
+
+def unsound(what: str, value: object) -> AlteredError:
+    """Return the error for a value that cannot occur in a catalogue."""
+    text = printable(str(value))
+    return AlteredError(f"{what} {shortened(text)!r}")
+
+
+def is_written(word: str, p: int) -> bool:
+    """Tell whether a text is a word of period p."""
+    return len(word) == p and _WORD.fullmatch(word) is not None
+
+
+def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
+    """Raise `StoreError`, with the first invalid text, unless every text is a word of its period."""
+    if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
+        return
+    wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
+    raise unsound("not a word:", wrong)
+
+
+def coordinates_of(blobs: Sequence[bytes], p: int) -> Floats:
+    """Return the coordinates in BLOBs, shape (N, p).
+
+    Raises `StoreError` unless each BLOB contains p possible coordinates.
+    """
+    for blob in blobs:
+        if len(blob) != 8 * p:
+            raise unsound(f"coordinates of {p} bounces with a wrong size in bytes:", len(blob))
+    places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
+    if not (np.abs(places) < _FAR).all():
+        raise unsound("impossible coordinates of an orbit of period", p)
+    return places
+
+
+def read_rules(text: str | None) -> list[int]:
+    """Return the rules listed in the column ``rules``; raise `StoreError` if it contains anything else."""
+    parts = text.split(",") if text else []
+    if not all(part in _RULES for part in parts):
+        raise unsound("rules", text)
+    return [int(part) for part in parts]
+
+
+def stabiliser_of(symmetry: str) -> int:
+    """Return the stabiliser with a given symmetry label; raise `StoreError` if there is none."""
+    if symmetry not in STABILISER_OF:
+        raise unsound("not a symmetry:", symmetry)
+    return STABILISER_OF[symmetry]

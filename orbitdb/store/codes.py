@@ -11,8 +11,8 @@ import threading
 from collections.abc import Callable, Iterable, Mapping
 
 from orbitdb.numerals import real
-from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.ids import LONG
+from orbitdb.store.schema import LONG
+from orbitdb.store.selection import SelectionError
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import (

@@ -12,15 +12,9 @@ from orbitdb.arrays import Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import EntropyBounds
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.asking.selection import Selection
-from orbitdb.store.asking.where import CancelledError, never
-from orbitdb.store.file import tables
-from orbitdb.store.file.database import (
-    absolute_path,
-    default_path,
+from orbitdb.store import fills, lives, lookup, query, rows, tables
+from orbitdb.store.connection import (
     driver,
-    home_expanded,
-    need_newest,
     place,
     places_beside,
     plain_errors,
@@ -28,10 +22,12 @@ from orbitdb.store.file.database import (
     remove_journal_of,
     unchanged,
 )
-from orbitdb.store.reading import fills, lives, lookup, question, records, rows
-from orbitdb.store.reading.fills import Fill, Sweep
-from orbitdb.store.reading.lives import BirthFill, Life
-from orbitdb.store.reading.rows import Chosen
+from orbitdb.store.file import absolute_path, default_path, home_expanded, need_newest
+from orbitdb.store.fills import Fill, Sweep
+from orbitdb.store.lives import BirthFill, Life
+from orbitdb.store.rows import Chosen
+from orbitdb.store.selection import Selection
+from orbitdb.store.where import CancelledError, never
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
@@ -61,7 +57,7 @@ class Moment:
         return list(self.connection.scalars(sa.select(tables.stadium.c.a).order_by(tables.stadium.c.a)))
 
     def a_meant(self) -> float:
-        """Return the default a (`orbitdb.store.reading.lookup.meant`)."""
+        """Return the default a (`orbitdb.store.lookup.meant`)."""
         return lookup.meant(self.a_values(orbits=True))
 
     def fills(self, a: float) -> list[Fill]:
@@ -78,16 +74,16 @@ class Moment:
 
     def entropy_bounds(self, a: float, proof: str | None = None) -> EntropyBounds | None:
         """Return the tightest stored bounds on the topological entropy at a given a, or None."""
-        found = records.closest(self.connection, proof, Stadium(a).a)
+        found = fills.closest(self.connection, proof, Stadium(a).a)
         return found[0] if found else None
 
     def entropy_curve(self, proof: str | None = None) -> list[EntropyBounds]:
         """Return the tightest stored bounds on the topological entropy at every a that has any, in order."""
-        return records.closest(self.connection, proof)
+        return fills.closest(self.connection, proof)
 
     def reference(self, a: float) -> "Reference | None":
         """Return the stored averages over trajectories with the smallest error at a given a, or None."""
-        return records.best_reference(self.connection, a)
+        return fills.best_reference(self.connection, a)
 
     def sweeps(self, a: float) -> list[Sweep]:
         """Return the sweeps at a given a, in order of period."""
@@ -107,13 +103,13 @@ class Moment:
         cancelled: Callable[[], bool] = never,
         by_class: bool = False,
     ) -> Chosen:
-        """Find the classes and words of a selection (`orbitdb.store.reading.question.choose`)."""
-        return question.choose(self.connection, selection, order, columns, most, counted, cancelled, by_class)
+        """Find the classes and words of a selection (`orbitdb.store.query.choose`)."""
+        return query.choose(self.connection, selection, order, columns, most, counted, cancelled, by_class)
 
     def blocks(
         self, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
     ) -> Iterator[list[Values]]:
-        """Yield the named columns of a subset in blocks of rows (`orbitdb.store.reading.rows.blocks_of`)."""
+        """Yield the named columns of a subset in blocks of rows (`orbitdb.store.rows.blocks_of`)."""
         return rows.blocks_of(self.connection, chosen, names, first, last)
 
     def rows(

@@ -14,7 +14,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.plaintext import guess, line, shortened
-from orbitdb.store.asking.codes import (
+from orbitdb.store.codes import (
     NAMES,
     Parameters,
     add_functions,
@@ -23,10 +23,10 @@ from orbitdb.store.asking.codes import (
     complaint,
     spelled_out,
 )
-from orbitdb.store.asking.selection import SelectionError
-from orbitdb.store.file.database import driver
-from orbitdb.store.file.schema import SHARED, TABLES, VIEWS
-from orbitdb.store.file.tables import catalogue
+from orbitdb.store.connection import driver
+from orbitdb.store.schema import SHARED, TABLES, VIEWS
+from orbitdb.store.selection import SelectionError
+from orbitdb.store.tables import catalogue
 
 SECONDS = 60.0
 """Time limit in seconds for a statement, or for a query with a free expression."""

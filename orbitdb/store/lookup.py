@@ -15,8 +15,8 @@ from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
-from orbitdb.store.file.database import asking
-from orbitdb.store.file.ids import LONG
+from orbitdb.store.file import asking
+from orbitdb.store.schema import LONG
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
 

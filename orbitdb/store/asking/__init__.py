@@ -1,1 +1,0 @@
-"""Describe a subset of a catalogue: selections, SQL conditions, and SQL that users write."""

@@ -1,1 +1,0 @@
-"""The database file: its schema, safe access to it, and migrations."""
