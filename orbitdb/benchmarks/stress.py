@@ -194,10 +194,10 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     )
 
 
-def _relative_error(found: float, terms: Floats) -> float:
+def _relative_error(value: float, terms: Floats) -> float:
     pieces = (terms[start : start + 65536].tolist() for start in range(0, len(terms), 65536))
     exact = math.fsum(chain.from_iterable(pieces))
-    return abs(found - exact) / exact
+    return abs(value - exact) / exact
 
 
 CASES: dict[str, Callable[[], Iterator[Outcome]]] = {

@@ -136,9 +136,9 @@ def root_rows(cases: Sample, tolerances: Sequence[float] = ROOT_TOLERANCES) -> I
             def field(x: Floats, word: Words = word[None]) -> Floats:
                 return forces(cases.stadium, word, x[None])[0]
 
-            found = root(field, start[row], tol=tolerance)
-            if found.success:
-                x[row] = found.x
+            solution = root(field, start[row], tol=tolerance)
+            if solution.success:
+                x[row] = solution.x
         seconds = perf_counter() - begin
         solved = np.flatnonzero(~np.isnan(x[:, 0]))
         orbits = Orbits.empty(cases.words)
@@ -152,15 +152,15 @@ def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecisi
     """Measure ball arithmetic, whose errors are the proved radii."""
     for precision in bits:
         begin = perf_counter()
-        found = certificates(cases.words, cases.stadium, precision)
+        enclosures = certificates(cases.words, cases.stadium, precision)
         seconds = perf_counter() - begin
-        kept = [each for each in found if each.status is Status.ORBIT]
+        kept = [each for each in enclosures if each.status is Status.ORBIT]
         errors = (
             np.array([max(float(x.rad()) for x in each.coordinates) for each in kept]),
             np.array([float(each.length.rad() / each.length.mid()) for each in kept]),
             np.array([float(each.lyapunov.rad() / each.lyapunov.mid()) for each in kept]),
         )
-        failures = sum(a.status is not b.status for a, b in zip(found, cases.truth, strict=True))
+        failures = sum(a.status is not b.status for a, b in zip(enclosures, cases.truth, strict=True))
         yield _summary("balls", precision, cases, failures, errors, seconds, shared=True)
 
 

@@ -115,12 +115,12 @@ def cut(words: Words) -> list[tuple[Places, Legs]]:
     s = np.where(n > 0, symbols.ravel()[first_wall] - 1.0, 0.0)
     runs = fresh_run.sum(axis=1)
     first_run = runs.cumsum() - runs
-    found = []
+    groups = []
     for m in np.flatnonzero(np.bincount(runs)):
         rows = np.flatnonzero(runs == m)
         chain = first_run[rows] + np.arange(m)[:, None]
-        found.append((rows, Legs(k[chain], d[chain], n[chain], s[chain], words[rows].T)))
-    return found
+        groups.append((rows, Legs(k[chain], d[chain], n[chain], s[chain], words[rows].T)))
+    return groups
 
 
 def _turned(words: Words) -> tuple[Words, Places]:
@@ -172,8 +172,7 @@ def half_turns(legs: Chain, alpha: Floats) -> Floats:
 
     It is also the angle between the path and the tangent there.
     """
-    half: Floats = (np.pi - legs.d * (preceding(legs.parity * alpha) + alpha)) / (2 * legs.k)
-    return half
+    return (np.pi - legs.d * (preceding(legs.parity * alpha) + alpha)) / (2 * legs.k)
 
 
 def add_up(rows: NDArray[Any]) -> Floats:
@@ -182,8 +181,7 @@ def add_up(rows: NDArray[Any]) -> Floats:
     The bound of `summation_rounding` needs pairwise summation, which NumPy uses only along contiguous rows.
     Word by word, the sum is also the same to the last bit in whatever batch the word is.
     """
-    total: Floats = np.ascontiguousarray(rows.T).sum(axis=1)
-    return total
+    return np.ascontiguousarray(rows.T).sum(axis=1)
 
 
 def length(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:

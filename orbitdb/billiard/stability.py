@@ -49,10 +49,9 @@ def exponent(slopes: Derivatives) -> Floats:
             p, unit = np.ldexp(p, -power), np.ldexp(unit, -power)
             doublings += power
     excess = p[0] + p[3]
-    exponents: Floats = np.where(
+    return np.where(
         doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
     )
-    return exponents
 
 
 def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
@@ -96,8 +95,7 @@ def couplings_of(links: "Links", tangents: Floats) -> Floats:
     `tangents` contains the unit tangents at the bounces, shape (N, p, 2).
     """
     dot = (tangents * np.roll(tangents, -1, axis=1)).sum(axis=-1)
-    found: Floats = (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after
-    return found
+    return (links.cos_out * np.roll(links.cos_in, -1, axis=1) - dot) / links.after
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,8 +156,8 @@ def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     column[-1] += beside[-1]
     long = len(diagonal) > _LONG and diagonal.dtype == np.float64
     eliminate = _tridiagonal_long if long else tridiagonal
-    found = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
-    plain, through = found[:-1], found[-1]
+    solution = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
+    plain, through = solution[:-1], solution[-1]
     bottom = diagonal[-1] - _end_terms(column, through)
     last = np.stack([(b[-1] - _end_terms(column, x)) / bottom for b, x in zip(rhs, plain, strict=True)])
     return np.concatenate([plain - through * last[:, None], last[:, None]], axis=1)

@@ -172,12 +172,12 @@ def search(
     """
     began = ended = time.monotonic()
     last = 0.0
-    for found in levels(stadium, tell, judge):
-        yield found
+    for bounds in levels(stadium, tell, judge):
+        yield bounds
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
         last = took
-        enough = found.window == window or found.width <= width
+        enough = bounds.window == window or bounds.width <= width
         if enough or ended - began + took * growing > seconds:
             break
 

@@ -41,12 +41,12 @@ def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | 
     The result is false for undecided windows. The half length a is taken as exact; `tell` receives progress
     reports.
     """
-    found = np.zeros(len(windows), dtype=np.bool_)
+    sure = np.zeros(len(windows), dtype=np.bool_)
     decided = np.flatnonzero(verdict != Verdict.UNDECIDED)
     done = 0
     with ball_precision(PRECISION):
         if not limits_hold(windows.edges, a):
-            return found
+            return sure
     for first in range(0, len(decided), BATCH):
         batch = decided[first : first + BATCH]
         for rows, chains in open_chains(windows.rows(batch)):
@@ -59,8 +59,8 @@ def proved(windows: Windows, verdict: NDArray[np.uint8], a: float, tell: Tell | 
                 done += 1
                 with ball_precision(PRECISION):
                     f = condition_in_balls(pushed, column, a, start[column])
-                    found[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
-    return found
+                    sure[row] = f is not None and (f < 0 if way[column] > 0 else f > 0)
+    return sure
 
 
 def limits_hold(most: int, a: float) -> bool:

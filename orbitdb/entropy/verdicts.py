@@ -133,10 +133,10 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     return solved
 
 
-def _worth(found: Condition, last: Floats, enough: Floats) -> Marks:
+def _worth(condition: Condition, last: Floats, enough: Floats) -> Marks:
     """Tell which windows may gain from another step."""
-    unclear = (found.error > enough) & (np.abs(found.value) < _CLEAR * found.error)
-    return unclear & ((found.error > _SMALL) | (found.error < last / 2))
+    unclear = (condition.error > enough) & (np.abs(condition.value) < _CLEAR * condition.error)
+    return unclear & ((condition.error > _SMALL) | (condition.error < last / 2))
 
 
 def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:
@@ -200,8 +200,8 @@ def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
             tell(start, len(windows), f"{windows.edges} letters")
         batch = np.arange(start, min(start + BATCH, len(windows)))
         for rows, chains in open_chains(windows.rows(batch)):
-            found = _decide(chains, a)
-            verdict[batch[rows]], extend_left[batch[rows]] = found.verdict, found.extend_left
+            decision = _decide(chains, a)
+            verdict[batch[rows]], extend_left[batch[rows]] = decision.verdict, decision.extend_left
     return Decision(verdict, extend_left)
 
 

@@ -150,8 +150,7 @@ class OpenChains(Batch):
 
     def at_mark(self, rows: Floats) -> Floats:
         """Return the entry in the marked row of each window."""
-        found: Floats = rows[self.marked, np.arange(len(self))]
-        return found
+        return rows[self.marked, np.arange(len(self))]
 
 
 def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:

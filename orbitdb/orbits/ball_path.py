@@ -135,8 +135,7 @@ class BallPath:
             [arb(0) if p else x.mid() for x, p in zip(self.gradient, pressed, strict=True)],
         ]
         diagonal, beside, gradient = np.array(rows, dtype=object)[:, :, None]
-        step: Balls = solve_cyclic(diagonal, beside, gradient[None])[0, :, 0].tolist()
-        return step
+        return solve_cyclic(diagonal, beside, gradient[None])[0, :, 0].tolist()
 
     def widen(self) -> None:
         """Widen the directions to balls that are proved to contain the maximum."""
@@ -161,12 +160,12 @@ class BallPath:
 
     def conditions(self) -> list[Condition]:
         """Return the conditions that each end of a run or leg is on its semicircle or wall."""
-        found = [Condition(i, end, sign) for i in range(self.m) for end in (-1, 1) for sign in (-1, 1)]
+        every = [Condition(i, end, sign) for i in range(self.m) for end in (-1, 1) for sign in (-1, 1)]
         for i, (n, s, parity) in enumerate(zip(self.n, self.s, self.parity, strict=True)):
             if n:
-                found.append(Condition(i, 1, s, i, s))
-                found.append(Condition((i + 1) % self.m, -1, -s * parity, i, s))
-        return found
+                every.append(Condition(i, 1, s, i, s))
+                every.append(Condition((i + 1) % self.m, -1, -s * parity, i, s))
+        return every
 
     def slacks(self, conditions: Sequence[Condition]) -> tuple[Balls, Balls]:
         """Return the slacks of the conditions, in radians and in coordinate units."""
@@ -193,12 +192,12 @@ class BallPath:
         first, last = self.ends()
         turned = [2 * d * half for d, half in zip(self.d, self.half, strict=True)]
         on_walls = [self._on_walls(i, first, last) if n else (arb(0), arb(0)) for i, n in enumerate(self.n)]
-        found = []
+        places = []
         bounces = (part[:, self.column].tolist() for part in legs.bounces)
         for run, place, straight in zip(*bounces, strict=True):
             start, step = on_walls[run] if straight else (first[run], turned[run])
-            found.append(start + place * step if place else start)
-        return found
+            places.append(start + place * step if place else start)
+        return places
 
     def _on_walls(self, leg: int, first: Balls, last: Balls) -> tuple[arb, arb]:
         """Return the coordinate of the first wall bounce of a leg, and the step from each to the next."""

@@ -62,8 +62,8 @@ class Enclosure:
 def enclose(word: Words, stadium: Stadium, precision: int = PRECISION) -> Enclosure:
     """Enclose the stationary point of one admissible word, shape (p,), as `enclose_all` does."""
     ((_, legs),) = cut(word[None, :])
-    (found,) = enclose_all(legs, stadium, precision=precision)
-    return found
+    (enclosure,) = enclose_all(legs, stadium, precision=precision)
+    return enclosure
 
 
 def enclose_all(
@@ -131,18 +131,16 @@ def _most_bits(path: BallPath) -> int:
     return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))
 
 
-def true_errors(orbits: Orbits, found: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
+def true_errors(orbits: Orbits, enclosures: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
     """Return the true errors of N orbits, given their enclosures, as three arrays of shape (N,).
 
     These are the largest error of a coordinate, and the errors of the length and of lambda: the largest
     distance of a number from any point of its ball, rounded up.
     """
-    coordinates = [
-        max(distance(ball, x) for ball, x in zip(each.coordinates, row, strict=True))
-        for each, row in zip(found, orbits.coordinates.tolist(), strict=True)
-    ]
-    length = [distance(each.length, x) for each, x in zip(found, orbits.length.tolist(), strict=True)]
-    lyapunov = [distance(each.lyapunov, x) for each, x in zip(found, orbits.lyapunov.tolist(), strict=True)]
+    pairs = zip(enclosures, orbits.coordinates.tolist(), strict=True)
+    coordinates = [max(map(distance, enclosure.coordinates, row)) for enclosure, row in pairs]
+    length = list(map(distance, (enclosure.length for enclosure in enclosures), orbits.length.tolist()))
+    lyapunov = list(map(distance, (enclosure.lyapunov for enclosure in enclosures), orbits.lyapunov.tolist()))
     return np.array(coordinates), np.array(length), np.array(lyapunov)
 
 
@@ -152,23 +150,24 @@ def distance(ball: arb, value: float) -> float:
         return math.nextafter(float((ball - value).abs_upper()), math.inf)
 
 
-def as_orbits(words: Words, stadium: Stadium, found: Sequence[Enclosure]) -> Orbits:
+def as_orbits(words: Words, stadium: Stadium, enclosures: Sequence[Enclosure]) -> Orbits:
     """Return N >= 1 enclosures as orbits rounded to doubles; their error bounds include the rounding."""
-    coordinates, errors = _rounded([each.coordinates for each in found])
-    length, length_error = _rounded([[each.length] for each in found])
-    lyapunov, lyapunov_error = _rounded([[each.lyapunov] for each in found])
+    coordinates, errors = _rounded([enclosure.coordinates for enclosure in enclosures])
+    length, length_error = _rounded([[enclosure.length] for enclosure in enclosures])
+    lyapunov, lyapunov_error = _rounded([[enclosure.lyapunov] for enclosure in enclosures])
+    status = np.array([enclosure.status.value for enclosure in enclosures])
     return Orbits(
         words=words,
-        status=np.array([each.status.value for each in found]),
+        status=status,
         coordinates=coordinates,
         length=length[:, 0],
         lyapunov=lyapunov[:, 0],
-        margin=np.array([0.0 if each.status is Status.BOUNDARY else float(each.margin) for each in found]),
+        margin=np.where(status == Status.BOUNDARY.value, 0.0, [float(ball.margin) for ball in enclosures]),
         residual=np.abs(forces(stadium, words, coordinates)).max(axis=1),
         error=errors.max(axis=1),
         length_error=length_error[:, 0],
         lyapunov_error=lyapunov_error[:, 0],
-        iterations=np.array([each.steps for each in found]),
+        iterations=np.array([enclosure.steps for enclosure in enclosures]),
     )
 
 
@@ -215,12 +214,12 @@ class Field:
 
     def times(self, n: int, x: Turn) -> Turn:
         """Return n times an angle."""
-        found, step = (fmpq_poly([1]), fmpq_poly([])), x if n >= 0 else (x[0], -x[1])
+        total, step = (fmpq_poly([1]), fmpq_poly([])), x if n >= 0 else (x[0], -x[1])
         for bit in f"{abs(n):b}":
-            found = self.sum(found, found)
+            total = self.sum(total, total)
             if bit == "1":
-                found = self.sum(found, step)
-        return found
+                total = self.sum(total, step)
+        return total
 
 
 @dataclass(frozen=True)
@@ -279,8 +278,8 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     The path encloses its maximum, and each slack comes with its enclosure.
     """
     numbers = [part for x in [*path.alpha, *path.half] for part in (x.cos(), x.sin())]
-    for field, found in _suggestions(numbers):
-        turns = list(zip(found[::2], found[1::2], strict=True))
+    for field, elements in _suggestions(numbers):
+        turns = list(zip(elements[::2], elements[1::2], strict=True))
         exact = ExactPath(path, field, turns[: path.m], turns[path.m :])
         if exact.is_maximum() and all(exact.is_zero(*each) for each in touching):
             return True
@@ -299,19 +298,22 @@ def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
     mixed = sum(((place + 2) * x for place, x in enumerate(generators)), arb(0))
     for gamma in [*generators, mixed]:
         field = _field(gamma, bits)
-        if field is not None and (found := _elements(distinct, gamma, field.f.degree(), bits)):
-            yield field, [found[key] if x > 0 else -found[key] for key, x in zip(keys, numbers, strict=True)]
+        if field is not None and (elements := _elements(distinct, gamma, field.f.degree(), bits)):
+            signed = (
+                elements[key] if x > 0 else -elements[key] for key, x in zip(keys, numbers, strict=True)
+            )
+            yield field, list(signed)
 
 
 def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> dict[str, fmpq_poly] | None:
     """Return the numbers as polynomials in gamma, or None if one of them does not seem to be a polynomial."""
-    powers, found = [gamma**i for i in range(degree)], {}
+    powers, elements = [gamma**i for i in range(degree)], {}
     for key, x in numbers.items():
         relation = _relation([x, *powers], bits)
         if relation is None or not relation[0]:
             return None
-        found[key] = fmpq_poly([fmpq(-c, relation[0]) for c in relation[1:]])
-    return found
+        elements[key] = fmpq_poly([fmpq(-c, relation[0]) for c in relation[1:]])
+    return elements
 
 
 def _field(gamma: arb, bits: int) -> Field | None:
@@ -337,9 +339,9 @@ def _relation(numbers: Sequence[arb], bits: int) -> list[int] | None:
         mantissa, exponent = (int(part) for part in x.mid().man_exp())
         shift = exponent + bits
         row.append(mantissa << shift if shift > 0 else mantissa >> -shift)
-    *found, off = (int(x) for x in fmpz_mat(rows).lll().tolist()[0])
-    short = sum(abs(c).bit_length() for c in found) + abs(off).bit_length() + _SPARE < bits
-    return found if short else None
+    *coefficients, off = (int(x) for x in fmpz_mat(rows).lll().tolist()[0])
+    short = sum(abs(c).bit_length() for c in coefficients) + abs(off).bit_length() + _SPARE < bits
+    return coefficients if short else None
 
 
 def _bits(x: arb) -> int:

@@ -83,8 +83,8 @@ def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
         unknown = np.flatnonzero(side == 0)
         if len(unknown):
             side[unknown] = proved_signs(words[zeros.word[unknown]], ends[unknown])
-    found = Bracketed(zeros.word, x, np.maximum(high - x, x - low), after > 0, zeros.slack, slope)
-    return found.rows(np.flatnonzero(before * after == -1))
+    changes = Bracketed(zeros.word, x, np.maximum(high - x, x - low), after > 0, zeros.slack, slope)
+    return changes.rows(np.flatnonzero(before * after == -1))
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
@@ -102,11 +102,11 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
 
 def signs(words: Words, legs: Chain, a: Floats, alpha: Floats) -> Signs:
     """Return the same as `statuses`, but decide in ball arithmetic where doubles cannot."""
-    found = statuses(legs, a, alpha)
-    unknown = np.flatnonzero(found == 0)
+    sign = statuses(legs, a, alpha)
+    unknown = np.flatnonzero(sign == 0)
     if len(unknown):
-        found[unknown] = proved_signs(words[unknown], a[unknown])
-    return found
+        sign[unknown] = proved_signs(words[unknown], a[unknown])
+    return sign
 
 
 def proved_signs(words: Words, a: Floats) -> Signs:
@@ -115,11 +115,11 @@ def proved_signs(words: Words, a: Floats) -> Signs:
     Return 1 for an orbit and -1 if the word is not one; 0 for an orbit exactly through a joint, or if
     undecided.
     """
-    found = np.zeros(len(words), np.int8)
+    sign = np.zeros(len(words), np.int8)
     for at in np.unique(a).tolist():
         same = np.flatnonzero(a == at)
-        found[same] = [_SIGNS.get(each.status, 0) for each in certificates(words[same], Stadium(at))]
-    return found
+        sign[same] = [_SIGNS.get(each.status, 0) for each in certificates(words[same], Stadium(at))]
+    return sign
 
 
 Stretch = tuple[float, float | None]
@@ -187,10 +187,10 @@ def find_changes(words: Words) -> Changes:
         _search(words, least, foot, high, part, 0)
         for part in np.split(rows, range(_BATCH, len(rows), _BATCH))
     ]
-    found = Bracketed.joined([_NONE, *parts])
-    found = found.rows(np.lexsort((found.a, found.word)))
-    places = joints(words[found.word], found.slack)
-    return Changes(least, found.word, found.a, found.error, found.born, *places, found.slope)
+    changes = Bracketed.joined([_NONE, *parts])
+    changes = changes.rows(np.lexsort((changes.a, changes.word)))
+    places = joints(words[changes.word], changes.slack)
+    return Changes(least, changes.word, changes.a, changes.error, changes.born, *places, changes.slope)
 
 
 def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, Floats]:
@@ -224,7 +224,7 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
     if level == len(FINER):
         word = to_strings(words[rows[:1]])[0]
         raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
-    found = []
+    parts = []
     for low in (LOW, MIN_A):
         here = rows[foot[rows] == low]
         cells = int(np.ceil(FINER[level] * np.log(high / low) / _CELL))
@@ -232,8 +232,8 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
         for places, legs in cut(words[here]):
             own = here[places]
             part = bracket(words[own], legs, refine(legs, candidates(legs, follow(legs, grid))))
-            found.append(replace(part, word=own[part.word]))
-    changes = _merged(Bracketed.joined([_NONE, *found]))
+            parts.append(replace(part, word=own[part.word]))
+    changes = _merged(Bracketed.joined([_NONE, *parts]))
     odd = _inconsistent(changes, always)
     missing = rows[~always[rows] & ~np.isin(rows, changes.word)]
     again = np.union1d(odd, missing)
@@ -243,23 +243,23 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
     return Bracketed.joined([sound, _search(words, always, foot, high, again, level + 1)])
 
 
-def _merged(found: Bracketed) -> Bracketed:
+def _merged(changes: Bracketed) -> Bracketed:
     """Merge changes of the same word and kind whose brackets overlap, keeping the narrowest bracket."""
-    order = np.lexsort((found.a, found.word))
-    found = found.rows(order)
-    low, high = found.a - found.error, found.a + found.error
-    fresh = np.ones(len(found.a), dtype=bool)
-    fresh[1:] = (found.word[1:] != found.word[:-1]) | (low[1:] > high[:-1])
-    fresh[1:] |= found.born[1:] != found.born[:-1]
+    order = np.lexsort((changes.a, changes.word))
+    changes = changes.rows(order)
+    low, high = changes.a - changes.error, changes.a + changes.error
+    fresh = np.ones(len(changes.a), dtype=bool)
+    fresh[1:] = (changes.word[1:] != changes.word[:-1]) | (low[1:] > high[:-1])
+    fresh[1:] |= changes.born[1:] != changes.born[:-1]
     group = fresh.cumsum()
-    narrow = np.lexsort((found.error, group))
+    narrow = np.lexsort((changes.error, group))
     _, first = np.unique(group[narrow], return_index=True)
-    return found.rows(narrow[first])
+    return changes.rows(narrow[first])
 
 
-def _inconsistent(found: Bracketed, always: Marks) -> Integers:
+def _inconsistent(changes: Bracketed, always: Marks) -> Integers:
     """Return the words whose changes do not alternate, or after whose last change they are not orbits."""
-    word, born = found.word, found.born
+    word, born = changes.word, changes.born
     before = np.empty_like(born)
     before[1:] = born[:-1]
     fresh = np.ones(len(word), dtype=bool)

@@ -54,8 +54,7 @@ class OrbitClasses(Batch):
     @property
     def negative(self) -> Marks:
         """Whether the eigenvalues of M are negative, because the number of straight bounces is odd."""
-        odd: Marks = self.walls % 2 == 1
-        return odd
+        return self.walls % 2 == 1
 
     def ranges(self) -> Floats:
         """Return the least (row 0) and the greatest (row 1) lambda / p, lambda / L and L / p, shape (2, 3).

@@ -56,8 +56,7 @@ def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequenc
     """Return a cubic at fraction t of an interval of width h, given its values and slopes at the ends."""
     near, far = (1 + 2 * t) * (1 - t) ** 2, t**2 * (3 - 2 * t)
     bent = h * t * (1 - t) * ((1 - t) * slopes[0] - t * slopes[1])
-    value: Floats = near * ends[0] + far * ends[1] + bent
-    return value
+    return near * ends[0] + far * ends[1] + bent
 
 
 def motion(
@@ -162,12 +161,12 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     The stations are those of the N words along the grid (`orbitdb.orbits.continuation.follow`).
     """
     none, nothing = np.zeros(0, np.intp), np.zeros(0)
-    found, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
+    cells, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
     for station in stations:
         if before is not None:
-            found += list(_search(legs, np.arange(len(legs)), before, station, 0))
+            cells += list(_search(legs, np.arange(len(legs)), before, station, 0))
         before = station
-    return Zeros.joined(found)
+    return Zeros.joined(cells)
 
 
 def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int) -> Iterator[Zeros]:

@@ -119,5 +119,4 @@ def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: F
 def _of_logarithm(share: Floats) -> Floats:
     """Bound the change of a logarithm, given the relative change of its argument."""
     room = 1 - share
-    found: Floats = np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
-    return found
+    return np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)

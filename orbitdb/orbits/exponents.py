@@ -75,8 +75,8 @@ def _decided(
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
     left = np.flatnonzero(status == Status.UNRESOLVED)
     if len(left):
-        found = solve_in_balls(unpack(codes[left], p), stadium)
-        status[left], lengths[left], exponents_[left] = found.status, found.length, found.lyapunov
+        enclosed = solve_in_balls(unpack(codes[left], p), stadium)
+        status[left], lengths[left], exponents_[left] = enclosed.status, enclosed.length, enclosed.lyapunov
     orbits = np.flatnonzero(status == Status.ORBIT)
     return Exponents(
         rows[orbits],
@@ -100,10 +100,10 @@ class Tally:
     unresolved: int = 0  # undecided words; all other words are dynamical
 
     @classmethod
-    def of(cls, sizes: Integers, found: Iterable[Exponents]) -> "Tally":
+    def of(cls, sizes: Integers, parts: Iterable[Exponents]) -> "Tally":
         """Count the words of classes of the given sizes, from the results for one word of each class."""
         counts = np.zeros(4, np.int64)
-        for part in found:
+        for part in parts:
             orbits, *others = (sizes[each].sum() for each in (part.orbits, part.boundary, part.unresolved))
             counts += orbits, len(part.orbits), *others
         return cls(int(sizes.sum()), *counts.tolist())

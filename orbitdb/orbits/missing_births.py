@@ -103,8 +103,7 @@ def firmness(reach: Reach, v: Floats) -> Floats:
     held = reach.beyond * v
     held = held + np.where(behind > 0, soft, stiff) * behind
     held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
-    total: Floats = held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
-    return total
+    return held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
 
 
 def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
@@ -116,8 +115,7 @@ def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
 def forcing(reach: Reach, speed: Floats) -> Floats:
     """Bound the right-hand side of the equations of the second derivative, given a bound on the first."""
     kicks = reach.bend * (preceding(speed) + speed) ** 2
-    found: Floats = reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
-    return found
+    return reach.pull + 2 * reach.drag * speed + reach.lean * speed**2 + kicks + following(kicks)
 
 
 _TERMS = 1e-13
@@ -211,8 +209,7 @@ def _left_over(
     neighbours = size + preceding(size) + following(size)
     rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
     total = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
-    found: Floats = np.abs(total) + rounding
-    return found
+    return np.abs(total) + rounding
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
@@ -245,12 +242,11 @@ def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[
     falling = (~touched | (slope + play < 0)).all(axis=(0, 1))
     dead = (slack + moved < 0).any(axis=(0, 1)) | (bounds.free & (slack + away < 0).any(axis=(0, 1)))
     alive = ~touched.any(axis=(0, 1))
-    kind: NDArray[np.int8] = np.select(
+    return np.select(
         [~bounds.sound, dead, bounds.free & alive, bounds.free & rising, bounds.free & falling],
         [Kind.OPEN, Kind.DEAD, Kind.ALIVE, Kind.RISING, Kind.FALLING],
         Kind.OPEN,
     ).astype(np.int8)
-    return kind
 
 
 def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> Floats:
@@ -274,8 +270,7 @@ def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
 
 def _largest(values: Floats) -> Floats:
     """Return the largest value of each word, rounded up, shape (N,); infinite if a value is not finite."""
-    found: Floats = np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
-    return found
+    return np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
 
 
 def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:

@@ -101,8 +101,8 @@ def solve_in_doubles(
     """Find the orbits of words as `solve_admissible` does, but leave undecided words unresolved."""
     orbits = Orbits.empty(words)
     for rows, legs in cut(words):
-        found = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assess(words[rows], legs, stadium, found, every))
+        directions = newton(legs, stadium.a, tolerance)
+        orbits.place(rows, assess(words[rows], legs, stadium, directions, every))
     return orbits
 
 
@@ -114,12 +114,12 @@ def certificates(words: Words, stadium: Stadium, precision: int | None = None) -
     """
     from orbitdb.orbits.balls import PRECISION, enclose_all
 
-    found: dict[int, Enclosure] = {}
+    enclosures: dict[int, Enclosure] = {}
     for rows, legs in cut(words):
         start = newton(legs, stadium.a).alpha
         enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
-        found.update(zip(rows.tolist(), enclosed, strict=True))
-    return [found[row] for row in range(len(words))]
+        enclosures.update(zip(rows.tolist(), enclosed, strict=True))
+    return [enclosures[row] for row in range(len(words))]
 
 
 def newton(

@@ -229,8 +229,8 @@ class Orbit(Drawn):
         return None if self.coordinates is None else self._in_phase_space()[1]
 
     def _in_phase_space(self) -> tuple[Floats, Floats]:
-        found = stability.birkhoff(Stadium(self.a), from_strings([self.code]), self._one_row())
-        return found[0][0], found[1][0]
+        places = stability.birkhoff(Stadium(self.a), from_strings([self.code]), self._one_row())
+        return places[0][0], places[1][0]
 
     def _one_row(self) -> Floats:
         assert self.coordinates is not None
@@ -452,10 +452,10 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     family = class_of(word)
     from orbitdb.orbits.newton import solve_admissible  # the solver takes time to load
 
-    found = solve_admissible(from_strings([word]), stadium)
-    numbers: dict[str, Any] = {name: finite(getattr(found, name)[0]) for name in NUMBERS}
-    status = Status(str(found.status[0]))
-    there = status in (Status.ORBIT, Status.BOUNDARY)
+    solved = solve_admissible(from_strings([word]), stadium)
+    numbers: dict[str, Any] = {name: finite(getattr(solved, name)[0]) for name in NUMBERS}
+    status = Status(str(solved.status[0]))
+    is_orbit = status in (Status.ORBIT, Status.BOUNDARY)
     return Orbit(
         code=word,
         representative=family.representative,
@@ -464,8 +464,8 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
         time_reversal=time_reversal(family.stabiliser),
         symmetry=label(family.stabiliser),
         class_size=class_size(family.stabiliser),
-        coordinates=found.coordinates[0] if there else None,
+        coordinates=solved.coordinates[0] if is_orbit else None,
         solver="newton",
         exists=lives,
-        **(numbers if there else {"margin": numbers["margin"]}),
+        **(numbers if is_orbit else {"margin": numbers["margin"]}),
     )

@@ -108,8 +108,7 @@ def _runge_kutta_step(stadium: Stadium, symbols: Words, x: Floats, first: Floats
     second = _velocity(stadium, symbols, x + STEP / 2 * first)
     third = _velocity(stadium, symbols, x + STEP / 2 * second)
     fourth = _velocity(stadium, symbols, x + STEP * third)
-    moved: Floats = x + STEP / 6 * (first + 2 * (second + third) + fourth)
-    return moved
+    return x + STEP / 6 * (first + 2 * (second + third) + fourth)
 
 
 def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
@@ -144,5 +143,4 @@ def _exponent(matrices: Floats) -> Floats:
     half_trace = np.abs(np.trace(product, axis1=1, axis2=2)) / 2
     unit = np.exp(-log_size)  # its square is the determinant of the product
     root = np.sqrt(np.maximum((half_trace - unit) * (half_trace + unit), 0.0))
-    exponent: Floats = np.log(half_trace + root) + log_size
-    return exponent
+    return np.log(half_trace + root) + log_size

@@ -65,10 +65,10 @@ def shadows(
     """
     best: dict[str, Shadow] = {}
     for words, starts in _candidates(stadium, symbols, points, max(_NEAR, 2 * tolerance), whole):
-        for found in _stretches(stadium, words, starts, points, tolerance):
-            name = least_rotation(found.word)
-            if name not in best or _rank(found) < _rank(best[name]):
-                best[name] = found
+        for shadow in _stretches(stadium, words, starts, points, tolerance):
+            name = least_rotation(shadow.word)
+            if name not in best or _rank(shadow) < _rank(best[name]):
+                best[name] = shadow
     return sorted(best.values(), key=_rank)
 
 

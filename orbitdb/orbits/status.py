@@ -167,7 +167,7 @@ class Orbits(ByValue):
 
 
 def assess(
-    words: Words, legs: Legs, stadium: Stadium, found: tuple[Floats, Integers], every: bool = True
+    words: Words, legs: Legs, stadium: Stadium, directions: tuple[Floats, Integers], every: bool = True
 ) -> Orbits:
     """Turn solved directions into orbits with error bounds, and with a status if doubles can decide it.
 
@@ -177,12 +177,12 @@ def assess(
         Admissible words.
     legs : Legs
         The runs and legs of these words.
-    found : (ndarray, ndarray)
+    directions : (ndarray, ndarray)
         The directions, as in `decide`, and the number of steps that the solver took.
     every : bool, optional
         If false, words that are proved not to be orbits only get a status, a margin and a number of steps.
     """
-    alpha, iterations = found
+    alpha, iterations = directions
     verdict = decide(legs, stadium.a, alpha)
     margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
     orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)

@@ -140,8 +140,8 @@ def all_least_words(span: Span) -> LeastWords:
 
 def representatives(p: int) -> tuple[Words, Integers]:
     """Return the admissible representatives of period p, shape (N, p), and the sizes of their classes."""
-    found = all_least_words(Span.whole(p))
-    return unpack(found.codes, p), SIZES[found.stabiliser]
+    classes = all_least_words(Span.whole(p))
+    return unpack(classes.codes, p), SIZES[classes.stabiliser]
 
 
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:

@@ -59,8 +59,7 @@ def rules_broken(words: Words) -> Masks:
 
 def _somewhere(marks: Marks) -> Marks:
     """Tell which words have a mark at one or more bounces."""
-    found: Marks = np.logical_or.reduce(marks, axis=1)
-    return found
+    return np.logical_or.reduce(marks, axis=1)
 
 
 def _walls_since(sides: Floats) -> tuple[Places, Marks]:

@@ -254,11 +254,11 @@ _BATCH = 1 << 14
 
 
 def _elements() -> NDArray[np.uint8]:
-    found = np.zeros((256, len(ELEMENTS)), dtype=np.uint8)
+    table = np.zeros((256, len(ELEMENTS)), dtype=np.uint8)
     for mask in GROUPS:
         kept = [s for s in ELEMENTS if mask >> s & 1]
-        found[mask, : SIZES[mask]] = [g for g in ELEMENTS if g == min(g ^ s for s in kept)]
-    return found
+        table[mask, : SIZES[mask]] = [g for g in ELEMENTS if g == min(g ^ s for s in kept)]
+    return table
 
 
 ELEMENT_OF = _elements()

@@ -207,8 +207,7 @@ def to_strings(words: Words) -> list[str]:
     if len(words) == 0:
         return []
     characters = np.ascontiguousarray(words, dtype=np.uint32) + np.uint32(ord("0"))
-    strings: list[str] = characters.view(f"U{words.shape[1]}")[:, 0].tolist()
-    return strings
+    return characters.view(f"U{words.shape[1]}")[:, 0].tolist()
 
 
 def pack(words: Words) -> Integers:

@@ -216,10 +216,10 @@ def simulate(
     ValueError
         If `bounces` is below 1 or `trajectories` below 2.
     """
-    for done, found in references(as_stadium(stadium), bounces, seed, trajectories):
+    for done, averages in references(as_stadium(stadium), bounces, seed, trajectories):
         if progress is not None:
-            progress(done, found)
-    return found
+            progress(done, averages)
+    return averages
 
 
 def references(

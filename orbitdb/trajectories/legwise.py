@@ -145,10 +145,10 @@ def simulate_legs(
     for count in range(1, batches + 1):
         terms = _batch(stadium.a, each, legs_each, rng)
         moments += terms.sum(axis=1), (terms**2).sum(axis=1)
-        found = _reference(moments, count * each, legs_each, stadium, known, seed)
+        averages = _reference(moments, count * each, legs_each, stadium, known, seed)
         if progress is not None:
-            progress(count / batches, found)
-    return found
+            progress(count / batches, averages)
+    return averages
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:

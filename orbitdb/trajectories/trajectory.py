@@ -272,12 +272,12 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
 def _numbers(values: Any, help: str) -> Floats:
     """Return values as an array of finite numbers; raise `InputError` with the help text if they are not."""
     try:
-        found = np.asarray(values, dtype=np.float64)
+        numbers = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(help) from None
-    if not np.isfinite(found).all():
+    if not np.isfinite(numbers).all():
         raise InputError(f"{help}; nan and inf are not coordinates")
-    return found
+    return numbers
 
 
 def _follow(stadium: Stadium, rays: Rays, bounces: int) -> list[Floats]:
@@ -339,27 +339,27 @@ def trace_points(stadium: Stadium, points: Any, tolerance: float) -> Trace:
     InputError
         If the points do not have this shape, are not on the boundary, or repeat a bounce.
     """
-    found = _numbers(points, "give points as pairs x,y, one per bounce")
-    if found.size == 0:
+    bounces = _numbers(points, "give points as pairs x,y, one per bounce")
+    if bounces.size == 0:
         raise InputError("there are no points: give x,y of at least three bounces, one pair per line")
-    if found.ndim != 2 or found.shape[1] != 2:
+    if bounces.ndim != 2 or bounces.shape[1] != 2:
         raise InputError("give points as pairs x,y, one per bounce")
-    if not _LEAST_POINTS <= len(found) <= MOST_BOUNCES:
-        many = "few" if len(found) < _LEAST_POINTS else "many"
+    if not _LEAST_POINTS <= len(bounces) <= MOST_BOUNCES:
+        many = "few" if len(bounces) < _LEAST_POINTS else "many"
         raise InputError(
-            f"too {many} points ({len(found)}): give {_LEAST_POINTS} to {MOST_BOUNCES}, one per bounce"
+            f"too {many} points ({len(bounces)}): give {_LEAST_POINTS} to {MOST_BOUNCES}, one per bounce"
         )
-    _check_on_boundary(stadium, found, tolerance)
-    same = np.flatnonzero((found[1:] == found[:-1]).all(axis=1))
+    _check_on_boundary(stadium, bounces, tolerance)
+    same = np.flatnonzero((bounces[1:] == bounces[:-1]).all(axis=1))
     if len(same):
         raise InputError(f"points {same[0] + 1} and {same[0] + 2} are the same: give each bounce once")
-    if math.dist(found[0], found[-1]) <= tolerance:
-        found = found[:-1]
-    x, y = found.T
+    if math.dist(bounces[0], bounces[-1]) <= tolerance:
+        bounces = bounces[:-1]
+    x, y = bounces.T
     side = np.where(np.abs(x) > stadium.a, np.sign(x), 0.0)
     y = np.where(side == 0, np.copysign(1.0, y), y)
     alone = [np.pad(row, 1)[None] for row in (x, y, side)]  # a straight bounce at each end ends all runs
-    return Trace(1, written(stadium, *alone)[0][0], found)
+    return Trace(1, written(stadium, *alone)[0][0], bounces)
 
 
 def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> None:

@@ -75,7 +75,7 @@ BLOCK = 1000
 
 def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
-    return [found for found in birth_fills(connection) if found.whole and is_chosen(found.p, selections)]
+    return [births for births in birth_fills(connection) if births.whole and is_chosen(births.p, selections)]
 
 
 def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
@@ -114,7 +114,7 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             yield shortened(own[0].word)
 
 
-def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
+def _wrong_counts(connection: sa.Connection, fill: BirthFill) -> Iterator[str]:
     """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
     born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
     first, count = change.c.number == 1, sa.func.count
@@ -128,14 +128,12 @@ def _wrong_counts(connection: sa.Connection, found: BirthFill) -> Iterator[str]:
         "least": sa.func.min(births),
         "largest": sa.func.max(births),
     }
-    query = sa.select(*counts.values()).join_from(change, cycle).where(cycle.c.p == found.p)
+    query = sa.select(*counts.values()).join_from(change, cycle).where(cycle.c.p == fill.p)
     values = dict(zip(counts, connection.execute(query).one(), strict=True))
-    pairs = [("words", values.pop("words"), count_admissible(found.p))]
-    for name, stored, value in pairs + [
-        (name, getattr(found, name), value) for name, value in values.items()
-    ]:
+    pairs = [("words", values.pop("words"), count_admissible(fill.p))]
+    for name, stored, value in pairs + [(name, getattr(fill, name), value) for name, value in values.items()]:
         if stored != value:
-            yield f"p = {found.p}: {name} is {stored} instead of {value}"
+            yield f"p = {fill.p}: {name} is {stored} instead of {value}"
 
 
 def _against_fill(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str]:
@@ -294,9 +292,9 @@ def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]
     """Check the numbers of levels in and below each window and, if they are right, each level."""
     for stored in stored_levels(connection, a, Parity(parity)):
         tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
-        found = [task.solved(*_GRID) for task in tasks]
-        k = np.concatenate([window.k for window in found])
-        if (stored.below, len(stored.k)) != (found[0].below, len(k)):
+        anew = [task.solved(*_GRID) for task in tasks]
+        k = np.concatenate([window.k for window in anew])
+        if (stored.below, len(stored.k)) != (anew[0].below, len(k)):
             yield judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
         else:
             labels = [f"{parity} {each:.6g}" for each in stored.k]

@@ -62,9 +62,11 @@ def _file(connection: sa.Connection) -> Iterator[Check]:
 
 def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
     """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
-    fills, births = fill_rows(connection), connection.execute(sa.select(birth_fill)).mappings().all()
+    fills = fill_rows(connection)
+    births = list(map(dict, connection.execute(sa.select(birth_fill)).mappings()))
     sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
-    stored = defaultdict(lambda: (0, 0), {p: (n, words) for p, n, words in connection.execute(sizes)})
+    stored: dict[int, tuple[int, int]] = defaultdict(lambda: (0, 0))
+    stored |= {p: (classes, words) for p, classes, words in connection.execute(sizes)}
     whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
     for p in sorted(whole | stored.keys()):
         if is_chosen(p, selections):
@@ -78,7 +80,7 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
             else:
                 faults = _wrong_cursor(connection, row, row["stadium"])
             yield single("counts", f"p = {row['p']} at a = {exact(row['a'])}", faults)
-    for row in map(dict, births):
+    for row in births:
         if row["state"] != DONE and is_chosen(row["p"], selections):
             yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
 

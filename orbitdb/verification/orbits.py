@@ -122,8 +122,7 @@ def _finite(matrices: Floats) -> Floats:
 
     The signs of their eigenvalues then count as undecided.
     """
-    finite: Floats = np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
-    return finite
+    return np.where(np.isfinite(matrices).all(axis=(1, 2), keepdims=True), matrices, 0.0)
 
 
 def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
@@ -140,11 +139,11 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
     size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
     rounding = rounding_of_places(stadium)
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
-    found = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
+    bounds = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
     part = replace(part, error=error)
-    found["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
-    columns = {name: getattr(orbits, name).copy() for name in found}
-    for name, values in found.items():
+    bounds["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
+    columns = {name: getattr(orbits, name).copy() for name in bounds}
+    for name, values in bounds.items():
         columns[name][bare] = values
     return replace(orbits, **columns)
 

@@ -81,11 +81,11 @@ PROMISES = {
 
 def report(steps: Iterable[Checked]) -> list[Check]:
     """Join the checks of all steps by name, in the order of `PROMISES`."""
-    found: dict[str, Check] = {}
+    joined: dict[str, Check] = {}
     for step in steps:
         for check in step.checks:
-            found[check.name] = found[check.name].joined(check) if check.name in found else check
-    return [found[name] for name in PROMISES if name in found]
+            joined[check.name] = joined[check.name].joined(check) if check.name in joined else check
+    return [joined[name] for name in PROMISES if name in joined]
 
 
 def verify(

@@ -57,7 +57,7 @@ def test_avoided_crossings(number):
     half_lengths = published + np.array([-0.02, 0.0, 0.02])
     gaps = []
     for a in half_lengths.tolist():
-        k = levels(a, high=5.0, parities=["ee"]).k
+        k = levels(a, low=0.0, high=5.0, parities=["ee"]).k
         gaps.append((k[number] ** 2 - k[number - 1] ** 2) * Stadium(a).area)
     curve = np.polyfit(half_lengths - published, np.square(gaps), 2)
     assert curve[0] > 0

@@ -1,14 +1,12 @@
 """Words: how they are read, written, rotated and packed into integers."""
 
-import sqlite3
-from contextlib import closing, suppress
+from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from orbitdb.symbols.patterns import Factor, Like
 from orbitdb.symbols.words import (
     MAX_ORDER,
     MAX_PACKED,
@@ -176,29 +174,3 @@ def test_arrays_and_packed_words_agree_with_strings(strings):
 def test_empty_batches_are_allowed():
     assert to_strings(np.zeros((0, 5), dtype=np.uint8)) == []
     assert len(least_rotations(np.zeros(0, dtype=np.int64), 5)) == 0
-
-
-batches = st.integers(1, 20).flatmap(lambda p: st.lists(st.text("013", min_size=p, max_size=p), min_size=1))
-
-
-@given(batches, st.text("0134%_", max_size=8), st.booleans())
-@example(["0131"], "%", True)
-@example(["0130130101301310"], "%", True)
-def test_wildcards_match_as_in_sqlite(some, pattern, wanted):
-    with closing(sqlite3.connect(":memory:")) as plain:
-        likes = [plain.execute("SELECT ? LIKE ?", (word, pattern)).fetchone()[0] == wanted for word in some]
-    like = Like(pattern, wanted)
-    assert like.fitting(pack(from_strings(some)), len(some[0])).tolist() == likes
-    assert list(map(like.fits, some)) == likes
-
-
-@given(batches, st.data())
-def test_factors_are_found_across_the_end_in_up_to_two_rounds(some, data):
-    least = [min(word[turn:] + word[:turn] for turn in range(len(word))) for word in some]
-    longer = st.sampled_from(least).map(lambda word: 3 * word)
-    start, size = data.draw(st.integers(0, 20)), data.draw(st.integers(1, 41))
-    factor = Factor(data.draw(st.text("0134", min_size=1, max_size=4) | longer)[start % 4 :][:size] or "1")
-    found = [factor.factor in 2 * word for word in least]
-    assert list(map(factor.fits, least)) == found
-    for rotation in (least, some):
-        assert factor.fitting(pack(from_strings(rotation)), len(some[0])).tolist() == found

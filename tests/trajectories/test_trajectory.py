@@ -148,7 +148,8 @@ def test_a_trajectory_along_an_orbit_has_its_bounces_and_symbols():
     orbit = there(solve_word("1232131", 1.6))
     points = there(orbit.points)
     step = points[0] - points[-1]
-    path = trajectory(1.6, *points[-1], math.atan2(step[1], step[0]), bounces=14)
+    x, y = points[-1].tolist()
+    path = trajectory(1.6, x, y, math.atan2(step[1], step[0]), bounces=14)
     assert to_strings(path.symbol[None])[0] == 2 * orbit.code
     off = np.hypot(path.x - np.tile(points[:, 0], 2), path.y - np.tile(points[:, 1], 2))
     assert (off <= 1e-13 + 10 * path.error).all()
@@ -179,4 +180,4 @@ def test_a_trajectory_is_a_table_and_a_picture():
 )
 def test_an_impossible_trajectory_says_why(start, bounces, message):
     with pytest.raises(InputError, match=message):
-        trajectory(1.6, *start, bounces)
+        trajectory(1.6, start[0], start[1], start[2], bounces)
