@@ -28,13 +28,6 @@ SHOWN = "1232131"
 """The orbit of the paper's Fig. 1, shown in the pictures of the screen and of single orbits."""
 
 
-def orbit(folder: Path) -> str:
-    """Return the picture of the orbit that a notebook shows, as SVG."""
-    from orbitdb import Stadium, solve_word
-
-    return f"{solve_word(SHOWN, Stadium(1.2))._repr_svg_()}\n"
-
-
 def _screen(*keys: str) -> Callable[[Path], str]:
     """Return a function that takes a screenshot of the terminal UI after the given keys are pressed."""
 
@@ -176,7 +169,7 @@ def entropy_width(folder: Path) -> str:
 
 
 DRAWN: dict[str, Callable[[Path], str]] = {
-    "orbit.svg": orbit,
+    "orbit.svg": Figure("orbitdb plot orbit 1232131 --a 1.2 -o"),
     "browse.svg": _screen(),
     "whole-orbit.svg": _screen("enter"),
     "counts.svg": _screen("d"),
@@ -210,7 +203,6 @@ SCREENS = {"browse.svg", "whole-orbit.svg", "counts.svg", "columns.svg"}
 """The pictures of the terminal UI."""
 
 ASKED = {
-    "orbit.svg": ["orbitdb plot orbit 1232131 --a 1.2 -o figure.svg"],
     "assess.svg": [
         "orbitdb fill --p 12 --a 1.8  # measured.txt: levels below k = 40, one in twenty removed",
         "orbitdb plot assess --levels measured.txt --parity oo --a 1.8 -o figure.svg",

@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, lengths, primitive
+from orbitdb.cli.arguments import given_codes, named, primitive
 from orbitdb.cli.choice import Choice
 from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
@@ -42,6 +42,7 @@ _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
 
 _OF_ORBITS = ("entropy", "lyapunov", "lengths")
+_OF_SEVERAL_A = ("lyapunov", "lengths")
 """Figures of orbits alone, for which --status all is refused."""
 
 _MOST_K = 200.0
@@ -63,13 +64,13 @@ def plot(
     ],
     code: options.Codes = None,
     a: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             "--a",
             metavar="NUMBER",
-            help="Half length of the straight walls [default: the only one stored, else 1.6]; with --over-a, "
-            "also a grid FROM:TO:COUNT.",
-            autocompletion=options.offered_half_lengths,
+            help="Half length of the straight walls [default: the only one stored, else 1.6]; lyapunov and "
+            "lengths take several; they and --over-a also take a grid FROM:TO:COUNT.",
+            autocompletion=options.offered_several_half_lengths,
         ),
     ] = None,
     choice: Choice,
@@ -117,24 +118,27 @@ def plot(
     options.takes_only(context, asked, *_ALWAYS, *takes)
     if kind == "life":
         options.refuse_idle(context, asked, "db")
-    values = () if a is None else lengths(a)
-    if len(values) > 1 and not over_a:
-        raise InputError(f"--a {a}: plot {kind} draws one a; a grid goes with --over-a")
-    at = values[0] if len(values) == 1 else None
+    values = named(a) if a else ()
+    several_a = values is None or len(values) > 1
+    if several_a and not (over_a and values) and kind not in _OF_SEVERAL_A:
+        raise InputError(
+            f"--a {' '.join(a or ())}: plot {kind} draws one a; {' and '.join(_OF_SEVERAL_A)} draw several"
+        )
+    at = values[0] if values and not several_a else None
     choice = averaged(choice) if kind in _OF_ORBITS and not over_a else choice
     choice = replace(choice, status="orbit" if choice.status is None and "status" in takes else choice.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     if over_a:
-        made = _of_subset("averages.draw_over_a", choice, USUAL_A, db, grid=values)
+        made = _of_subset("averages.draw_over_a", choice, USUAL_A, db, grid=values or ())
     elif takes is OF_WAVE:
         made = _of_wave(kind, codes, k, given, at, db)
     elif kind == "sheet" and (words or code):
         if words and code:
             raise InputError("plot sheet: give WORD or --code, not both")
-        made = _sheet_of_words(codes, at, db)
+        made = _sheet_of_words(codes, at, db, inches)
     elif kind == "sheet":
-        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, limit=limit, order=order)
+        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, limit=limit, order=order, size=inches)
     elif "words" in takes:
         made = _of_word(kind, codes, at, db)
     elif "parity" in takes:
@@ -142,7 +146,8 @@ def plot(
             options.refuse_idle(context, "without --levels", *OF_FILE)
         made = _of_subset(DRAWINGS[kind].draw, choice, at, db, given=given)
     else:
-        made = _of_subset(DRAWINGS[kind].draw, choice, USUAL_A if kind == "births" else at, db)
+        stadiums = a if several_a else USUAL_A if kind == "births" else at
+        made = _of_subset(DRAWINGS[kind].draw, choice, stadiums, db)
     style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
@@ -174,10 +179,12 @@ def _draw(figure: str, *what: Any, **further: Any) -> "Figure":
     return made
 
 
-def _of_subset(figure: str, choice: Choice, a: float | None, db: Path, **further: Any) -> "Figure":
-    """Draw a figure of a subset of the catalogue."""
-    with progress("drawing"), reading(db, a, choice) as (moment, (chosen,)):
-        return _draw(figure, moment, chosen, **further)
+def _of_subset(
+    figure: str, choice: Choice, a: Sequence[str] | float | None, db: Path, **further: Any
+) -> "Figure":
+    """Draw a figure of a subset of the catalogue, or of a subset at several a."""
+    with progress("drawing"), reading(db, a, choice) as (moment, chosen):
+        return _draw(figure, moment, *chosen, **further)
 
 
 def _of_wave(
@@ -195,7 +202,9 @@ def _of_wave(
         return _draw(DRAWINGS[kind].draw, at, k, parity, _drawable(codes[0], at, db) if codes else None)
 
 
-def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure":
+def _sheet_of_words(
+    codes: Sequence[str], a: float | None, db: Path, size: tuple[float, float] | None
+) -> "Figure":
     """Draw the orbits of the given words, stored or solved now; note which words are not orbits."""
     from orbitdb.store.lookup import find_or_solve
 
@@ -207,7 +216,7 @@ def _sheet_of_words(codes: Sequence[str], a: float | None, db: Path) -> "Figure"
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise InputError("none of these words is an orbit that can be drawn")
-    return _draw("orbits.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}")
+    return _draw("orbits.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}", size)
 
 
 def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":

@@ -32,13 +32,22 @@ def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lyapunov(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the Lyapunov exponents by period from every method, as in Fig. 6 of the paper."""
-    found = lyapunov(moment, chosen)
-    with figure(6.4, 6.4, _title(found, chosen)) as made:
+def draw_lyapunov(moment: Moment, chosen: Selection, *others: Selection) -> Figure:
+    """Draw the Lyapunov exponents by period from every method, as in Fig. 6 of the paper.
+
+    If there are subsets at several a, only the best method of each is drawn.
+    """
+    subsets = (chosen, *others)
+    results = [lyapunov(moment, each) for each in subsets]
+    titles = [_title(found, each) for found, each in zip(results, subsets, strict=True)]
+    title = chosen.describe([each.a for each in subsets]) if others else titles[0]
+    with figure(6.4, 6.4, title) as made:
         axes = made.subplots(2, 1, sharex=True)
         for ax, name in zip(axes, EXPONENTS, strict=True):
-            curves.draw_exponent(ax, found, name)
+            if others:
+                curves.compare_exponents(ax, results, name)
+            else:
+                curves.draw_exponent(ax, results[0], name)
         axes[0].set(xlabel="")
     return made
 

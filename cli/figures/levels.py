@@ -46,7 +46,8 @@ def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) 
     judged = [] if levels is None else told_missing(moment, chosen.a, levels, parity)
     for said in [*found.notes(), *judged]:
         note(said)
-    with figure(7.2, 4.8, f"length spectrum at a = {exact(chosen.a)}, k below {found.k_max:.4g}") as made:
+    title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
+    with figure(7.2, 4.8, title) as made:
         curves.draw_spectrum(made.add_subplot(), found)
     return made
 
@@ -65,7 +66,8 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
     here = orbits.k <= end
     at, smooth, count = orbits.k[here], orbits.smooth[here], orbits.count[0][here]
     label = f"orbits, $X = {orbits.cutoffs[0]:g}$"
-    with figure(7.2, 6.0, f"{len(k)} levels at a = {exact(chosen.a)}, k below {end:.4g}") as made:
+    title = f"{len(k)} levels at a = {exact(chosen.a)}, {_of(parity)}, k below {end:.4g}"
+    with figure(7.2, 6.0, title) as made:
         above, below = made.subplots(2, 1, sharex=True)
         above.step(np.append(0.0, k), np.arange(len(k) + 1), where="post", color=BLUE, label="levels")
         above.plot(at, count, color=ORANGE, linewidth=0.8, label=label)
@@ -117,7 +119,7 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
         (r"$\Delta_3(L)$", delta3, np.array([goe_delta3(each) for each in _RIGID]), _RIGID / 15),
         (r"number variance $\Sigma^2(L)$", number_variance, goe_variance(_RIGID), _RIGID),
     ]
-    with figure(6.4, 7.2, f"spectral rigidity at a = {exact(a)}") as made:
+    with figure(6.4, 7.2, f"spectral rigidity at a = {exact(a)}: {', '.join(parts)}") as made:
         for ax, (name, statistic, goe, poisson) in zip(made.subplots(2, 1, sharex=True), shown, strict=True):
             for each, k in parts.items():
                 for balls, style in ((False, "-"), (True, ":")):
@@ -147,6 +149,10 @@ def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figu
     with figure(7.2, 4.2, _title(found, orbit)) as made:
         curves.draw_husimi(made.add_subplot(), found, orbit)
     return made
+
+
+def _of(parity: Parity | None) -> str:
+    return "all parities" if parity is None else f"parity {parity}"
 
 
 def _nearest(a: float, k: float, parity: Parity) -> Wave:

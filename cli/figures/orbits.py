@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import cycle
 
 import numpy as np
 import typer
@@ -108,12 +109,16 @@ def draw_life(found: Orbit) -> Figure:
     return made
 
 
+Size = tuple[float, float]
+
 _BINS = 120
 _MOST = 500
 """Largest number of orbits on a sheet that can still be told apart."""
 
 
-def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") -> Figure:
+def draw_sheet(
+    moment: Moment, chosen: Selection, limit: int, order: str = "p", size: Size | None = None
+) -> Figure:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = _with_paths(moment, chosen)
     note_gaps(moment, chosen, order=order)
@@ -130,12 +135,12 @@ def draw_sheet(moment: Moment, chosen: Selection, limit: int, order: str = "p") 
         total = len(moment.choose(chosen).ids)
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
         note(f"{limit} of {total} classes are drawn; {rest}")
-    return sheet_of(drawn, f"Classes of {chosen.describe()}")
+    return sheet_of(drawn, f"Classes of {chosen.describe()}", size)
 
 
-def sheet_of(orbits: Sequence[Orbit], title: str) -> Figure:
-    """Draw each orbit in a stadium of its own; all have coordinates at the same a."""
-    with figure(*size_of(len(orbits), orbits[0].a), title) as made:
+def sheet_of(orbits: Sequence[Orbit], title: str, size: Size | None = None) -> Figure:
+    """Draw each orbit in a stadium of its own; all have coordinates at the same a. The size is in inches."""
+    with figure(*(size or size_of(len(orbits), orbits[0].a)), title) as made:
         paths.draw_sheet(made.add_subplot(), orbits)
     return made
 
@@ -155,8 +160,13 @@ def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
-    """Draw the number of orbits up to length L, and their number per unit length for each period."""
+def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figure:
+    """Draw the number of orbits up to length L, and their number per unit length for each period.
+
+    If there are subsets at several a, only their numbers up to L are drawn.
+    """
+    if others:
+        return _compare_lengths(moment, (chosen, *others))
     note_gaps(moment, chosen)
     found = whole_periods.read_classes(moment, chosen)
     if not len(found):
@@ -182,6 +192,19 @@ def draw_lengths(moment: Moment, chosen: Selection) -> Figure:
         below.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
         made.colorbar(drawn, ax=below, label="orbits per unit of $L/R$", pad=0.01)
         above.set(xlabel="")
+    return made
+
+
+def _compare_lengths(moment: Moment, subsets: Sequence[Selection]) -> Figure:
+    stadiums = [each.a for each in subsets]
+    with figure(6.4, 4.2, subsets[0].describe(stadiums)) as made:
+        ax = made.add_subplot()
+        for chosen, colour in zip(subsets, cycle(INKS.values()), strict=False):
+            note_gaps(moment, chosen)
+            found = whole_periods.read_classes(moment, chosen)
+            if not len(found):
+                raise _nothing(moment, chosen)
+            paths.draw_staircase(ax, found.length, found.words, colour, f"$a = {exact(chosen.a)}$")
     return made
 
 
@@ -221,7 +244,9 @@ def draw_phase(orbits: Sequence[Orbit]) -> Figure:
         for orbit, colour, marker in zip(orbits, INKS.values(), "osD^vx", strict=False):
             assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
             ax.plot(orbit.arclength, orbit.sine, marker, color=colour, markersize=5, label=short(orbit.code))
-        ax.set(xlim=(0, Stadium(a).perimeter), ylim=(-1, 1), xlabel="arclength $s/R$", ylabel="sine")
+        ax.set(
+            xlim=(0, Stadium(a).perimeter), ylim=(-1, 1), xlabel="arc length $s/R$", ylabel=r"$\sin\alpha$"
+        )
     return made
 
 

@@ -1,5 +1,7 @@
 """Figures of results: averages by period, the length spectrum, levels, waves and Husimi functions."""
 
+from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +13,7 @@ from orbitdb.answers.lyapunov import AVERAGES
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.numerals import exact
 from orbitdb.plaintext import shortened
 from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE
 from orbitdb.quantum.weyl import weyl
@@ -26,6 +29,10 @@ if TYPE_CHECKING:
 _ROOM = 0.12
 """Margin above and below the values on the vertical axis, in units of their range."""
 _LONGEST = 30
+_EXPONENTS = {
+    "lambda_d": r"$\langle \lambda_d \rangle$ (per bounce)",
+    "lambda_c": r"$\langle \lambda_c \rangle$ (per length $R$)",
+}
 
 
 def by_period(found: Result) -> tuple[Integers, dict[str, Floats]]:
@@ -79,8 +86,23 @@ def draw_exponent(ax: Axes, found: Result, name: str) -> None:
         value, off = shown[f"{name}_trajectory"][0], 2 * shown[f"{name}_error_trajectory"][0]
         ax.axhspan(value - off, value + off, color=INK, alpha=0.2, linewidth=0)
         ax.axhline(value, color=INK, linewidth=1, label=r"random trajectories (band: $\pm 2$ errors)")
-    unit = "bounce" if name == "lambda_d" else "length $R$"
-    _over_periods(ax, rf"$\langle \{name} \rangle$ (per {unit})")
+    _over_periods(ax, _EXPONENTS[name])
+
+
+def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
+    """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has."""
+    for found, colour in zip(results, cycle(INKS.values()), strict=False):
+        p, shown = by_period(found)
+        known = [each for each in AVERAGES if not np.isnan(shown[each.of(name)]).all()]
+        if not known:
+            continue
+        best = known[-1]
+        values, label = shown[best.of(name)], f"$a = {exact(found.selection.a)}$: {best.brief}"
+        ax.plot(p, values, best.line, color=colour, markersize=5, linewidth=1, label=label)
+        if best.error:
+            error = shown[f"{best.of(name)}_error"]
+            ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+    _over_periods(ax, _EXPONENTS[name])
 
 
 def _over_periods(ax: Axes, label: str) -> None:

@@ -178,12 +178,14 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> A
         (joints[1:] + joints[:-1]) / 2, ("0: bottom", "3, 5: right", "2: top", "1, 4: left"), strict=True
     ):
         ax.annotate(name, (middle, 1.02), xycoords=("data", "axes fraction"), ha="center", color=GREY)
-    ax.set(xlim=(0, stadium.perimeter), ylim=(-1, 1), xlabel="$s/R$", ylabel=r"$\sin\,\varphi$")
+    ax.set(xlim=(0, stadium.perimeter), ylim=(-1, 1), xlabel="arc length $s/R$", ylabel=r"$\sin\alpha$")
     ax.grid(False)
     return dots
 
 
-def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
+def draw_staircase(
+    ax: Axes, length: Floats, count: Integers, colour: str = BLUE, label: str | None = None
+) -> None:
     """Draw the number of orbits up to each length.
 
     Parameters
@@ -193,9 +195,11 @@ def draw_staircase(ax: Axes, length: Floats, count: Integers) -> None:
         Lengths of orbits, in units of the radius and in any order.
     count : ndarray of int, shape (n,)
         Number of orbits that have each length.
+    colour, label : str, optional
+        Colour of the line, and its name in the legend.
     """
     order = np.argsort(length, kind="stable")
-    ax.step(length[order], np.cumsum(count[order]), where="post", color=BLUE)
+    ax.step(length[order], np.cumsum(count[order]), where="post", color=colour, label=label)
     ax.set(yscale="log", xlabel="length $L/R$", ylabel="orbits no longer than $L$")
 
 
@@ -225,19 +229,23 @@ _UNIT = 0.26
 _LONGEST = 24
 
 
-def columns_of(count: int, a: float) -> int:
-    """Return the number of columns that gives a sheet of `count` drawings a suitable shape."""
-    return max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
+def columns_of(count: int, a: float, shape: float) -> int:
+    """Return the number of columns with which `count` drawings are largest, given width over height."""
+    high, wide = _HIGH, _width(a)
+    return max(
+        range(1, count + 1),
+        key=lambda columns: min(shape / (columns * wide), 1 / (math.ceil(count / columns) * high)),
+    )
 
 
 def size_of(count: int, a: float) -> tuple[float, float]:
     """Return the width and height, in inches, of a figure with `count` orbits."""
-    columns = columns_of(count, a)
+    columns = max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
     return max(4.0, columns * _width(a) * _UNIT), math.ceil(count / columns) * _HIGH * _UNIT + 0.6
 
 
 def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
-    """Draw orbits of the same stadium row by row.
+    """Draw orbits of the same stadium row by row, in as many columns as fill the axes best.
 
     Parameters
     ----------
@@ -246,7 +254,8 @@ def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
         The orbits in the order in which to draw them; each must have coordinates.
     """
     a = orbits[0].a
-    wide, columns = _width(a), columns_of(len(orbits), a)
+    box = ax.get_window_extent()
+    wide, columns = _width(a), columns_of(len(orbits), a, box.width / box.height)
     rows = math.ceil(len(orbits) / columns)
     outline, walls, closed = Stadium(a).outline(24), [], []
     for k, orbit in enumerate(orbits):

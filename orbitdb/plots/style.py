@@ -37,6 +37,7 @@ _LOOK: Any = {
     "mathtext.fontset": "dejavusans",
     "pdf.fonttype": 42,
     "svg.hashsalt": "orbitdb",
+    "svg.fonttype": "none",  # text stays text
 }
 
 

@@ -263,7 +263,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     np.testing.assert_allclose(named(above, "orbits")[1], orbits)
     np.testing.assert_allclose(named(below, "orbits, $X = 13$, minus")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
-    assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, k below 9"
+    assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
     assert legend(above) == ["levels", "orbits, $X = 13$", "Weyl's law"]
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
@@ -276,7 +276,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
         np.testing.assert_allclose(drawn, values)
     drawn_beside(spectrum.axes[0], found, 1)
     assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
-    assert spectrum.get_suptitle() == "length spectrum at a = 1.6, k below 9"
+    assert spectrum.get_suptitle() == "length spectrum at a = 1.6, all parities, k below 9"
     assert capsys.readouterr().err.splitlines() == found.notes()
 
 

@@ -159,4 +159,4 @@ def test_phase_space_shows_all_bounces_and_names_the_walls(ax, rng, count, size)
     assert [*texts(ax)] == ["0: bottom", "3, 5: right", "2: top", "1, 4: left"]
     assert all(where[1] > 1 for where in texts(ax).values())
     assert (ax.get_xlim(), ax.get_ylim()) == ((0, pytest.approx(ends[-1])), (-1, 1))
-    says(ax, "$s/R$", r"$\sin\,\varphi$")
+    says(ax, "arc length $s/R$", r"$\sin\alpha$")

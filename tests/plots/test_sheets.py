@@ -66,6 +66,28 @@ def test_a_figure_has_the_given_size_resolution_and_title(cli, filled, drawn, tm
     assert drawn[-1].axes[0].get_title() == "Mine"
 
 
+def test_a_sheet_fills_the_given_size_and_its_text_stays_text(cli, filled, drawn, tmp_path):
+    path = tmp_path / "f.svg"
+    rows = []
+    for size in ("12x2", "3x9"):
+        asked = ("plot", "sheet", "--p", "4", "--size", size, "-o", str(path), "--force")
+        assert cli(*asked, "--db", str(filled)).code == 0
+        rows.append(len({round(text.xy[1], 3) for text in drawn[-1].axes[0].texts}))
+    assert rows[0] < rows[1]
+    assert f">{labels(drawn[-1])[0]}</text>" in path.read_text(encoding="utf-8")
+
+
+def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
+    for kind in ("lyapunov", "lengths"):
+        asked = ("plot", kind, "--a", "1", "--a", "1.6", "-o", str(tmp_path / "f.png"), "--force")
+        assert cli(*asked, "--db", str(varied)).code == 0
+        names = [text.get_text().split(":")[0] for text in drawn[-1].legends[0].get_texts()]
+        assert names == ["$a = 1$", "$a = 1.6$"]
+        assert drawn[-1].get_suptitle() == "orbits at a = 1, 1.6"
+    refused = cli("plot", "phase-space", "--a", "all", "-o", str(tmp_path / "g.png"), "--db", str(varied))
+    assert "plot phase-space draws one a" in refused.err
+
+
 def test_a_subset_can_be_drawn_as_a_sheet(filled):
     chosen = Catalogue(filled).select(p="2-3", status="orbit", coordinates=True)
     assert labels(chosen.plot("sheet").figure) == chosen.codes.tolist()
