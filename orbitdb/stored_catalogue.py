@@ -293,10 +293,10 @@ class StoredCatalogue:
 
     def fill_levels(
         self,
-        low: float,
+        low: float = 0.0,
         high: float | None = None,
-        parities: "Sequence[Parity | str] | str | None" = None,
         *,
+        parities: "Sequence[Parity | str] | str | None" = None,
         jobs: int | None = 1,
         progress: Tell | None = None,
         a: float | None = None,

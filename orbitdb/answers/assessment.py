@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 _SHOWN = 3
 """Maximum number of gaps with missing levels to name in one line."""
 
+_LOWEST = 3
+"""If this many of the lowest levels are missing, the list may be a window."""
 _CLEARLY = 0.7
 """A hint must have a scatter smaller by this factor than the largest that fits."""
 
@@ -58,7 +60,12 @@ def assess_levels(
     classes, _ = classes_for_levels(moment, stadium.a)
     orbits = orbits_for(stadium, classes, of, levels, window)
     found = assess(levels, orbits, stadium, of, window, fit_radius)
-    return found, [] if found.fits and not found.at_limit else _hints(moment, found, classes, levels)
+    if not found.fits or found.at_limit:
+        return found, _hints(moment, found, classes, levels)
+    lowest = 0 if window else int(found.number[found.number > 0][0]) - 1
+    if lowest < _LOWEST:
+        return found, []
+    return found, [f"the {lowest} lowest levels are missing: a list that begins anywhere is a window"]
 
 
 def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> list[str]:

@@ -246,7 +246,7 @@ class Levels(ByValue, Drawn):
 
 def levels(
     stadium: Stadium | float,
-    low: float,
+    low: float = 0.0,
     high: float | None = None,
     parities: Sequence[Parity | str] | str | None = None,
 ) -> Levels:

@@ -1,12 +1,13 @@
 """Numbers that others have published, computed by other means; each has its source."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from there import there
 
-from orbitdb import levels, solve_word
+from orbitdb import Catalogue, levels, solve_word
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import search
 from orbitdb.entropy.windows import geometric_entropy
@@ -73,3 +74,13 @@ def test_the_entropy_of_the_geometric_rules_is_below_the_published_bound():
 def test_proved_bounds_on_the_entropy_lie_between_the_published_ones(a):
     *_, bounds = search(Stadium(a), window=6)
     assert AT_LEAST < bounds.lower <= bounds.upper < AT_MOST
+
+
+def test_a_window_near_k_100_begins_with_level_1377_and_lacks_seven(tmp_path):
+    text = (Path(__file__).parent / "quarter_stadium_k100.txt").read_text()
+    k = np.array(" ".join(line for line in text.splitlines() if line[0] != "#").split(), float)
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.0)
+    catalogue.fill("2-10")
+    window = catalogue.assess(k, parity="oo", window=True)
+    assert (len(k), window.first, window.missing, window.spurious) == (108, 1377, 7, 0)
+    assert [(gap.after, gap.before, gap.missing) for gap in window.gaps] == [(101.386919, 101.605151, 7)]

@@ -1,6 +1,8 @@
 """Spectra judged by the orbits: levels from orbits, missing levels, and the fitted radius."""
 
 import math
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -8,8 +10,10 @@ import pytest
 from contents import answer
 from hypothesis import given
 from hypothesis import strategies as st
+from there import there
 
 from orbitdb import Catalogue, InputError
+from orbitdb.answers.assessment import assess_levels
 from orbitdb.answers.levels import beside, levels_from_orbits, read_classes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
@@ -17,7 +21,7 @@ from orbitdb.quantum.levels import levels
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
 from orbitdb.quantum.trace_formula import family, orbit_terms
-from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.selection import Selection
 
 
@@ -86,7 +90,7 @@ def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
 def test_stored_levels_are_paired_by_number(catalogue, tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-8")
-    own.fill_levels(5, 7, ["oo", "ee"])
+    own.fill_levels(5, 7, parities=["oo", "ee"])
     found = own.levels(9, method="orbits")
     known = answer(own.path, beside, found)
     stored = {(k, parity) for k, parity in zip(own_rows(own), ["oo"] * 99, strict=False)}
@@ -117,6 +121,75 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
         (gap,) = found.gaps
         spacing = 1 / weyl(Stadium(1.6), Parity.OO).deriv()(exact[n])
         assert (gap.after or 0) - 1.5 * spacing < exact[n] < gap.before + 1.5 * spacing
+
+
+@pytest.fixture(scope="module")
+def window(catalogue, exact):
+    """Levels from k = 8 on, the number of those below, and a function that assesses some of them."""
+    k = exact[exact > 8]
+
+    def assessed(levels):
+        return catalogue.assess(levels, parity="oo", window=True)
+
+    return k, len(exact) - len(k), assessed
+
+
+def test_a_window_begins_with_the_right_number_and_nothing_is_missing(window):
+    k, below, assessed = window
+    whole = assessed(k)
+    assert (whole.first, whole.total, whole.gaps, whole.spurious) == (below + 1, len(k), [], 0)
+    assert whole.number.tolist() == list(range(below + 1, below + 1 + len(k)))
+    begins = f"the list begins with level {below + 1}; none of {len(k)} levels with k from"
+    assert whole.verdict().startswith(begins)
+
+
+def test_a_missing_level_of_a_window_is_found_in_its_place(window):
+    k, below, assessed = window
+    spacing = 1 / weyl(Stadium(1.6), Parity.OO).deriv()(k)
+    for n in range(2, len(k) - 2, 3):
+        found = assessed(np.delete(k, n))
+        assert found.first == below + 1
+        (gap,) = found.gaps
+        assert gap.missing == 1
+        assert there(gap.after) - 1.5 * spacing[n] < k[n] < there(gap.before) + 1.5 * spacing[n]
+
+
+def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalogue, window):
+    k, below, assessed = window
+    _, hints = answer(catalogue.path, partial(assess_levels, a=1.6, k=k, parity="oo"))
+    assert hints == [f"the {below} lowest levels are missing: a list that begins anywhere is a window"]
+    with pytest.raises(InputError, match="assess them as a window"):
+        catalogue.assess(k[k > 12], parity="oo")
+    with pytest.raises(InputError, match="the list has only 9 levels"):
+        assessed(k[:9])
+    with pytest.raises(InputError, match="with the radius known"):
+        catalogue.assess(k, parity="oo", window=True, fit_radius=True)
+
+
+def test_where_the_orbits_cannot_tell_they_say_so(orbits):
+    """Levels crowded within the resolution of the orbits, and a list that would fit two numbers."""
+    stadium, smooth = Stadium(1.6), weyl(Stadium(1.6), Parity.OO)
+    for first, last, off, told in (
+        (100_000, 100_040, 0.0, "levels lie within their resolution"),
+        (20, 31, 0.24, "with which level a list of 11 levels"),
+    ):
+        k = np.array([wavenumber(smooth, n) for n in range(first, last)])
+        between = replace(orbits, k=k, count=smooth(k)[None] + off, smooth=smooth(k))
+        with pytest.raises(InputError, match=told):
+            assess(k, between, stadium, Parity.OO, window=True)
+
+
+def test_a_list_of_another_stadium_does_not_fit(catalogue, exact):
+    found = catalogue.assess(exact * 1.01, parity="oo")
+    assert not found.fits
+    assert found.verdict().startswith("the list does not fit a = 1.6, oo: scatter 0.")
+    failed = catalogue.assess(exact * 1.02, parity="oo", fit_radius=True)
+    assert failed.at_limit or not failed.fits
+
+
+def test_the_last_level_after_a_missing_one_is_not_spurious(orbits, exact):
+    found = assess(np.delete(exact, -2), orbits, Stadium(1.6), Parity.OO)
+    assert (found.missing, found.spurious) == (1, 0)
 
 
 def test_a_duplicate_level_is_spurious(orbits, exact):
