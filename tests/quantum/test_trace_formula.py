@@ -218,3 +218,21 @@ def test_the_amplitude_follows_from_the_monodromy_matrix(word, repetitions):
 def test_an_amplitude_needs_at_least_one_repetition():
     with pytest.raises(ValueError, match="1 or more"):
         solve_word("13", 1.6).amplitude(3.0, 0)
+
+
+def test_the_terms_of_a_quarter_stadium_have_half_lengths_and_signs(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.0)
+    catalogue.fill("2-6")
+    spectrum = catalogue.spectrum((0, 5.1), points=2, parity="oo")
+    rows = spectrum.term_rows()
+    first = {code: (times, index, sign) for code, times, _, index, sign, *_ in reversed(rows)}
+    assert first["0123"] == (1, 5, 1)  # half is closed by the half turn
+    assert first["0103"] == (1, 5, -1)  # half is closed by a mirror
+    assert [row[4] for row in rows if row[:2] == ("13", 1)] == [-1, 1]  # on the axis, one for each side
+    lengths = {row[0]: row[2] for row in rows if row[1] == 1}
+    assert lengths["011255"] == pytest.approx(4.889431983, abs=1e-9)
+    assert [row[0] for row in rows[-2:]] == ["02", "02"]
+    assert rows[-1][3:5] == (None, None)
+    for _, _, _, index, sign, real, imaginary in rows[:-2]:
+        amplitude = complex(real, imaginary)
+        assert amplitude == pytest.approx(sign * abs(amplitude) * (-1j) ** index)

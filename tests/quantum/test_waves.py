@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import InputError, solve_word, waves
+from orbitdb import Catalogue, InputError, solve_word, waves
 from orbitdb.answers.scars import NEIGHBOURS, scars_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
@@ -168,3 +168,28 @@ def test_scars_are_sorted_by_strength_and_compared_with_neighbouring_levels(few)
     own = others.pop(min(here, NEIGHBOURS))
     assert one.above == pytest.approx((own - np.mean(others)) / np.std(others), rel=1e-6)
     assert isinstance(few[0], Wave)
+
+
+def test_the_bouncing_balls_have_the_mean_over_their_rectangle(few):
+    balls = solve_word("02", A)
+    x, y = (np.arange(400) + 0.5) / 400 * A, (np.arange(200) + 0.5) / 200
+    for wave in few[:3]:
+        mean = (wave.psi(x[:, None], y) ** 2).mean() * Stadium(A).area
+        assert wave.strength(balls) == pytest.approx(mean, rel=1e-4)
+
+
+@pytest.mark.slow
+def test_scars_take_one_k_or_a_range_and_an_order(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", A)
+    catalogue.fill("2-4")
+    by = {order: catalogue.scars(8, 10, word="02", parities="oo", order=order) for order in ("k", "above")}
+    assert [scar.k for scar in by["k"]] == sorted(scar.k for scar in by["above"])
+    above = [scar.above for scar in by["above"]]
+    assert above == sorted(above, reverse=True)
+    (nearest,) = catalogue.scars(9, word="02", parities="oo")
+    assert nearest == min(by["k"], key=lambda scar: abs(scar.k - 9))
+    assert len(catalogue.scars(9, parities="oo")) == 5
+    with pytest.raises(InputError, match="give the lower end first"):
+        catalogue.scars(10, 8, word="02")
+    with pytest.raises(InputError, match="order 'x'"):
+        catalogue.scars(8, 10, order="x")
