@@ -11,7 +11,7 @@ from typing import Any
 
 from orbitdb.cli.advice import completed
 from orbitdb.export import TEXT_WRITERS
-from orbitdb.numerals import as_sure, outward, upwards
+from orbitdb.numerals import as_sure, exact, outward, upwards
 from orbitdb.plaintext import line, printable
 from orbitdb.progress import aside
 
@@ -74,7 +74,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return f"{value:g}" if name == "a" else f"{value:z.{decimals}f}"
+        return exact(value) if name == "a" else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))

@@ -13,7 +13,7 @@ from orbitdb.answers import subset_tables
 from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import WRITTEN, kind_of
+from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
@@ -239,14 +239,14 @@ class Subset(ByValue):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a pandas data frame (extra ``pandas``); codes remain strings."""
-        frame = subset_tables.to_pandas(self._columns())
+        frame = subset_tables.to_pandas(subset_tables.columns_of(self))
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
     def to_arrow(self) -> "pyarrow.Table":
         """Return the rows as an Arrow table (extra ``parquet``), typed like an exported parquet file."""
         notes = {"selection": self.selection.describe(), "a": self.selection.a}
-        return subset_tables.to_arrow(self._columns(), notes)
+        return subset_tables.to_arrow(subset_tables.columns_of(self), notes)
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """Export the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
@@ -329,13 +329,7 @@ class Subset(ByValue):
         shown = list(self[: subset_tables.MOST_ROWS])
         return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
 
-    def _columns(self) -> dict[str, Values]:
-        columns = {name: getattr(self, name) for name in _TOLD}
-        parts = None if self.coordinates is None else np.split(self.coordinates, self.start[1:-1])
-        return subset_tables.columns_of(self.selection.a, self.codes, columns, parts)
 
-
-_TOLD = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
 _, *OF_ROWS, _, _, _, _, _, _ = (each.name for each in fields(Subset))
 
 
@@ -344,14 +338,16 @@ def read_subset(
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
-    blocks = list(moment.blocks(moment.choose(selection, order, by_class=by_class), names))
+    parts: dict[str, list[Any]] = {name: [] for name in names}
+    for block in moment.blocks(moment.choose(selection, order, by_class=by_class), names):
+        for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
+            parts[name].append(values if name == COORDINATES else _array(name, values))
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
     filled = tuple(each.p for each in moment.fills(selection.a) if each.whole and selection.includes(each.p))
-    columns: dict[str, list[Any]] = {}
-    for place, name in enumerate(names):
-        columns[name] = [block[place] for block in blocks]
-    places = _flat(columns.pop(COORDINATES), columns["p"]) if coordinates else None
-    arrays: dict[str, Any] = {name: _array(name, parts) for name, parts in columns.items()}
+    places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
+    arrays: dict[str, Any] = {
+        name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
+    }
     arrays |= {"coordinates": places, "unfilled": missing, "filled": filled, "path": moment.path}
     arrays["by_class"] = by_class
     return Subset(selection, arrays.pop("code"), **arrays)
@@ -361,17 +357,16 @@ def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
     return find_or_solve(path, word, a).coordinates
 
 
-def _array(name: str, parts: list[Any]) -> NDArray[Any]:
-    """Join the parts of a column into an array, with '', 0 or NaN for missing text, integers or numbers."""
+def _array(name: str, values: Values) -> NDArray[Any]:
+    """Return a column as an array, with '', 0 or NaN for missing text, integers or numbers."""
     if kind_of(name) == "number":
-        return np.concatenate([np.zeros(0), *parts])
-    plain = [value for part in parts for value in part]
+        return np.asarray(values, np.float64)
     if kind_of(name) == "integer":
-        return np.array([value or 0 for value in plain], np.int64)
-    return np.array([value or "" for value in plain], np.dtypes.StringDType())
+        return np.array([value or 0 for value in values], np.int64)
+    return np.array([value or "" for value in values], np.dtypes.StringDType())
 
 
-def _flat(parts: list[Any], periods: list[list[int]]) -> Floats:
+def _flat(parts: list[Any], periods: list[Integers]) -> Floats:
     """Join the coordinates of all rows; a row without coordinates gets NaN for each bounce."""
     pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
     return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])

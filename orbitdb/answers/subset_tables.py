@@ -1,6 +1,6 @@
 """Subsets as tables: pandas data frames, Arrow tables, and HTML with pictures for notebooks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Values
+from orbitdb.arrays import Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import kind_of
+from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import pandas
     import pyarrow
 
+    from orbitdb.answers.subset import Subset
+
+_BLOCK = 1 << 14
 MOST_ROWS = 10
 MOST_BOUNCES = 200
 """Longer orbits get no small picture, because it would be a smudge."""
@@ -32,47 +35,60 @@ _SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
 """Alignment of each cell; by default, notebooks align all cells to the right."""
 
 
-def columns_of(
-    a: float, codes: NDArray[Any], arrays: Mapping[str, NDArray[Any]], coordinates: Sequence[Floats] | None
-) -> dict[str, Values]:
-    """Return the columns of a subset, with None where a word without a class has no value."""
-    classless = (arrays["representative"] == "").tolist()
-    columns: dict[str, Values] = {"code": codes.tolist(), "a": np.full(len(codes), a)}
-    for name, values in arrays.items():
-        kind = kind_of(name)
+def columns_of(subset: "Subset") -> Iterator[tuple[str, Values]]:
+    """Yield the columns of a subset, with None where a word without a class has no value.
+
+    They are made one at a time, because together they take as much memory as the subset.
+    """
+    classless = (subset.representative == "").tolist()
+    yield "code", _texts(subset.codes)
+    yield "a", np.full(len(subset), subset.selection.a)
+    for name in _COLUMNS:
+        kind, values = kind_of(name), getattr(subset, name)
         if kind == "text":
-            columns[name] = [text or None for text in values.tolist()]
+            yield name, _texts(values)
         elif kind == "integer" and name != "p":
-            columns[name] = [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
+            yield name, [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
         else:
-            columns[name] = values
-    if coordinates is not None:
-        columns[COORDINATES] = [None if np.isnan(x[0]) else x for x in coordinates[: len(codes)]]
-    return columns
+            yield name, values
+    if subset.coordinates is not None:
+        parts = np.split(subset.coordinates, subset.start[1:-1])
+        yield COORDINATES, [None if np.isnan(x[0]) else x for x in parts[: len(subset)]]
 
 
-def to_pandas(columns: Mapping[str, Values]) -> "pandas.DataFrame":
+_COLUMNS = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
+
+
+def _texts(values: NDArray[Any]) -> list[str | None]:
+    """Return texts as a list, with None for empty ones; equal texts are a single object, to save memory."""
+    known: dict[str, str] = {}
+    blocks = (values[start : start + _BLOCK].tolist() for start in range(0, len(values), _BLOCK))
+    return [known.setdefault(text, text) or None for block in blocks for text in block]
+
+
+def to_pandas(columns: Iterable[tuple[str, Values]]) -> "pandas.DataFrame":
     """Return a data frame; missing texts and integers are NA, missing numbers NaN.
 
     The coordinates of each row are an array or None.
     """
     pandas = load("pandas", "to_pandas()", "pandas")
     table: dict[str, Any] = {}
-    for name, values in columns.items():
+    for name, values in columns:
         if isinstance(values, np.ndarray):
             table[name] = values
         elif kind_of(name) == "numbers":
             table[name] = pandas.Series(values, dtype=object)
         else:
             table[name] = pandas.array(values, "string" if kind_of(name) == "text" else "Int64")
-    return pandas.DataFrame(table)
+    return pandas.DataFrame(table, copy=False)  # each column once in memory
 
 
-def to_arrow(columns: Mapping[str, Values], notes: Mapping[str, Any]) -> "pyarrow.Table":
+def to_arrow(columns: Iterable[tuple[str, Values]], notes: Mapping[str, Any]) -> "pyarrow.Table":
     """Return an Arrow table typed like an exported parquet file; missing values are null."""
     pa = load("pyarrow", "to_arrow()", "parquet")
-    schema = arrow_schema(tuple(columns), notes)
-    return pa.Table.from_batches([arrow_batch(list(columns.values()), schema)])
+    names, values = zip(*columns, strict=True)
+    schema = arrow_schema(names, notes)
+    return pa.Table.from_batches([arrow_batch(values, schema)])
 
 
 def to_html(title: str, orbits: Sequence[Orbit], total: int) -> str:

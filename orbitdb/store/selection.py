@@ -130,14 +130,14 @@ _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}
 
 
 def _listed_values(values: Sequence[float]) -> str:
-    shown = ", ".join(f"{value:g}" for value in values[:_MOST_VALUES])
+    shown = ", ".join(map(exact, values[:_MOST_VALUES]))
     return shown + (f" and {len(values) - _MOST_VALUES} more" if len(values) > _MOST_VALUES else "")
 
 
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
-        return f"{name} <= {high:g}"
-    return f"{name} >= {low:g}" if high is None else f"{low:g} <= {name} <= {high:g}"
+        return f"{name} <= {exact(high)}"
+    return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
 
 
 LEAST_PERIOD = 2

@@ -192,7 +192,7 @@ def test_bytes_per_row_add_up_to_the_file(filled, cli):
 def test_an_orbit_at_every_a_has_no_birth_in_any_view(filled, cli):
     assert cli("births", "--p", "4", "--db", str(filled)).code == 0
     of_lives = ask(filled, "SELECT word, born FROM life WHERE p <= 4 ORDER BY word")
-    of_words = "SELECT word, born FROM catalogue WHERE p <= 4 AND word = representative ORDER BY word"
+    of_words = "SELECT code, born FROM catalogue WHERE p <= 4 AND code = representative ORDER BY code"
     assert of_lives == ask(filled, of_words)
     assert None in dict(of_lives).values()
     assert [life.born for life in Catalogue(filled).births(2)] == [None]
