@@ -17,7 +17,7 @@ from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import printable, several
-from orbitdb.store.file.migrate import migrate
+from orbitdb.store.file import migrate
 from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
