@@ -27,7 +27,7 @@ def many_switches():
 
 @pytest.mark.usefixtures("many_switches")
 def test_ball_arithmetic_does_not_depend_on_the_users_precision_and_restores_it():
-    def solved(word: str) -> list[float]:
+    def solved(word: str) -> list[float | None]:
         orbit = solve_word(word, 1.0)
         return [orbit.length, orbit.length_error, orbit.lyapunov, orbit.lyapunov_error, orbit.error]
 

@@ -176,7 +176,7 @@ class _Context(SpawnContext):
         for process in self._made:
             if process.pid is not None:
                 process.kill()
-        self._results._writer.close()
+        self._results._writer.close()  # type: ignore[attr-defined]
 
 
 class _Process(SpawnProcess):

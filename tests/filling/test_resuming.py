@@ -20,7 +20,6 @@ from orbitdb.filling.fill import fill_geometric, fill_periods
 from orbitdb.filling.resuming import Step
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.store.file import migrate
-from orbitdb.store.selection import chosen_by
 
 Work = Callable[[Path], Iterator[Step]]
 WORKS: dict[str, Work] = {
@@ -29,9 +28,6 @@ WORKS: dict[str, Work] = {
     "fill of pruned words": lambda path: fill_geometric(path, [3, 4]),
     "births": lambda path: fill.fill_births(path, [2, 3, 5]),
     "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [5, 6]),
-    "sweep of some": lambda path: sweeps.sweep_periods(
-        path, 1.6, [6], selection=chosen_by(time_reversal="pair", length=(None, 25))
-    ),
 }
 
 
@@ -91,7 +87,7 @@ def stored(path: Path) -> Stored:
             "change": "cycle, number, a, error, kind, bounce, joint, event, slope",
             "birth_fill": "p, state, cursor, words, classes, births, deaths, always, least, largest",
             # without its blocks: a sweep that was merely not closed gets an extra empty one
-            "sweep": "stadium, p, selection, state, cursor, words, n_c, classes, boundary, sums, moments",
+            "sweep": "stadium, p, state, cursor, words, n_c, classes, boundary, sums, moments",
             "sweep_block": "*",
         }
         found = {

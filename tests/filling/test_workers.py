@@ -173,7 +173,7 @@ def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
     [
         partial(solve_block, 1.6, "newton", False, Span.whole(3)),
         partial(solve_births, Span.whole(3)),
-        partial(solve_swept, 1.6, "", {}, Span.whole(3)),
+        partial(solve_swept, 1.6, {}, Span.whole(3)),
         partial(enclose, 1.6, 3),
     ],
     ids=lambda block: block.func.__name__,
