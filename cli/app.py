@@ -56,8 +56,16 @@ PANELS = {
 
 _UNLISTED = {"tui": "browse"}
 _MODULES = {name: name for names in PANELS.values() for name in names}
-_MODULES |= dict.fromkeys(("table", "entropy", "lyapunov"), "averages")
-_MODULES |= {"delete": "info", "migrate": "info", "sweep": "fill"} | _UNLISTED
+_MODULES |= dict.fromkeys(("table", "entropy", "lyapunov", "simulate"), "averages")
+_MODULES |= {
+    "delete": "info",
+    "migrate": "info",
+    "sweep": "fill",
+    "births": "fill",
+    "sql": "query",
+    "columns": "query",
+}
+_MODULES |= dict.fromkeys(("delete", "migrate"), "info") | _UNLISTED
 """The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`
 (a dict if the module has several commands) and optionally an `AFTERWORD`."""
 

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.billiard import USUAL_A
-from orbitdb.cli.render import note, repeats
+from orbitdb.cli.output import note, repeats
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable

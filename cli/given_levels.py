@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import typer
 
 from orbitdb.cli.options import number_option
-from orbitdb.cli.render import note
+from orbitdb.cli.output import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 

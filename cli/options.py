@@ -2,17 +2,20 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.errors import InputError
 from orbitdb.numerals import real, whole
 from orbitdb.store.file import default_path, home_expanded
+
+if TYPE_CHECKING:
+    from orbitdb.store.selection import Selection
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -196,3 +199,90 @@ def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
 def _typed(context: typer.Context, name: str | None) -> bool:
     source = context.get_parameter_source(name or "")
     return source is not None and source.name == "COMMANDLINE"
+
+
+Reversal = Annotated[
+    str | None,
+    typer.Option(
+        "--reversal",
+        "--time-reversal",
+        metavar="self|pair",
+        help="Orbits that retrace their path (self) or do not (pair).",
+    ),
+]
+Symmetry = Annotated[
+    str | None,
+    typer.Option(
+        "--symmetry", metavar="LABEL", help="Orbits with exactly this symmetry, such as x,T,xT; 1 for none."
+    ),
+]
+Contains = Annotated[
+    str | None,
+    typer.Option(
+        "--contains", metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."
+    ),
+]
+
+
+def _range_option(names: str) -> Any:
+    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Range of {names}; repeatable.")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The options that choose a subset of the catalogue, as the user typed them.
+
+    A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.with_groups`).
+    """
+
+    p: Periods = None
+    status: Annotated[
+        str | None,
+        typer.Option(
+            help="orbit, geometric, dynamical, boundary or unresolved, several separated by commas, or all.",
+            autocompletion=offered_statuses,
+        ),
+    ] = None
+    reversal: Reversal = None
+    symmetry: Symmetry = None
+    contains: Contains = None
+    exists: Annotated[
+        list[float] | None,
+        number_option(help="Words that are orbits at this a, according to the stored births; repeatable."),
+    ] = None
+    not_at: Annotated[
+        list[float] | None,
+        number_option(
+            help="Words that are not orbits at this a, according to the stored births; repeatable."
+        ),
+    ] = None
+    bounds: Annotated[
+        list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c, margin, born or dies")
+    ] = None
+    where: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SQL",
+            help="Rows for which this SQL expression holds; code('310') matches a word in any rotation.",
+        ),
+    ] = None
+    parameters: Parameters = None
+
+    def at(self, a: float) -> "Selection":
+        """Return the subset at a given a; raise if an option cannot be parsed."""
+        from orbitdb.store.codes import parse_parameters
+        from orbitdb.store.selection import SelectionError, chosen_by, parse_bounds
+
+        if self.parameters and self.where is None:
+            raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
+        parameters = parse_parameters(self.parameters or (), self.where or "")
+        names = ("p", "status", "symmetry", "contains", "where")
+        chosen = chosen_by(
+            a,
+            **{name: getattr(self, name) for name in names},
+            time_reversal=self.reversal,
+            exists=self.exists or (),
+            not_at=self.not_at or (),
+            parameters=parameters,
+        )
+        return replace(chosen, ranges=parse_bounds(self.bounds or ()))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from orbitdb.cli.render import LONG_CODE, Format, code_text, number, write
+from orbitdb.cli.output import LONG_CODE, Format, code_text, number, write
 from orbitdb.columns import OF_BOUNCES
 from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit

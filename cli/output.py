@@ -1,13 +1,215 @@
-"""The options for output on stdout, and the functions that write it."""
+"""The options for output, data on stdout in the requested format, and notes on stderr."""
 
-from collections.abc import Iterable, Sequence
+import contextlib
+import math
+import re
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
-from orbitdb.cli.render import FOR_PEOPLE, Format, write
+from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
+from orbitdb.export import TEXT_WRITERS
+from orbitdb.numerals import as_sure, exact, outward, upwards
+from orbitdb.plaintext import line, printable
+from orbitdb.progress import aside
+
+
+class Format(StrEnum):
+    """Formats of data on stdout."""
+
+    TABLE = "table"
+    CSV = "csv"
+    TSV = "tsv"
+    JSON = "json"
+    JSONL = "jsonl"
+    MARKDOWN = "markdown"
+    LATEX = "latex"
+
+
+FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
+"""The formats that have few columns and rounded numbers."""
+
+_DECIMALS = {
+    "turns": 2, "share": 2, "repetitions": 1, **dict.fromkeys(("length", "total", "lyapunov"), 7),
+    **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
+}  # fmt: skip
+"""Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""
+
+_BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
+"""Proved bounds, which are rounded outward."""
+
+LONG_CODE = 40
+"""Longer codes are shown in run notation."""
+
+_TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
+"""Columns whose names end in these are shown with few digits: only their order of magnitude matters."""
+
+_TIMES = (
+    "seconds", "processor_seconds", "enumeration", "enumerating", "classification", "cutting", "newton",
+    "solving", "assessment", "balls", "storing",
+)  # fmt: skip
+
+
+def note(message: str) -> None:
+    """Write a message as one line to stderr, if possible."""
+    with aside(), contextlib.suppress(OSError):
+        print(line(completed(message)), file=sys.stderr)
+
+
+def number(name: str, value: Any) -> str:
+    """Return a value as text for people, rounded as its column requires."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        if name in _BOUNDS:
+            return outward(value, _BOUNDS[name])
+        if name.startswith(_TIMES):
+            return f"{value:.3g}"
+        if name.endswith("error"):
+            return upwards(value)
+        if name.endswith(_TINY) or (value and abs(value) < 1e-4):
+            return f"{value:z.1e}"
+        if name == "K_0":
+            return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
+        decimals = _DECIMALS.get(name, 6)
+        return exact(value) if name == "a" else f"{value:z.{decimals}f}"
+    if isinstance(value, list | tuple):
+        return " ".join(number(name, item) for item in value)
+    return printable(str(value))
+
+
+def code_text(code: str) -> str:
+    """Return a code as text for people; long codes are in run notation, truncated if still long."""
+    if len(code) <= LONG_CODE:
+        return code
+    from orbitdb.symbols.words import run_notation
+
+    text = run_notation(code)
+    return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"
+
+
+def repeats(word: str, root: str) -> str:
+    """Return a message that a word repeats a shorter one, which is used instead."""
+    count = len(word) // len(root)
+    times = "twice" if count == 2 else f"{count} times"
+    return f"{code_text(word)} repeats {code_text(root)} ({times}): using {code_text(root)}"
+
+
+def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
+    """Write rows to stdout, and return their number."""
+    if form in FOR_PEOPLE:
+        texts, left = _cells(columns, rows)
+        lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
+        sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
+        return len(texts)
+    return TEXT_WRITERS[form](sys.stdout, columns, rows)
+
+
+def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
+    """Return the texts of all cells, and for each column whether it is text and thus aligned left."""
+    texts, left = [], [False] * len(columns)
+    errors = [
+        (columns.index(name), columns.index(f"{name}_error"))
+        for name in _SAMPLED
+        if f"{name}_error" in columns and name in columns
+    ]
+    for row in rows:
+        cells = [
+            printable(code_text(value)) if name in _CODES and value is not None else number(name, value)
+            for name, value in zip(columns, row, strict=True)
+        ]
+        for place, beside in errors:
+            cells[place] = as_sure(row[place], row[beside])
+        texts.append(cells)
+        left = [known or not _is_number(value) for known, value in zip(left, row, strict=True)]
+    return texts, left
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
+_CODES = {"code", "word", "representative"}
+_SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
+"""Averages with a statistical error, shown with as many decimals as the error has."""
+
+
+def write_facts(facts: Sequence[tuple[str, str]]) -> None:
+    """Write names and values in two aligned columns."""
+    width = max(len(name) for name, _ in facts)
+    for name, text in facts:
+        sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
+
+
+def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield lines with columns as wide as their content; those marked in `left` are aligned left."""
+    lines = [names, *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for values in lines:
+        cells = (
+            text.ljust(width) if of_texts else text.rjust(width)
+            for text, width, of_texts in zip(values, widths, left, strict=True)
+        )
+        yield "  ".join(cells).rstrip()
+
+
+_IN_LATEX = str.maketrans({
+    "\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}",
+    **{sign: f"\\{sign}" for sign in "_&%#${}"},
+})  # fmt: skip
+_IN_MARKDOWN = str.maketrans({sign: f"\\{sign}" for sign in "\\`*_{}[]<>|"})
+
+
+def _markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield the lines of a table in Markdown."""
+    heading, *lines = [[text.translate(_IN_MARKDOWN) for text in row] for row in (names, *rows)]
+    sides = [":--" if of_texts else "--:" for of_texts in left]
+    for texts in (heading, sides, *lines):
+        yield f"| {' | '.join(texts)} |"
+
+
+_MATHEMATICS = {
+    "a": "a", "p": "p", "length": "L", "lyapunov": r"\lambda", "lambda_d": r"\lambda_d",
+    "lambda_c": r"\lambda_c", "N": "N", "N_t": "N_t", "N_c": "N_c", "K_0": "K_0", "h_zeta": r"h_\zeta",
+    "x": "x", "y": "y", "k": "k",
+}  # fmt: skip
+"""Columns whose headings LaTeX sets as formulas."""
+
+_POWER = re.compile(r"(-?[0-9.]+)e([+-])0*([0-9]+)")
+
+
+def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:
+    """Yield the lines of a LaTeX tabular that uses the package booktabs."""
+    lines = [" & ".join(map(_latex_heading, names)) + r" \\"]
+    for row in rows:
+        cells = map(_latex_cell, names, row, left)
+        lines.append(" & ".join(cells) + r" \\")
+    yield r"% \usepackage{booktabs}"
+    yield rf"\begin{{tabular}}{{{''.join('l' if of_texts else 'r' for of_texts in left)}}}"
+    yield from (r"\toprule", lines[0], r"\midrule", *lines[1:], r"\bottomrule", r"\end{tabular}")
+
+
+def _latex_heading(name: str) -> str:
+    of, error, _ = name.partition("_error")
+    if of in _MATHEMATICS:
+        return rf"$\Delta {_MATHEMATICS[of]}$" if error else f"${_MATHEMATICS[of]}$"
+    return name.replace("_", " ").translate(_IN_LATEX)
+
+
+def _latex_cell(name: str, text: str, is_text: bool) -> str:
+    """Return a LaTeX cell: codes in typewriter type, negative numbers and powers of ten in math mode."""
+    if name in _CODES and text:
+        return rf"\texttt{{{text.translate(_IN_LATEX)}}}"
+    if not is_text and (power := _POWER.fullmatch(text)):
+        sign = "-" if power[2] == "-" else ""
+        return rf"${power[1]} \times 10^{{{sign}{power[3]}}}$"
+    return f"${text}$" if not is_text and text.startswith("-") else text.translate(_IN_LATEX)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from orbitdb import __version__
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import arguments
-from orbitdb.cli.choice import Choice
-from orbitdb.cli.render import note
+from orbitdb.cli.options import Choice
+from orbitdb.cli.output import note
 from orbitdb.columns import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact

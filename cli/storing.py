@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli.options import count_option, refuse_idle
+from orbitdb.cli.output import note
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.numerals import exact

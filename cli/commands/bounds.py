@@ -11,9 +11,8 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import lengths
-from orbitdb.cli.output import Output
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, bring
 
 if TYPE_CHECKING:

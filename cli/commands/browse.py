@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice
+from orbitdb.cli.options import Choice
 from orbitdb.cli.reading import meant
 from orbitdb.errors import InputError
 

@@ -11,8 +11,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import ALL, many_a
-from orbitdb.cli.choice import Choice
+from orbitdb.cli.options import Choice
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
+from orbitdb.cli.output import note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import (
     asked_columns,
@@ -23,7 +24,6 @@ from orbitdb.cli.reading import (
     provenance,
     reading,
 )
-from orbitdb.cli.render import note
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several

@@ -8,11 +8,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import parse_start, read_points
-from orbitdb.cli.choice import Choice
-from orbitdb.cli.options import count_option, number_option
-from orbitdb.cli.output import Output
+from orbitdb.cli.options import Choice, count_option, number_option
+from orbitdb.cli.output import Output, code_text, note, write_facts
 from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
-from orbitdb.cli.render import code_text, note, write_facts
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output
-from orbitdb.cli.render import note, write_facts
+from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several

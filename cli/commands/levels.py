@@ -8,9 +8,8 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
-from orbitdb.cli.output import Output
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs, bring
 from orbitdb.errors import InputError
 from orbitdb.plaintext import several

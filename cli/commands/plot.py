@@ -12,12 +12,12 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, named, primitive
-from orbitdb.cli.choice import Choice
 from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
+from orbitdb.cli.options import Choice
+from orbitdb.cli.output import code_text, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
-from orbitdb.cli.render import code_text, note
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.numerals import exact, real

@@ -1,17 +1,20 @@
-"""``orbitdb query``: show one word, or rows of the catalogue."""
+"""``orbitdb query``, ``columns`` and ``sql``: words, rows, and what the columns mean."""
 
+import shutil
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.arguments import given_codes, many_a, primitive
-from orbitdb.cli.choice import Choice
-from orbitdb.cli.output import Output
+from orbitdb.cli.options import Choice
+from orbitdb.cli.output import Format, Output, code_text, note, write_facts
 from orbitdb.cli.reading import (
     asked_columns,
     described,
@@ -23,8 +26,7 @@ from orbitdb.cli.reading import (
     note_nothing,
     reading,
 )
-from orbitdb.cli.render import Format, code_text, note, write_facts
-from orbitdb.columns import IN_CATALOGUE, WRITTEN
+from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN, Column
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 
@@ -32,13 +34,20 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
     from orbitdb.store.selection import Selection
 
-EXAMPLES = (
-    "query 1232131",
-    "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c code,length",
-    "query 1232131 --a all",
-    "query --p 11 --status orbit --format csv > orbits.csv",
-)
-AFTERWORD = "'orbitdb columns' explains the columns."
+
+EXAMPLES = {
+    "query": (
+        "query 1232131",
+        "query --p 2-8 --where \"lambda_c < 0.5 and time_reversal = 'self'\" --order length -c code,length",
+        "query 1232131 --a all",
+        "query --p 11 --status orbit --format csv > orbits.csv",
+    ),
+    "sql": (
+        "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
+        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+    ),
+    "columns": ("columns", "columns --json"),
+}
 
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 """Keys shown for a word that is asked for by its code."""
@@ -88,7 +97,8 @@ def query(
     """Show an orbit by its code, or rows of the catalogue.
 
     A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. You
-    see the words of every status except geometric, unless you choose others with --status.
+    see the words of every status except geometric, unless you choose others with --status. 'orbitdb columns'
+    explains the columns.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces")
@@ -220,3 +230,68 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
         case "dies":
             return orbit.exists[0][1] if orbit.exists else None
     return getattr(orbit, key)
+
+
+COLUMN_KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
+_LEAST_WIDTH = 24
+_GAP = "  "
+
+
+def columns(*, output: Output) -> None:
+    """Explain the columns: their units, the bounds on their errors, and their meanings.
+
+    -c, --order and --where accept the columns of words and orbits, and --bounces writes the columns of
+    bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
+    length. The error of a number never exceeds its bound.
+    """
+    if output.table:
+        _write_table([each for _, group in GROUPS for each in group])
+        return
+    rows = (
+        (each.name, of, each.kind, each.unit, each.bound, each.empty, each.means)
+        for of, group in GROUPS
+        for each in group
+    )
+    output.write(COLUMN_KEYS, rows)
+
+
+def _write_table(shown: Sequence[Column]) -> None:
+    """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
+    lines = [("column", "unit", "bounded by", "means")]
+    lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
+    widths = [max(len(line[k]) for line in lines) for k in range(3)]
+    start = sum(widths) + 3 * len(_GAP)
+    room = max(shutil.get_terminal_size().columns - start, _LEAST_WIDTH)
+    for place, (*cells, means) in enumerate(lines):
+        if place == 1 + len(IN_CATALOGUE):
+            sys.stdout.write("\n")
+        first, *rest = wrap(means, room)
+        head = _GAP.join(text.ljust(width) for text, width in zip(cells, widths, strict=True))
+        sys.stdout.write("\n".join([f"{head}{_GAP}{first}", *(" " * start + more for more in rest)]) + "\n")
+
+
+def sql(
+    *,
+    statement: Annotated[str, typer.Argument(metavar="SELECT", help="One SELECT statement, in quotes.")],
+    parameters: options.Parameters = None,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Run one SELECT statement on the catalogue, over all values of a.
+
+    The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
+    class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a
+    word in any rotation.
+    """
+    from orbitdb.store.codes import hint, parse_parameters
+    from orbitdb.store.moment import reading
+    from orbitdb.store.where import run_statement
+
+    values = parse_parameters(parameters or (), statement)
+    with reading(db) as moment:
+        names, rows = run_statement(moment.connection, statement, values)
+        if (told := hint(statement)) is not None:
+            note(told)
+        if not output.write(names, rows):
+            note("no rows")
+            raise typer.Exit(1)

@@ -7,10 +7,9 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.arguments import primitive
 from orbitdb.cli.given_levels import Parities, read_range
-from orbitdb.cli.output import Output
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
-from orbitdb.cli.render import note
 from orbitdb.errors import InputError
 from orbitdb.numerals import real
 

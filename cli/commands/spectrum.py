@@ -5,12 +5,11 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, read_range
-from orbitdb.cli.output import Output
+from orbitdb.cli.options import Choice
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import reading
-from orbitdb.cli.render import note
 
 EXAMPLES = (
     "spectrum --range 3:11 --json",

@@ -12,10 +12,9 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.choice import Choice
-from orbitdb.cli.output import Output
+from orbitdb.cli.options import Choice
+from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
-from orbitdb.cli.render import note
 from orbitdb.cli.storing import Jobs
 from orbitdb.errors import AlteredError
 from orbitdb.plaintext import several

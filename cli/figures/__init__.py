@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from orbitdb.cli.choice import Choice
 from orbitdb.cli.given_levels import OF_FILE
+from orbitdb.cli.options import Choice
 
 Kind = Literal[
     "orbit", "reverse", "life", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births",

@@ -13,7 +13,7 @@ from orbitdb.answers.lyapunov import EXPONENTS, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.cli.render import note
+from orbitdb.cli.output import note
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import curves

@@ -11,7 +11,7 @@ from orbitdb.answers.levels import levels_from_zero, read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels
-from orbitdb.cli.render import note
+from orbitdb.cli.output import note
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves

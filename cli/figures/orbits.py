@@ -19,8 +19,8 @@ from orbitdb.answers.subset import read_subset
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING
+from orbitdb.cli.output import code_text, note
 from orbitdb.cli.reading import note_gaps, note_nothing
-from orbitdb.cli.render import code_text, note
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.orbit import Orbit, solve_word

@@ -9,7 +9,7 @@ from textual.reactive import reactive
 from textual.timer import Timer
 from textual.widgets import Static
 
-from orbitdb.cli.render import code_text
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import Working

@@ -19,7 +19,7 @@ from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_fills
 from orbitdb.answers.counts import Histogram, histogram, marginal, tally
-from orbitdb.cli.render import number
+from orbitdb.cli.output import number
 from orbitdb.cli.tui.choices import equals
 from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
 from orbitdb.cli.tui.keys import LEAVING, key

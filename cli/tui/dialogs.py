@@ -11,7 +11,7 @@ from textual.events import Key
 from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import code_text
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.keys import key
 from orbitdb.cli.tui.screens import Dialog, Field, Result
 from orbitdb.cli.tui.view import EVERY, USUAL

@@ -12,8 +12,8 @@ from textual.message import Message
 
 from orbitdb.answers.completeness import describe_partial, partial_fills
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.output import code_text
 from orbitdb.cli.reading import provenance
-from orbitdb.cli.render import code_text
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.view import Ordering

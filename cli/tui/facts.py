@@ -12,7 +12,7 @@ from textual import events
 from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
-from orbitdb.cli.render import code_text
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.keys import SCROLLING
 from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.numerals import upwards

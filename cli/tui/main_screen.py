@@ -11,7 +11,7 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer, Header, HelpPanel
 
-from orbitdb.cli.render import code_text
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.choices import Choices, FilterDialog, equals
 from orbitdb.cli.tui.dialogs import describe_code
 from orbitdb.cli.tui.drawing import OrbitDrawing

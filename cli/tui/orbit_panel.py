@@ -10,7 +10,7 @@ from textual.message import Message
 from textual.reactive import reactive
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
-from orbitdb.cli.render import code_text, repeats
+from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, most_important, whole

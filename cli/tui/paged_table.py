@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.cli.render import number
+from orbitdb.cli.output import number
 from orbitdb.cli.tui.keys import key
 from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, Row
 

@@ -18,7 +18,7 @@ from orbitdb.answers.results import PROVED, Result
 from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import number
+from orbitdb.cli.output import number
 from orbitdb.cli.tui.braille import Curve
 from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.keys import LEAVING

@@ -15,7 +15,7 @@ from contents import alter, ask
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.render import Format, write
+from orbitdb.cli.output import Format, write
 from orbitdb.numerals import concise, upwards, with_error
 from orbitdb.trajectories.ensemble import simulate
 

@@ -11,7 +11,7 @@ from questions import CRITERIA, KEYS, NAMES, catalogue_to_ask, expected
 from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.render import number
+from orbitdb.cli.output import number
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import place_of
 from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, Pages, fields_of
