@@ -78,6 +78,11 @@ class Ordering(NamedTuple):
         return self.column + (" desc" if self.descending else "")
 
 
+def _quoted(word: str) -> str:
+    """Return a word for the shell; double quotes are easier to read around single ones."""
+    return f'"{word}"' if "'" in word and not set(word) & set('"$`\\!') else shlex.quote(word)
+
+
 class View(NamedTuple):
     """The rows that are shown."""
 
@@ -87,24 +92,22 @@ class View(NamedTuple):
 
     def command(self, path: Path) -> str:
         """Return the shell command that writes these rows."""
-        options = {"time_reversal": "reversal", "parameters": ""}
-        words = ["orbitdb", "query", f"--db={path}"]
+        words = ["orbitdb", "query", "--db", str(path)]
         for name, value in self._criteria().items():
-            option = f"--{options.get(name, name).replace('_', '-')}"
+            option = "--reversal" if name == "time_reversal" else f"--{name.replace('_', '-')}"
             match value:
                 case dict():
                     words += [word for pair in value.items() for word in ("-P", "=".join(map(str, pair)))]
-                case tuple() if name in self.selection.ranges:
+                case tuple():
                     low, high = ("" if bound is None else exact(bound) for bound in value)
-                    words.append(f"--range={name}={low}:{high}")
+                    words += ["--range", f"{name}={low}:{high}"]
                 case list():
-                    words += [f"{option}={exact(each)}" for each in value]
+                    words += [word for each in value for word in (option, exact(each))]
                 case _:
-                    words.append(f"{option}={exact(value) if isinstance(value, float) else value}")
+                    words += [option, exact(value) if isinstance(value, float) else value]
         if self.ordering != Ordering():
-            words.append(f"--order={self.ordering}")
-        words.append(f"--columns={','.join(column.name for column in self.columns)}")
-        return shlex.join(words)
+            words += ["--order", str(self.ordering)]
+        return " ".join(map(_quoted, [*words, "-c", ",".join(column.name for column in self.columns)]))
 
     def python(self, path: Path) -> str:
         """Return the line of Python that selects these rows, after ``from orbitdb import Catalogue``."""

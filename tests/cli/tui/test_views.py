@@ -32,7 +32,7 @@ VIEWS = [
 @pytest.mark.parametrize("view", VIEWS)
 def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varied, view):
     names = [column.name for column in view.columns]
-    rows = list(Catalogue(varied).rows(view.selection, names, str(view.ordering)))
+    rows = list(Catalogue(varied).rows(view.selection, columns=names, order=str(view.ordering)))
     program, *arguments = shlex.split(view.command(varied))
     assert program == "orbitdb"
     head, *lines = csv.reader(StringIO(cli(*arguments, "--format=csv").out))
@@ -44,7 +44,7 @@ def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varie
 
 def test_the_births_that_a_view_asks_for_are_written_down():
     view = View(chosen_by(a=1.6, exists=[1.5, 2], not_at=0.5))
-    assert "--exists=1.5 --exists=2 --not-at=0.5" in view.command(Path("x.db"))
+    assert "--exists 1.5 --exists 2 --not-at 0.5" in view.command(Path("x.db"))
     assert "exists=[1.5, 2.0], not_at=[0.5]" in view.python(Path("x.db"))
 
 
