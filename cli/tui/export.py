@@ -1,8 +1,7 @@
 """Export what is on the screen: rows as csv, tsv, json, jsonl or parquet, pictures and curves as figures."""
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -108,8 +107,7 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
         chosen = moment.choose(selection, str(ordering), cancelled=cancelled)
         rows = moment.rows(chosen, WRITTEN, cancelled=cancelled)
         if path.suffix == ".parquet":
-            with _or_write("a .csv"):
-                write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
+            write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
@@ -125,8 +123,7 @@ def _draw(path: Path, orbit: Orbit | None, in_phase_space: bool) -> str:
     if in_phase_space:
         return save_figure(path, lambda figures: figures.draw_phase([orbit]))
     if path.suffix != ".svg":
-        with _or_write("an .svg"):
-            return save_figure(path, lambda figures: figures.draw_orbit(orbit))
+        return save_figure(path, lambda figures: figures.draw_orbit(orbit))
     code = code_text(orbit.code)
     title = f"The orbit {code} at a = {exact(orbit.a)}"
     with complete(path) as draft:
@@ -143,11 +140,3 @@ def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
     with complete(path) as draft:
         style.save(made, draft, path.suffix[1:], said)
     return f"{said} drawn in {path}"
-
-
-@contextmanager
-def _or_write(other: str) -> Iterator[None]:
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        raise InputError(f"{error}, or write {other}") from None

@@ -57,7 +57,7 @@ class Working(DOMNode):
                         return
             except CancelledError:
                 return
-            except (InputError, StoreError) as error:
+            except (InputError, StoreError, ModuleNotFoundError) as error:
                 self.call_later(hand_over, partial(fail or self.failed, str(error)))
 
         def hand_over(to: Callable[[], object]) -> None:

@@ -156,6 +156,7 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection())
 
 
+@pytest.mark.slow
 async def test_a_letter_typed_before_escape_but_handled_after_it_does_not_stop_the_rows(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "slash")

@@ -51,6 +51,7 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
     assert json.loads(state.read_text())["columns"] == list(USUAL)
 
 
+@pytest.mark.slow
 async def test_typing_letters_finds_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "s", *"res", "enter")

@@ -142,8 +142,8 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, columns=names)]
     pages = pages_of(catalogue, chosen, Ordering(), names)
     source = random.Random(7)
-    keys = ["k", *"jjjjjjjjj", "k", "pagedown", "G", "j", *["pageup"] * 3, "k", "g", *"llllllllllllll", "h"]
-    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=12)
+    keys = [*"kjjk", "pagedown", *"Gj", *["pageup"] * 3, *"kglllllllllllh"]
+    keys += source.choices([*MOVES, *SHIFTS, "pagedown", "pageup", "click"], k=8)
 
     app, cursor, top, column = Alone(), 0, 0, 0
     async with app.run_test(size=(70, 12)) as pilot:

@@ -11,7 +11,7 @@ IN_CI = [(size, ALL) for size in ((1, 1), (2, 3), (4, 5), (6, 24), (40, 1))]
 OTHERS = [(size, ALL) for size in ((3, 24), (5, 2), (7, 1))]
 
 
-@pytest.mark.parametrize(("size", "keys"), [*slow_but([QUICK], [QUICK, *IN_CI]), *fuzz_but([], OTHERS)])
+@pytest.mark.parametrize(("size", "keys"), [*slow_but([], [QUICK, *IN_CI]), *fuzz_but([], OTHERS)])
 async def test_every_dialog_opens_in_any_window_and_resizes(filled_once, size, keys):
     async with browsing(filled_once, size=size) as (app, pilot):
         for key in keys:

@@ -176,6 +176,7 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
             export(Shown(told_to, Selection(), Ordering(), None), tmp_path / other)
 
 
+@pytest.mark.slow
 async def test_an_export_in_progress_is_not_repeated_and_quitting_asks_first(filled, tmp_path):
     path = tmp_path / "rows.csv"
     async with browsing(filled, notifications=True) as (app, pilot):
