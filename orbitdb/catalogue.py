@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.results import Result
     from orbitdb.answers.scars import Scar
     from orbitdb.answers.subset import Subset
-    from orbitdb.orbits.classes import OrbitClasses
+    from orbitdb.orbits.exponents import OrbitClasses
     from orbitdb.quantum.length_spectrum import Spectrum
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment

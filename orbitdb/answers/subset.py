@@ -274,7 +274,7 @@ class Subset(ByValue):
     def _orbits(self) -> "WholePeriods":
         """Return the orbits of completely filled periods, each as a class with a single word."""
         from orbitdb.answers.whole_periods import WholePeriods
-        from orbitdb.orbits.classes import OrbitClasses
+        from orbitdb.orbits.exponents import OrbitClasses
 
         self._need_words()
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))

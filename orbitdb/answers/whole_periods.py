@@ -17,7 +17,7 @@ from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
 from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
-from orbitdb.orbits.classes import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.fills import moments_of
 from orbitdb.store.moment import Moment

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
 from orbitdb.equality import ByValue
-from orbitdb.orbits.classes import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses
 
 
 class Weight(StrEnum):

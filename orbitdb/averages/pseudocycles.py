@@ -18,7 +18,7 @@ from orbitdb.arrays import Floats, Integers, Places
 from orbitdb.averages.by_period import Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.equality import Batch
-from orbitdb.orbits.classes import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses
 
 CHUNK = 1 << 16
 """Approximate number of pseudo-cycles built at a time, which limits the memory."""

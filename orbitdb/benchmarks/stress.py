@@ -18,7 +18,7 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.averages.by_period import HIGHEST, PeriodSums
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
-from orbitdb.orbits.classes import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives

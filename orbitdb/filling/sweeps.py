@@ -20,8 +20,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
-from orbitdb.orbits.classes import OrbitClasses
-from orbitdb.orbits.exponents import Tally, exponents
+from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables
 from orbitdb.store.fills import moments_of

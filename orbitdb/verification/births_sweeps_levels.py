@@ -24,8 +24,7 @@ from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.numerals import exact
 from orbitdb.orbits.births import signs
-from orbitdb.orbits.classes import OrbitClasses
-from orbitdb.orbits.exponents import Tally
+from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.missing_births import KnownChange, Verdict, prove_all
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.status import Status

@@ -13,7 +13,7 @@ from orbitdb.averages.by_period import (
     lyapunov_of_periods,
 )
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.classes import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols import enumeration as classes

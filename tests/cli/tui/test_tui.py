@@ -86,7 +86,7 @@ async def test_a_particle_runs_and_phase_space_shows_the_bounces(filled):
 
 def test_statistics_of_a_subset_count_only_its_words(filled):
     from orbitdb.cli.tui.statistics_screen import curves_of, statistics
-    from orbitdb.orbits.classes import OrbitClasses
+    from orbitdb.orbits.exponents import OrbitClasses
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
