@@ -190,6 +190,10 @@ OF_BOUNCES = [
 
 OF_ANSWERS = [
     Column("coordinates", "numbers", "coordinates of all bounces", PLACE, "error", NO_ORBIT),
+    Column("area", "number",
+           "area that one traversal encloses; anticlockwise is positive. A weak magnetic field gives the "
+           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT),
+    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN),
     Column("stored", "yes or no", "whether the word is in the catalogue; if not, it was solved on the spot"),
     Column("exists", "pairs",
            "ranges of a in which the word is an orbit; each as [from, to], with null if it has no end",

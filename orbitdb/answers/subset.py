@@ -16,7 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.extras import drawn
-from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
+from orbitdb.orbits.orbit import Orbit, enclosed_areas, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.plaintext import several
 from orbitdb.store.lookup import find_or_solve
@@ -201,6 +201,27 @@ class Subset(ByValue):
     def quarter_length(self) -> Floats:
         """Lengths of one traversal in the quarter stadium x, y >= 0, shape (N,)."""
         return np.where(self.half == "", self.length, self.length / 2)
+
+    @property
+    def area(self) -> Floats:
+        """Enclosed areas, in radius^2, shape (N,) (`Orbit.area`); NaN for words without an orbit."""
+        return self._areas()[0]
+
+    @property
+    def area_error(self) -> Floats:
+        """Bounds on the errors of `area`, in radius^2, shape (N,)."""
+        return self._areas()[1]
+
+    def _areas(self) -> Floats:
+        areas = np.full((2, len(self)), np.nan)
+        for p in np.unique(self.p).tolist():
+            rows = np.flatnonzero((self.p == p) & np.isin(self.status, EXISTING))
+            symmetries = self.symmetry[rows].tolist()
+            words, places = self[rows].of_period(p)
+            areas[:, rows] = enclosed_areas(
+                Stadium(self.selection.a), words, places, self.error[rows], symmetries
+            )
+        return areas
 
     @property
     def lambda_d(self) -> Floats:

@@ -29,7 +29,7 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.cli.commands.bounds import COLUMNS as BOUNDS
     from orbitdb.cli.commands.identify import LENGTH_KEYS
     from orbitdb.cli.commands.levels import COLUMNS as LEVEL_KEYS
-    from orbitdb.cli.commands.query import WORD_KEYS
+    from orbitdb.cli.commands.query import OF_A_WORD
     from orbitdb.cli.commands.spectrum import PEAKS
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
@@ -51,7 +51,7 @@ def test_every_column_of_every_command_is_explained(cli):
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
     at_one_a = {*TABLE, *BOUNDS, *SIMULATED, "groups", *LIFE, "proof", "number"}
-    assert set(told) == {*COLUMNS, *WORD_KEYS, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
+    assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
     assert bounds - {"both errors"} <= set(told)

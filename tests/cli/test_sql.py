@@ -1,11 +1,13 @@
 """`columns` explains every column; `sql` accepts one SELECT over the views and nothing else."""
 
 import json
+import shlex
 from typing import cast
 
 import pytest
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.commands import query, sql
 from orbitdb.columns import GROUPS, IN_CATALOGUE
 from orbitdb.store.selection import chosen_by
 
@@ -54,7 +56,7 @@ def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
 
 def test_bounds_and_units_use_a_fixed_vocabulary():
     for column in EVERY:
-        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad")
+        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad", "radius^2")
         bounded = column.bound.removesuffix(" in life").endswith(("error", "errors"))
         assert bounded or column.bound in ("", "exact", "proved", "itself")
         assert "error" not in column.empty
@@ -103,3 +105,11 @@ def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
 def test_a_blob_is_shown_in_hexadecimal(varied, cli):
     found = cli("sql", "SELECT x'00ff' AS b", "--json", "--db", str(varied))
     assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])
+
+
+@pytest.mark.usefixtures("filled")
+@pytest.mark.parametrize("example", [*query.EXAMPLES, *sql.EXAMPLES])
+def test_the_examples_in_the_help_give_rows(cli, example):
+    """The catalogue here ends before the period of one of them, which a note then says."""
+    done = cli(*shlex.split(example.partition(" > ")[0]))
+    assert (done.code == 0 and done.out) or "period 11 is not filled" in done.err, done.err
