@@ -7,7 +7,7 @@ from typing import cast
 import pytest
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.commands import query, sql
+from orbitdb.cli.commands.query import EXAMPLES
 from orbitdb.columns import GROUPS, IN_CATALOGUE
 from orbitdb.store.selection import chosen_by
 
@@ -108,7 +108,7 @@ def test_a_blob_is_shown_in_hexadecimal(varied, cli):
 
 
 @pytest.mark.usefixtures("filled")
-@pytest.mark.parametrize("example", [*query.EXAMPLES, *sql.EXAMPLES])
+@pytest.mark.parametrize("example", [*EXAMPLES["query"], *EXAMPLES["sql"]])
 def test_the_examples_in_the_help_give_rows(cli, example):
     """The catalogue here ends before the period of one of them, which a note then says."""
     done = cli(*shlex.split(example.partition(" > ")[0]))
