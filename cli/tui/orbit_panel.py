@@ -20,7 +20,6 @@ from orbitdb.errors import StoreError
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.lookup import with_existence
-from orbitdb.store.rows import need_words
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 
@@ -154,7 +153,6 @@ class OrbitPanel(Vertical, Working):
                 return
             word = shown.code
         try:
-            need_words([word], [len(word)])
             self.orbit = self._file.find(word, self.home)
         except StoreError as error:
             self.orbit = None

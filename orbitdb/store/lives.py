@@ -20,7 +20,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
-from orbitdb.store.query import NEAR
 from orbitdb.store.schema import BORN, DONE
 from orbitdb.store.tables import birth_fill, change, cycle, life
 from orbitdb.symbols.pruning import count_admissible
@@ -130,6 +129,9 @@ class Standing(IntEnum):
         """The standing in plain words, such as ``not yet``."""
         return self.name.lower().replace("_", " ")
 
+
+NEAR = 2.0
+"""Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
 
 _ROW = np.dtype([("cycle", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
 

@@ -12,7 +12,7 @@ import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 import sqlalchemy as sa
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Integers, Masks
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import driver
+from orbitdb.store.lives import NEAR, Standings
 from orbitdb.store.rows import COUNTS, Chosen, as_array, orders_of
 from orbitdb.store.schema import BORN, DIED, LONG
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
@@ -28,9 +29,6 @@ from orbitdb.store.tables import ENDS, catalogue, change, classes, cycle, pruned
 from orbitdb.store.where import Patience, driver_with_code, expression, never, of_classes, watched
 from orbitdb.symbols.symmetry import ELEMENT_OF, STABILISER_OF, places_of_elements
 from orbitdb.symbols.words import MAX_KEYED
-
-if TYPE_CHECKING:
-    from orbitdb.store.lives import Standings
 
 _OF_WORDS = ("code", "element")
 """Columns whose values differ between the words of a class."""
@@ -257,7 +255,7 @@ def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
     return periods
 
 
-def periods_without(connection: sa.Connection, ids: Integers, standings: "Standings") -> list[int]:
+def periods_without(connection: sa.Connection, ids: Integers, standings: Standings) -> list[int]:
     """Return the distinct periods of the classes for which no births are stored."""
     return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
 
@@ -285,9 +283,6 @@ def first_beginning(
 
 COLUMNS = tuple(catalogue.c.keys())
 """The columns of the view ``catalogue``."""
-
-NEAR = 2.0
-"""Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
 
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 

@@ -6,7 +6,6 @@ count. Averages weight a class by its number of bits. A third array is needed on
 """
 
 import json
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,11 +19,9 @@ from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
 from orbitdb.equality import ByValue
 from orbitdb.errors import AlteredError
-from orbitdb.plaintext import printable, shortened
 from orbitdb.store.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import classes, pruned_rows
-from orbitdb.symbols.pruning import RULES
 from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
@@ -137,20 +134,16 @@ def listed(ids: Integers) -> sa.Select[tuple[int]]:
     return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
 
 
-def orders_of(ids: Integers, sound: bool = True) -> Integers:
+def orders_of(ids: Integers) -> Integers:
     """Return the periods of classes and pruned words, given their ids.
 
-    The period is `MAX_KEYED` + 1 for all words too long for a key. An id smaller than any key raises
-    `StoreError` or, if `sound` is false, gets period 0.
+    The period is `MAX_KEYED` + 1 for all words too long for a key, and 0 for an id smaller than any key.
     """
     keys = np.abs(ids)
-    low = keys < _LEAST
-    if sound and low.any():
-        raise unsound("a class with the id", ids[low][0])
     ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
     found = np.searchsorted(ends, keys, side="right")
     found[keys >= LONG] = MAX_KEYED + 1
-    found[low] = 0
+    found[keys < _LEAST] = 0
     return found
 
 
@@ -171,6 +164,8 @@ def blocks_of(
     ------
     SelectionError
         If a column is not one of `COLUMNS`.
+    StoreError
+        If a row cannot be read because it was altered.
     """
     for name in names:
         if name not in COLUMNS:
@@ -182,8 +177,12 @@ def blocks_of(
         for begin in range(0, len(words.ids), step):
             here = slice(begin, begin + step)
             ids, inverse = np.unique(words.ids[here], return_inverse=True)
-            shared = _classes(connection, chosen.selection.a, ids, names)
-            yield _Block(shared, inverse, words.places[here]).columns(names)
+            try:
+                shared = _classes(connection, chosen.selection.a, ids, names)
+                columns = _Block(shared, inverse, words.places[here]).columns(names)
+            except (LookupError, TypeError, ValueError) as error:
+                raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
+            yield columns
 
 
 def plain(column: Values) -> Sequence[Any]:
@@ -210,7 +209,7 @@ def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequenc
         rows += sorted(connection.execute(query).cursor.fetchall(), key=lambda row: row[0])
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
-        raise unsound("missing rows of classes with ids from", f"{ids[0]} to {ids[-1]}")
+        raise LookupError("rows are missing")
     return list(zip(names, columns, strict=True))
 
 
@@ -222,16 +221,10 @@ class _Block:
         self.rows, self.places = inverse.tolist(), places.tolist()
         self.inverse = inverse
         orders, texts = self.shared["p"], self.shared["words"]
-        need_words(texts, [p * (len(text) // p) if p else -1 for p, text in zip(orders, texts, strict=True)])
-        for least, text in zip(self.shared["representative"], texts, strict=True):
-            if least is not None and least != text[: len(least)]:
-                raise unsound("a representative that does not begin its class:", least)
         self.words = [
             texts[row][orders[row] * place : orders[row] * (place + 1)]
             for row, place in zip(self.rows, self.places, strict=True)
         ]
-        if not all(self.words):
-            raise unsound("a class without some of its words:", self.shared["representative"][0])
 
     def columns(self, names: Sequence[str]) -> list[Values]:
         """Return the named columns."""
@@ -249,22 +242,19 @@ class _Block:
             return [None] * len(self.rows)
         if kind_of(name) != "number":
             return [values[row] for row in self.rows]
-        try:
-            return as_array(name, values)[self.inverse]
-        except (TypeError, ValueError) as error:
-            raise unsound("a value that is not a number in the column", name) from error
+        return as_array(name, values)[self.inverse]
 
     def _rules(self) -> list[list[int]]:
-        known = [read_rules(text) for text in self.shared["rules"]]
-        return [known[row] for row in self.rows]
+        rules = [[int(rule) for rule in text.split(",")] if text else [] for text in self.shared["rules"]]
+        return [rules[row] for row in self.rows]
 
     def _elements(self) -> list[int | None]:
-        known = [
-            None if label is None else ELEMENT_OF[stabiliser_of(label)].tolist()
+        elements = [
+            None if label is None else ELEMENT_OF[STABILISER_OF[label]].tolist()
             for label in self.shared["symmetry"]
         ]
         pairs = zip(self.rows, self.places, strict=True)
-        return [None if (own := known[row]) is None else own[place] for row, place in pairs]
+        return [None if (own := elements[row]) is None else own[place] for row, place in pairs]
 
     def _coordinates(self) -> list[Floats | None]:
         """Return the coordinates of the words, from those of the representatives and the symmetries."""
@@ -276,70 +266,9 @@ class _Block:
                 groups.setdefault((len(self.words[row]), element), []).append(row)
         for (p, element), members in groups.items():
             owners = [self.rows[row] for row in members]
-            places = coordinates_of([blobs[own] for own in owners], p)
+            places = np.frombuffer(b"".join(blobs[own] for own in owners), dtype="<f8").reshape(-1, p)
             texts = [least[own] for own in owners]
-            need_words(texts, [p] * len(texts))
-            try:
-                images = image_coordinates([self.words[row] for row in members], texts, element, places)
-            except ValueError as error:
-                raise unsound("a word that is not an image of", texts[0]) from error
+            images = image_coordinates([self.words[row] for row in members], texts, element, places)
             for row, image in zip(members, images, strict=True):
                 found[row] = image
         return found
-
-
-# values that cannot be read
-
-
-_WORD = re.compile("[0-5]+")
-_RULES = {str(rule.number) for rule in RULES}
-_FAR = 1e7
-"""Larger than all coordinates in all stadiums."""
-
-
-def unsound(what: str, value: object) -> AlteredError:
-    """Return the error for a value that cannot occur in a catalogue."""
-    text = printable(str(value))
-    return AlteredError(f"{what} {shortened(text)!r}")
-
-
-def is_written(word: str, p: int) -> bool:
-    """Tell whether a text is a word of period p."""
-    return len(word) == p and _WORD.fullmatch(word) is not None
-
-
-def need_words(words: Sequence[str], orders: Sequence[int]) -> None:
-    """Raise `StoreError`, with the first invalid text, unless every text is a word of its period."""
-    if list(map(len, words)) == list(orders) and _WORD.fullmatch("".join(words) or "0"):
-        return
-    wrong = next(word for word, p in zip(words, orders, strict=True) if not is_written(word, p))
-    raise unsound("not a word:", wrong)
-
-
-def coordinates_of(blobs: Sequence[bytes], p: int) -> Floats:
-    """Return the coordinates in BLOBs, shape (N, p).
-
-    Raises `StoreError` unless each BLOB contains p possible coordinates.
-    """
-    for blob in blobs:
-        if len(blob) != 8 * p:
-            raise unsound(f"coordinates of {p} bounces with a wrong size in bytes:", len(blob))
-    places = np.frombuffer(b"".join(blobs), dtype="<f8").reshape(-1, p)
-    if not (np.abs(places) < _FAR).all():
-        raise unsound("impossible coordinates of an orbit of period", p)
-    return places
-
-
-def read_rules(text: str | None) -> list[int]:
-    """Return the rules listed in the column ``rules``; raise `StoreError` if it contains anything else."""
-    parts = text.split(",") if text else []
-    if not all(part in _RULES for part in parts):
-        raise unsound("rules", text)
-    return [int(part) for part in parts]
-
-
-def stabiliser_of(symmetry: str) -> int:
-    """Return the stabiliser with a given symmetry label; raise `StoreError` if there is none."""
-    if symmetry not in STABILISER_OF:
-        raise unsound("not a symmetry:", symmetry)
-    return STABILISER_OF[symmetry]

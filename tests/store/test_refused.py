@@ -96,7 +96,10 @@ def test_a_bound_number_matches_the_code_with_its_digits(varied):
 
 def test_the_elements_of_a_class_must_lead_to_its_words(own):
     alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
-    with pytest.raises(StoreError, match="not an image of"), closing(Catalogue(own)) as catalogue:
+    with (
+        pytest.raises(StoreError, match="was altered: a row of the classes"),
+        closing(Catalogue(own)) as catalogue,
+    ):
         list(catalogue.rows(chosen_by(a=1.6), columns=("code", "coordinates")))
 
 
