@@ -95,7 +95,8 @@ class Processes(Workers):
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
         self._context = _Context()
-        self._pool = ProcessPoolExecutor(jobs, self._context, _begin)
+        with _apart():  # it starts Python's tracker of resources
+            self._pool = ProcessPoolExecutor(jobs, self._context, _begin)
 
     def __enter__(self) -> Self:
         """Start the processes now, because that takes a few tenths of a second."""
@@ -198,8 +199,9 @@ def _apart() -> Iterator[None]:
     with _one_at_a_time:
         main = sys.modules["__main__"]
         if masked:
-            resource_tracker.ensure_running()  # it unblocks signals when it starts
             before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
+            resource_tracker.ensure_running()  # SIGHUP would end it, and it unblocks other signals
+            signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
         try:
             sys.modules["__main__"] = ModuleType("__main__")
             yield
