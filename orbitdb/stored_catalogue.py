@@ -20,6 +20,7 @@ from orbitdb.store.selection import (
     SelectionError,
     chosen_by,
     chosen_periods,
+    fillable,
     with_criteria,
 )
 
@@ -424,7 +425,13 @@ class StoredCatalogue:
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
 
         The list is empty if no births of the period are stored (`fill_births`).
+
+        Raises
+        ------
+        InputError
+            If no catalogue can have births of the period.
         """
+        fillable([(p, p)])
         with self._file.moment() as moment:
             return moment.births(p)
 

@@ -136,7 +136,7 @@ def _listed_values(values: Sequence[float]) -> str:
 
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
-        return f"{name} <= {exact(high)}"
+        return f"{name} <= {'' if high is None else exact(high)}"
     return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
 
 

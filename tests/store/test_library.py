@@ -333,3 +333,11 @@ def test_other_libraries_read_a_subset_through_arrow(varied):
     read = pyarrow.table(subset)
     assert read.equals(subset.to_arrow())
     assert read["code"].to_pylist() == subset.codes.tolist()
+
+
+def test_births_of_an_impossible_period_are_refused(filled):
+    catalogue = Catalogue(filled)
+    for p in (1, 50, -3):
+        with pytest.raises(InputError, match=f"^period {p}: the"):
+            catalogue.births(p)
+    assert catalogue.births(3) == []
