@@ -23,7 +23,7 @@ query --p 2-1 | 2 | backwards: the least period is 2
 query --status lost | 2 | lost
 query --range colour=1:2 | 2 | colour
 query --range length=long: | 2 | length=3:10
-query -P =3 | 2 | name=value
+query --where 'p = :x' -P =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
 entropy --status dynamical | 2 | only orbits (and boundary) have | : leave out status dynamical
 lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
@@ -40,7 +40,6 @@ query --where '1; DELETE FROM orbit' | 2 | 1; DELETE FROM orbit
 query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
 query -c '(SELECT 1)' | 2 | (SELECT 1)
 query -c '*' | 2 | '*'
-entropy --where 'zeroblob(9)' | 2 | zeroblob
 verify --where '1; DELETE FROM orbit' | 2 | where
 plot lengths -o lengths.svg --where '1; DELETE FROM orbit' | 2 | where
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
@@ -56,12 +55,11 @@ plot sheet 13 --code 3 -o x.svg | 2 | WORD or --code | plot sheet
 plot sheet 13 --p 3 -o x.svg | 2 | --p | with words
 plot orbit 13 --size 5 -o x.svg | 2 | --size | 6.4x4.8
 plot orbit 13 --size 0x5 -o x.svg | 2 | --size | inches
-plot orbit 13 --a 1:2:3 -o x.svg | 2 | --over-a
+plot orbit 13 --a 1:2:3 -o x.svg | 2 | draws one a
 plot lengths --order length -o x.svg | 2 | --order | plot lengths
 plot lengths --limit 3 -o x.svg | 2 | --limit | plot lengths
 bench --kind stress --a 2 --p 3 | 2 | --a, --p | --kind stress
 browse --code 19 | 2 | symbol '9' at position 2
-browse --port 8001 | 2 | --port does nothing without --web: leave it out
 
 query --a 1_6 | 2 | 1_6
 query --limit 1_0 | 2 | 1_0
@@ -130,16 +128,7 @@ export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of t
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
 
 sweep --db new.db --p 21 | 2 | 21
-sweep --db new.db --p 3 --where p>2 | 2 | a subset by where needs stored rows and cannot be swept: choose
-sweep --db new.db --p 3 --exists 1 --range born=1: | 2 | a subset by exists, range of born needs stored rows
-sweep --db new.db --p 3 --not-at 1 | 2 | a subset by not-at needs stored rows
-sweep --db new.db --p 3 --status boundary,orbit | 2 | status boundary, orbit | a sweep sums over orbits only
-sweep --db new.db --p 3 --contains 1^41 | 2 | contains has 41 symbols | at most 40 in a row
-sweep --db new.db --p 3 --contains 16 | 2 | symbol '6' at position 2
-sweep --db new.db --p 3 --reversal both | 2 | reversal 'both': use self or pair
-sweep --db new.db --p 3 --symmetry z | 2 | symmetry 'z': use 1, or
-sweep --db new.db --p 3 --range length=9:5 | 2 | range 'length=9:5' runs backwards
-sweep --db new.db --p 3 --range class_size=8: | 2 | range 'class_size=8:': name one of
+sweep --db new.db --p 3 --reversal self | 2 | No such option: --reversal
 sweep --db new.db --p 3 --cut 9 | 2 | No such option: --cut
 
 identify --start 0,0 | 2 | three numbers
@@ -149,24 +138,19 @@ identify --points nowhere | 2 | nowhere cannot be read
 identify --points - | 2 | no points
 identify --points /dev/zero | 2 | more than 1000000 characters
 
-sql 'SELECT * FROM orbit' | 2 | may read class, catalogue, life, pruned and nothing else
-sql 'SELECT (SELECT max(id) FROM run) FROM catalogue' | 2 | nothing else
-sql "SELECT * FROM pragma_table_info('orbit')" | 2 | nothing else
+sql "SELECT * FROM pragma_table_info('orbit')" | 2 | it may only read, with a single SELECT
 sql 'SELECT 1; DELETE FROM orbit' | 2 | one statement
-sql 'DELETE FROM orbit' | 2 | write a single SELECT
-sql 'EXPLAIN SELECT 1' | 2 | write a single SELECT
+sql 'DELETE FROM orbit' | 2 | it may only read, with a single SELECT
 sql '' | 2 | write a single SELECT
-sql 'SELECT max(n) FROM (WITH RECURSIVE b(n) AS (SELECT 1) SELECT n FROM b)' | 2 | WITH may not be used
-sql 'SELECT group_concat(code) FROM catalogue' | 2 | group_concat() may not be called
 sql 'SELECT p, p FROM catalogue' | 2 | column 'p' occurs twice
 sql 'SELECT code FROM life' | 2 | no such column: code; only catalogue has it;
 sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
-sql 'SELECT * FROM catalog' | 2 | there is no catalog: did you mean catalogue?
+sql 'SELECT * FROM catalog' | 2 | no such table: catalog: did you mean catalogue?
 sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
-sql LONG | 2 | it has 20008 characters with its values; at most 20000 are allowed
+sql LONG | 2 | Expression tree is too large
 """
 """A command, its exit code, and parts of its message."""
 
