@@ -27,12 +27,13 @@ from orbitdb.store.selection import (
 if TYPE_CHECKING:
     import numpy as np
 
+    from orbitdb.answers.results import Births
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.filling.workers import Workers
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.weyl import Parity
     from orbitdb.store.fills import Contents, Fill, Sweep
-    from orbitdb.store.lives import BirthFill, Life
+    from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.verification.verify import Verification
 
@@ -421,7 +422,7 @@ class StoredCatalogue:
         with self._file.moment() as moment:
             return moment.birth_fills()
 
-    def births(self, p: int) -> "list[Life]":
+    def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
 
         The list is empty if no births of the period are stored (`fill_births`).
@@ -431,9 +432,11 @@ class StoredCatalogue:
         InputError
             If no catalogue can have births of the period.
         """
+        from orbitdb.answers.results import Births
+
         fillable([(p, p)])
         with self._file.moment() as moment:
-            return moment.births(p)
+            return Births(moment.births(p))
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.

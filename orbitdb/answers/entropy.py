@@ -129,7 +129,7 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
         return []
     return [
         f"births give the number of all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not of "
-        "the chosen ones: use no option but --p, or fill these periods"
+        "the chosen ones: choose by periods alone, or fill these periods"
     ]
 
 

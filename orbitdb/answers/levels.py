@@ -51,7 +51,7 @@ def levels_from_zero(
         if any(ends.values()) and not last:
             some = ", ".join(each for each, end in ends.items() if end)
             raise InputError(
-                f"only {some} levels are stored at a = {exact(a)}: choose one parity with --parity, or find "
+                f"only {some} levels are stored at a = {exact(a)}: choose one parity, or find "
                 f"the others with {command}"
             )
         raise InputError(f"{known} at a = {exact(a)}: {command} finds them")

@@ -218,7 +218,7 @@ def _up_to(
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
-        raise InputError(f"cut {cut:g} has too many terms with --weight det: give {most:g} or less")
+        raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")
     found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing()}")

@@ -1,4 +1,4 @@
-"""`Result`: a small table by period."""
+"""Results: `Result`, a small table by period, and `Births`, the lives of the classes of a period."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from orbitdb.equality import ByValue
 from orbitdb.extras import data_frame, drawn
 from orbitdb.plaintext import several
+from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
@@ -117,6 +118,26 @@ class Result(ByValue):
         entropy = wanted == "entropy"
         figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
+
+
+class Births(list[Life]):
+    """The lives of the classes of one period, in order of birth: a list of `Life`."""
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a pandas data frame (extra ``pandas``) with one row per life."""
+        return data_frame([life.row() for life in self])
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Plot the number of words that are orbits against ``a`` (extra ``plot``).
+
+        Raises
+        ------
+        ValueError
+            If there are no births.
+        """
+        if not self:
+            raise ValueError("there are no births to draw: fill_births finds them")
+        return drawn("curves.draw_births", (self,), f"orbits of period {self[0].p} at each a", ax)
 
 
 _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}

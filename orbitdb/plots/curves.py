@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.waves import Wave
+    from orbitdb.store.lives import Life
 
 _ROOM = 0.12
 """Margin above and below the values on the vertical axis, in units of their range."""
@@ -103,6 +104,18 @@ def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
             error = shown[f"{best.of(name)}_error"]
             ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
     _over_periods(ax, _EXPONENTS[name])
+
+
+def draw_births(ax: Axes, births: Sequence["Life"]) -> None:
+    """Draw the number of words that are orbits against a, given their births and deaths."""
+    changes = sorted((life.born or 0.0, life.class_size) for life in births)
+    changes = sorted(changes + [(life.dies, -life.class_size) for life in births if life.dies is not None])
+    a, words = np.array(changes).T
+    first = a[a > 0].min(initial=a.max()) / 2 or 1.0
+    ends = np.concatenate([np.maximum(a, first), [2 * max(float(a[-1]), first)]])
+    number = np.cumsum(words)
+    ax.step(ends, np.append(number, number[-1]), where="post", color=BLUE)
+    ax.set(xscale="log", xlabel="$a$", ylabel=f"$N_c({births[0].p}; a)$", xlim=(ends[0], ends[-1]))
 
 
 def _over_periods(ax: Axes, label: str) -> None:

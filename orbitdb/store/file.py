@@ -77,9 +77,9 @@ def check_file(path: Path) -> int | None:
         except (FileNotFoundError, NotADirectoryError):
             return None
         if stat.S_ISDIR(status.st_mode):
-            raise StoreError(f"{path} is a folder: name a file with --db")
+            raise StoreError(f"{path} is a folder: name a file")
         if not stat.S_ISREG(status.st_mode):
-            raise StoreError(f"{path} is not an ordinary file: name another with --db")
+            raise StoreError(f"{path} is not an ordinary file: name another")
         if status.st_size == 0:
             return None
     except OSError as error:
@@ -94,7 +94,7 @@ def check_file(path: Path) -> int | None:
                 f"{path} lacks two marks of a catalogue, which .dump leaves out: "
                 f'"{pragmas}" in sqlite3 adds them'
             )
-        raise StoreError(f"{path} is another program's SQLite database: name another file with --db")
+        raise StoreError(f"{path} is another program's SQLite database: name another file")
     if marks.version > SCHEMA_VERSION:
         raise StoreError(
             f"{path} has schema {marks.version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
@@ -184,10 +184,10 @@ def migrate(path: Path) -> Migration:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
-            f"{folder} cannot be created ({error.strerror}): name a file in another folder with --db"
+            f"{folder} cannot be created ({error.strerror}): name a file in another folder"
         ) from error
     if not folder.is_dir():
-        raise StoreError(f"there is no folder {folder}: create it first, or name another file with --db")
+        raise StoreError(f"there is no folder {folder}: create it first, or name another file")
     with plain_errors(path):
         engine = writing_engine(path, references=False, create=True)
         with engine.begin() as connection:

@@ -76,7 +76,7 @@ def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
     assert "the zeta function gives no average (no orbit has a lambda of at most 1e-07)" in none.err
     refused = cli(*chosen, "1000", "--weight", "det")
     assert (refused.code, refused.out) == (2, "")
-    said = r"orbitdb: cut 1000 has too many terms with --weight det: give (\d+) or less\n"
+    said = r"orbitdb: cut 1000 has too many terms with weight det: give (\d+) or less\n"
     most = float(there(re.fullmatch(said, refused.err))[1])
     assert cli(*chosen, str(most), "--weight", "det").code == 0
     assert "too many terms" in cli(*chosen, str(1.2 * most), "--weight", "det").err

@@ -77,3 +77,17 @@ def test_levels_draw_their_staircase(low):
     np.testing.assert_array_equal(k, [low, *found.k, 6.0])
     np.testing.assert_array_equal(count, [*range(len(found) + 1), len(found)])
     assert abs(curve(ax, "Weyl")[1][-1] - len(found)) < 2
+
+
+def test_births_draw_the_number_of_orbits_at_each_a(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "c.db")
+    catalogue.fill_births("4-5")
+    births = catalogue.births(5)
+    ax = births.plot()
+    a, orbits = ax.get_lines()[0].get_data()
+    for at in (0.3, 1.0, 1.6):
+        counted = catalogue.counts(a=at, p=5).known[5].n_c
+        assert np.asarray(orbits)[np.searchsorted(np.asarray(a), at, side="right") - 1] == counted
+    assert len(births.to_pandas()) == len(births)
+    with pytest.raises(ValueError, match="no births"):
+        catalogue.births(7).plot()
