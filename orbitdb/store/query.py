@@ -148,7 +148,7 @@ def _classes(
     rows = pruned_rows(selection.a).c
     lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in named))
     if of_words:
-        mask = sa.func.sum(sa.literal_column("1 << element")).label("mask")
+        mask: sa.ColumnElement[Any] = sa.func.sum(sa.literal_column("1 << element")).label("mask")
         query = query.add_columns(mask, _SYMMETRY.label("own")).group_by(view.cycle)
         lone = lone.add_columns(sa.literal(1).label("mask"), sa.null().label("own"))
     source = _of_statuses(selection, query.where(*conditions_of(selection, view)), lone, rows)
