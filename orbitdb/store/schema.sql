@@ -217,8 +217,8 @@ CREATE TABLE level (
 ) WITHOUT ROWID, STRICT;
 
 -- How far a period is swept at one value of a: the number of blocks, the counts so far, the elapsed time and
--- the processor time in seconds. The sums (orbitdb.averages.fixed_points) and the moments
--- (orbitdb.averages.tilt_moments) are stored once the state is 'done'; until then, the moments are those of
+-- the processor time in seconds. The sums (orbitdb.averages.by_period) and the moments
+-- (orbitdb.averages.tilting) are stored once the state is 'done'; until then, the moments are those of
 -- no orbit.
 CREATE TABLE sweep (
     stadium INTEGER NOT NULL,
