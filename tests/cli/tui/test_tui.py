@@ -218,24 +218,23 @@ async def test_the_shown_picture_can_be_saved_as_a_figure(filled, tmp_path, monk
     async def saved(pilot, name):
         await press(pilot, "e")
         await write(pilot, name, "enter")
-        drawn = (tmp_path / name).read_text(encoding="utf-8")
-        return re.findall(r"<!-- (.*?) -->", drawn)
+        return (tmp_path / name).read_text(encoding="utf-8")
 
     async with browsing(filled, LARGE) as (app, pilot):
         await press(pilot, "j", "v")
-        assert {"013", "sine"} <= set(await saved(pilot, "phase.svg"))
+        assert "alpha" in await saved(pilot, "phase.svg")
         await press(pilot, "e")
         await write(pilot, "phase.svg")
         assert "phase.svg exists and will be replaced: the bounces in phase space" in shown(app)
         await press(pilot, "escape", "d")
-        texts = await saved(pilot, "histogram.svg")
-        assert {"words", "length"} <= set(texts)
+        drawn = await saved(pilot, "histogram.svg")
+        assert all(text in drawn for text in ("words", "length"))
         await press(pilot, "e")
         await write(pilot, "rows.csv")
         assert "rows.csv: end the name in .svg, .png, .pdf" in shown(app)
         await press(pilot, "escape", "escape", "S")
-        texts = await saved(pilot, "averages.svg")
-        assert {"topological entropy", "lambda_d, per bounce", "K_0", "trajectories"} <= set(texts)
+        drawn = await saved(pilot, "averages.svg")
+        assert all(text in drawn for text in ("topological entropy", "per bounce", "zeta"))
 
 
 @pytest.mark.slow
