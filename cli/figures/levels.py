@@ -25,7 +25,7 @@ from orbitdb.quantum.level_statistics import (
     number_variance,
     unfolded,
 )
-from orbitdb.quantum.missing_levels import check_levels
+from orbitdb.quantum.missing_levels import begins_at_zero, check_levels
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
@@ -83,9 +83,14 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
 
 
 def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
-    """Draw N_X at each level minus the index of the level; this increases by 1 at a missing level."""
+    """Draw the excess of each level, which increases by 1 at a missing level.
+
+    A list that cannot begin with the lowest level is taken as a window.
+    """
     parity = given.of_one()
-    found, hints = assess_levels(moment, chosen.a, given.read(parity), parity)
+    levels = given.read(parity)
+    window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
+    found, hints = assess_levels(moment, chosen.a, levels, parity, window=window)
     for said in [found.verdict(), *hints]:
         note(said)
     with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:

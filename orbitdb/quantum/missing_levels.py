@@ -405,6 +405,13 @@ def check_levels(
     return k
 
 
+def begins_at_zero(k: Floats, stadium: Stadium, parity: Parity | None) -> bool:
+    """Return whether as many levels are given as Weyl's law expects from 0 on, rather than in a window."""
+    low, high = float(k[0]), float(k[-1])
+    window = _plausible(len(k), low, high, stadium, parity)
+    return _plausible(len(k), 0.0, high, stadium, parity) or not window
+
+
 def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:
     """Return whether a number of levels between two k is near Weyl's law; from 0, all of them count."""
     smooth = weyl(stadium, parity)
