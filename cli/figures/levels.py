@@ -91,9 +91,9 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
     levels = given.read(parity)
     window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
     found, hints = assess_levels(moment, chosen.a, levels, parity, window=window)
-    for said in [found.verdict(), *hints]:
+    for said in hints:
         note(said)
-    with figure(7.2, 4.2, f"{found.verdict()}, a = {exact(chosen.a)}") as made:
+    with figure(7.2, 4.2, found.verdict()) as made:
         curves.draw_assessment(made.add_subplot(), found)
     return made
 
