@@ -79,8 +79,7 @@ class GivenLevels:
         """Return the levels of each parity, from the file or the catalogue."""
         from orbitdb.answers.levels import levels_from_zero
         from orbitdb.billiard.stadium import Stadium
-        from orbitdb.quantum.missing_levels import check_levels
-        from orbitdb.quantum.weyl import parities_of
+        from orbitdb.quantum.weyl import check_levels, parities_of
 
         named = parities_of(self.parity)
         if self.levels is None:

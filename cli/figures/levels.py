@@ -25,11 +25,10 @@ from orbitdb.quantum.level_statistics import (
     number_variance,
     unfolded,
 )
-from orbitdb.quantum.missing_levels import begins_at_zero, check_levels
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
-from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
 from orbitdb.store.moment import Moment
 from orbitdb.store.selection import Selection
 

@@ -8,17 +8,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.quantum.levels_from_orbits import Staircase, staircase
-from orbitdb.quantum.missing_levels import (
-    CUTOFF,
-    CUTOFF_OF_ALL,
-    FITS,
-    WIDEST,
-    Assessment,
-    assess,
-    check_levels,
-)
+from orbitdb.quantum.missing_levels import CUTOFF, CUTOFF_OF_ALL, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Classes
-from orbitdb.quantum.weyl import Parity, one_parity
+from orbitdb.quantum.weyl import Parity, check_levels, one_parity
 from orbitdb.store.moment import Moment
 
 if TYPE_CHECKING:

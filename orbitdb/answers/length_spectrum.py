@@ -9,9 +9,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
-from orbitdb.quantum.missing_levels import check_levels
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, one_parity
+from orbitdb.quantum.weyl import Parity, check_levels, one_parity
 from orbitdb.store.moment import Moment
 from orbitdb.store.selection import Selection
 

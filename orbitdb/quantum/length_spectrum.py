@@ -137,7 +137,7 @@ class Spectrum(ByValue, Drawn):
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         return "curves.draw_spectrum", (self,), repr(self).strip("<>")
 
-    def term_rows(self) -> list[tuple[str | int | float | None, ...]]:
+    def term_rows(self) -> list[tuple[Any, ...]]:
         """Return the terms Re(A exp(i k l)) with lengths l in the range of `length`, bouncing balls last.
 
         Each row has the values of `TERMS`: the code of the representative (02 for the bouncing balls), the
@@ -151,7 +151,10 @@ class Spectrum(ByValue, Drawn):
         terms = inside.rows(np.lexsort([inside.length, inside.orbit < 0]))
         of_orbit = terms.orbit >= 0
         codes = np.append(self.codes, _FAMILY)[terms.orbit].tolist()
-        phases = (np.where(of_orbit, each, None).tolist() for each in (terms.maslov, terms.sign))
+        phases = [
+            [value if own else None for value, own in zip(each.tolist(), of_orbit.tolist(), strict=True)]
+            for each in (terms.maslov, terms.sign)
+        ]
         amplitudes = _parts(terms.amplitude + 0.0)
         return list(
             zip(codes, terms.repetitions.tolist(), terms.length.tolist(), *phases, *amplitudes, strict=True)

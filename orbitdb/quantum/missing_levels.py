@@ -37,7 +37,6 @@ from orbitdb.quantum.weyl import Parity, weyl
 
 if TYPE_CHECKING:
     import pandas
-    from numpy.typing import ArrayLike
 
 
 CUTOFF, CUTOFF_OF_ALL = 10.0, 13.0
@@ -80,10 +79,6 @@ _CERTAIN = 8.0
 """How much more the second best first number of a window has to cost."""
 _CROWDED = 25.0
 """Largest number of levels within the resolution 1/X of the orbits."""
-
-_LEAST_LEVELS = 10
-_OFF, _FEW = 0.2, 4
-"""Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
 
 _ROUNDS = 3
 """Maximum number of times the levels are numbered and their scatter is estimated."""
@@ -372,64 +367,3 @@ def _smoothed(k: Floats, levels: Floats, cutoff: float) -> Floats:
         low, high = np.searchsorted(levels, [part[0] - 9 / cutoff, part[-1] + 9 / cutoff])
         counts.append(low + ndtr(cutoff * (part[:, None] - levels[low:high])).sum(axis=1))
     return np.concatenate(counts)
-
-
-def check_levels(
-    levels: "ArrayLike", stadium: Stadium, parity: Parity | None, window: bool = False
-) -> Floats:
-    """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
-
-    Raises
-    ------
-    InputError
-        If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
-        A window is compared with the number of levels that Weyl's law expects between its ends.
-    """
-    k = np.sort(np.asarray(levels, np.float64), axis=-1)
-    if k.ndim != 1:
-        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
-    if len(k) < _LEAST_LEVELS:
-        raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
-    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
-        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
-    low = float(k[0]) if window else 0.0
-    if not _plausible(len(k), low, k[-1], stadium, parity):
-        of = " of all parities" if parity is None else f" of parity {parity}"
-        smooth = weyl(stadium, parity)
-        expected = max(0.0, float(smooth(k[-1])) - (float(smooth(low)) if window else 0.0))
-        between = f"from k = {low:g} to {k[-1]:g}" if window else f"up to k = {k[-1]:g}"
-        raise InputError(
-            f"{len(k)} levels {between}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: {_remedy(k, window, stadium, parity)}"
-        )
-    return k
-
-
-def begins_at_zero(k: Floats, stadium: Stadium, parity: Parity | None) -> bool:
-    """Return whether as many levels are given as Weyl's law expects from 0 on, rather than in a window."""
-    low, high = float(k[0]), float(k[-1])
-    window = _plausible(len(k), low, high, stadium, parity)
-    return _plausible(len(k), 0.0, high, stadium, parity) or not window
-
-
-def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:
-    """Return whether a number of levels between two k is near Weyl's law; from 0, all of them count."""
-    smooth = weyl(stadium, parity)
-    expected = float(smooth(high)) - (float(smooth(low)) if low else 0.0)
-    return abs(count - expected) <= _OFF * expected + _FEW
-
-
-def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) -> str:
-    """Return a message that says what may be wrong with a list that has too many or too few levels."""
-    low, high = float(k[0]) if window else 0.0, float(k[-1])
-    if _plausible(len(k), math.sqrt(low), math.sqrt(high), stadium, parity):
-        return "they look like energies; k is the square root of an energy"
-    if _plausible(len(k), low**2, high**2, stadium, parity):
-        return "they look like wavenumbers, not energies"
-    if parity is not None and _plausible(len(k), low, high, stadium, None):
-        return "they look like the levels of all parities: give no parity"
-    if parity is None and any(_plausible(len(k), low, high, stadium, each) for each in Parity):
-        return "they look like the levels of one parity: name it"
-    if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
-        return "they look like a window, a list that begins above the lowest level: assess them as a window"
-    return "check the parity, a and the unit: k is in 1/radius"

@@ -1,4 +1,6 @@
-"""Parities of waves, and Weyl's law: the smooth number of levels below k, of all parities or of one.
+"""Parities of waves, Weyl's law, and whether a list of levels agrees with it.
+
+Weyl's law is the smooth number of levels below k, of all parities or of one.
 
 The levels of one parity are those of a quarter of the stadium. Its outer walls are Dirichlet edges; each of
 its axes is a Dirichlet or a Neumann edge, depending on the parity. To the number of levels below k, a
@@ -11,11 +13,23 @@ Source: H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
 import math
 from collections.abc import Iterable
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.polynomial import Polynomial
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.numerals import exact
+from orbitdb.plaintext import several
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+_LEAST_LEVELS = 10
+_OFF, _FEW = 0.2, 4
+"""Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
 
 
 class Parity(StrEnum):
@@ -82,3 +96,64 @@ def wavenumber(smooth: Polynomial, number: float) -> float:
     constant, linear, quadratic = smooth.coef.tolist()
     root = linear**2 - 4 * quadratic * (constant - number)
     return max(0.0, (math.sqrt(max(root, 0.0)) - linear) / (2 * quadratic))
+
+
+def check_levels(
+    levels: "ArrayLike", stadium: Stadium, parity: Parity | None, window: bool = False
+) -> Floats:
+    """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
+
+    Raises
+    ------
+    InputError
+        If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
+        A window is compared with the number of levels that Weyl's law expects between its ends.
+    """
+    k = np.sort(np.asarray(levels, np.float64), axis=-1)
+    if k.ndim != 1:
+        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
+    if len(k) < _LEAST_LEVELS:
+        raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
+    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
+        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
+    low = float(k[0]) if window else 0.0
+    if not _plausible(len(k), low, k[-1], stadium, parity):
+        of = " of all parities" if parity is None else f" of parity {parity}"
+        smooth = weyl(stadium, parity)
+        expected = max(0.0, float(smooth(k[-1])) - (float(smooth(low)) if window else 0.0))
+        between = f"from k = {low:g} to {k[-1]:g}" if window else f"up to k = {k[-1]:g}"
+        raise InputError(
+            f"{len(k)} levels {between}, but Weyl's law expects {expected:.0f}{of} at a = "
+            f"{exact(stadium.a)}: {_remedy(k, window, stadium, parity)}"
+        )
+    return k
+
+
+def begins_at_zero(k: Floats, stadium: Stadium, parity: Parity | None) -> bool:
+    """Return whether as many levels are given as Weyl's law expects from 0 on, rather than in a window."""
+    low, high = float(k[0]), float(k[-1])
+    window = _plausible(len(k), low, high, stadium, parity)
+    return _plausible(len(k), 0.0, high, stadium, parity) or not window
+
+
+def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:
+    """Return whether a number of levels between two k is near Weyl's law; from 0, all of them count."""
+    smooth = weyl(stadium, parity)
+    expected = float(smooth(high)) - (float(smooth(low)) if low else 0.0)
+    return abs(count - expected) <= _OFF * expected + _FEW
+
+
+def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) -> str:
+    """Return a message that says what may be wrong with a list that has too many or too few levels."""
+    low, high = float(k[0]) if window else 0.0, float(k[-1])
+    if _plausible(len(k), math.sqrt(low), math.sqrt(high), stadium, parity):
+        return "they look like energies; k is the square root of an energy"
+    if _plausible(len(k), low**2, high**2, stadium, parity):
+        return "they look like wavenumbers, not energies"
+    if parity is not None and _plausible(len(k), low, high, stadium, None):
+        return "they look like the levels of all parities: give no parity"
+    if parity is None and any(_plausible(len(k), low, high, stadium, each) for each in Parity):
+        return "they look like the levels of one parity: name it"
+    if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
+        return "they look like a window, a list that begins above the lowest level: assess them as a window"
+    return "check the parity, a and the unit: k is in 1/radius"

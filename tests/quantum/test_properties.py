@@ -16,9 +16,8 @@ from orbitdb.answers.levels import ranges_not_stored
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
 from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, counted, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
-from orbitdb.quantum.missing_levels import check_levels
 from orbitdb.quantum.trace_formula import Terms, family, family_count, family_terms
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])
 EDGE = np.linspace(0, 1, 200)

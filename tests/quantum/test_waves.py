@@ -184,7 +184,7 @@ def test_scars_take_one_k_or_a_range_and_an_order(tmp_path):
     catalogue.fill("2-4")
     by = {order: catalogue.scars(8, 10, word="02", parities="oo", order=order) for order in ("k", "above")}
     assert [scar.k for scar in by["k"]] == sorted(scar.k for scar in by["above"])
-    above = [scar.above for scar in by["above"]]
+    above = [there(scar.above) for scar in by["above"]]
     assert above == sorted(above, reverse=True)
     (nearest,) = catalogue.scars(9, word="02", parities="oo")
     assert nearest == min(by["k"], key=lambda scar: abs(scar.k - 9))
