@@ -42,7 +42,7 @@ class Count(NamedTuple):
     """The number of rows for which an SQL condition holds, with a label."""
 
     label: str
-    count: int
+    rows: int
     condition: str
 
 
@@ -81,9 +81,9 @@ class CountBar(Bar):
 def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
     """Yield one line per count: its label, the number, and a bar; the longest bar fills the width."""
     labels, numbers = (max((len(text) for text in texts), default=0) for texts in (
-        [count.label for count in counts], [f"{count.count:,}" for count in counts]
+        [count.label for count in counts], [f"{count.rows:,}" for count in counts]
     ))  # fmt: skip
-    most = max((count.count for count in counts if count.label != "without"), default=0)
+    most = max((count.rows for count in counts if count.label != "without"), default=0)
     for label, count, _ in counts:
         line = Table.grid(padding=(0, 1, 0, 0), expand=True)
         line.add_column(justify="right", no_wrap=True, width=labels)

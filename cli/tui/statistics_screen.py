@@ -184,7 +184,9 @@ class StatisticsScreen(OwnScreen[str | None]):
         bounces, self._bounces = self._bounces, 4 * self._bounces
         seed = bounces // FIRST_BOUNCES  # different trajectories each time
         follow = partial(references, Stadium(self._selection.a), bounces, seed)
-        self.in_thread("trajectories", lambda _: follow(), lambda step: self.take_reference(*step, False))
+        self.in_thread(
+            "trajectories", lambda _: follow(), lambda step: self.take_reference(step[0], step[1], False)
+        )
 
     def take_reference(self, done: float, new: Reference, stored: bool) -> None:
         """Show the more precise of the old and the new reference; if neither is complete, the new one."""

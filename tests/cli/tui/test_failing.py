@@ -6,6 +6,7 @@ import sys
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 from textual.widgets import OptionList
+from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui import position
@@ -134,10 +135,10 @@ async def test_the_mouse_works_beside_the_rows_and_in_dialogs_and_small_windows(
         assert drawing.render_line(drawing.size.height).text.strip() == ""
         await press(pilot, "d")
         assert isinstance(app.screen, CountsScreen)
-        tallies = app.screen.query_one("#tallies")
+        tallies = app.screen.query_one("#tallies", OptionList)
         first = tallies.highlighted
         await press(pilot, "j", "j", "k")
-        assert tallies.highlighted > first
+        assert there(tallies.highlighted) == there(first) + 1
         await press(pilot, "escape")
         # answer a question with the mouse
         answers: list[bool | None] = []

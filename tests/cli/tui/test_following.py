@@ -47,9 +47,10 @@ def test_a_step_stops_on_both_sides_of_a_change_and_at_the_stadium_of_the_rows()
 
 
 def test_hops_go_to_both_sides_of_every_change():
-    places, a = [], 0.1
-    while (a := next_change(LIVES, a, True)) is not None:
-        places.append(a)
+    places = [0.1]
+    while (after := next_change(LIVES, places[-1], True)) is not None:
+        places.append(after)
+    del places[0]
     beside = [end * (1 + side * 1e-9) for end in (BORN, DIED, REBORN) for side in (-1, 1)]
     assert places == pytest.approx(beside, rel=1e-10)
     assert next_change(LIVES, 1.6, False) == places[-1]
