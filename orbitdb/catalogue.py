@@ -17,7 +17,7 @@ from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitiv
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from orbitdb.answers.counts import Counted
+    from orbitdb.answers.completeness import Counted
     from orbitdb.answers.identification import Candidate, Trajectory
     from orbitdb.answers.results import Result
     from orbitdb.answers.scars import Scar
@@ -168,7 +168,7 @@ class Catalogue(StoredCatalogue):
 
         The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
         """
-        from orbitdb.answers.counts import count, need_periods_alone
+        from orbitdb.answers.completeness import count, need_periods_alone
 
         with self._question(selection, criteria) as (moment, chosen):
             need_periods_alone(chosen)
@@ -419,7 +419,7 @@ class Catalogue(StoredCatalogue):
         InputError
             If no orbits are stored, or an argument is invalid.
         """
-        from orbitdb.answers.length_spectrum import read_spectrum
+        from orbitdb.answers.levels import read_spectrum
 
         with self._file.moment() as moment:
             return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)

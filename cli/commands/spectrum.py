@@ -51,7 +51,7 @@ def spectrum(
     is that of all of them. A is sign times |A| exp(-i pi index / 2).
     """
     from orbitdb.answers.assessment import told_missing
-    from orbitdb.answers.length_spectrum import read_spectrum
+    from orbitdb.answers.levels import read_spectrum
 
     low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:

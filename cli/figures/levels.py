@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orbitdb.answers.assessment import assess_levels, orbits_for, told_missing
-from orbitdb.answers.length_spectrum import read_spectrum
-from orbitdb.answers.levels import levels_from_zero, read_classes
+from orbitdb.answers.levels import levels_from_zero, read_classes, read_spectrum
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels

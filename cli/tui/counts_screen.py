@@ -1,11 +1,15 @@
 """Counts of the chosen subset by status, period, symmetry and time reversal, and histograms of columns."""
 
+import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
 from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
@@ -18,7 +22,7 @@ from textual.widgets import Footer, Header, OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_fills
-from orbitdb.answers.counts import Histogram, histogram, marginal, tally
+from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.choices import equals
 from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
@@ -26,8 +30,10 @@ from orbitdb.cli.tui.keys import LEAVING, key
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.store.moment import Reader
+from orbitdb.equality import ByValue
+from orbitdb.store.moment import Moment, Reader
 from orbitdb.store.selection import Selection
+from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _MOST_BINS = 40
@@ -36,6 +42,98 @@ _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
+
+_FINEST = 1e-12
+"""Smallest relative width of a bin; edges closer than this would look the same in print."""
+
+_DECADES = 1000.0
+"""Bins are logarithmic if the largest value is more than this many times the smallest."""
+
+Values = tuple[Any, ...]
+"""A value of each of several columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram(ByValue):
+    """Numbers of rows in the bins of a column.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (bins + 1,)
+        In ascending order; a value on an edge belongs to the bin above it.
+    counts : ndarray of int64, shape (bins,)
+    without : int
+        Number of rows without a value.
+    logarithmic : bool
+        Whether the bins have equal widths in the logarithm of the value.
+    """
+
+    edges: Floats
+    counts: Integers
+    without: int
+    logarithmic: bool
+
+
+def tally(
+    moment: Moment,
+    selection: Selection,
+    columns: Sequence[str],
+    cancelled: Callable[[], bool] = never,
+) -> dict[Values, int]:
+    """Count the rows of a subset for each combination of values of some columns of the view ``class``."""
+    chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
+    numbers: Counter[Values] = Counter()
+    values = (chosen.values[name].tolist() for name in columns)
+    for *row, count in zip(*values, chosen.counts.tolist(), strict=True):
+        numbers[tuple(None if value != value else value for value in row)] += count
+    return dict(numbers)
+
+
+def histogram(
+    moment: Moment,
+    selection: Selection,
+    column: str,
+    bins: int,
+    cancelled: Callable[[], bool] = never,
+) -> Histogram | None:
+    """Count the rows of a subset in at most `bins` bins of a numeric column.
+
+    The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
+    """
+    chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
+    values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
+    known = ~np.isnan(values)
+    if not known.any():
+        return None
+    low, high = float(values[known].min()), float(values[known].max())
+    logarithmic = low > 0 and high > _DECADES * low
+    edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
+    places = np.searchsorted(edges[1:-1], values[known], side="right")
+    counts = np.zeros(len(edges) - 1, dtype=np.int64)
+    np.add.at(counts, places, rows[known])
+    return Histogram(edges, counts, int(rows[~known].sum()), logarithmic)
+
+
+def _round_edges(low: float, high: float, bins: int) -> Floats:
+    """Return successive multiples of a round number, such as 0.2 or 2.5, from below `low` to above `high`."""
+    width = max((high - low) / bins, _FINEST * abs(high))
+    decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
+    steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
+    return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
+
+
+def _multiples(low: float, high: float, step: float) -> Floats:
+    first, last = math.floor(low / step), math.floor(high / step) + 1
+    # 3 * 0.1 is an ulp above the 0.3 that a user would type
+    return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
+
+
+def marginal(counts: Mapping[Values, int], place: int) -> dict[Any, int]:
+    """Return the counts of a `tally` by the values of its column `place` alone."""
+    numbers: Counter[Any] = Counter()
+    for values, count in counts.items():
+        numbers[values[place]] += count
+    return dict(numbers)
 
 
 class Count(NamedTuple):

@@ -1,27 +1,43 @@
-"""Notes on what an answer lacks: periods that are unfilled or only partly filled, and births.
+"""The counts of complete periods at any a, and notes on what an answer lacks: periods, and births.
 
 Missing data never count as zero. Instead, a note with every list, count or average says what is missing.
 """
 
 import math
-from collections.abc import Collection, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
+import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.answers.counts import Counted
+from orbitdb.arrays import Integers
 from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import driver
 from orbitdb.store.fills import Fill
+from orbitdb.store.lives import counts_at
 from orbitdb.store.lookup import a_stored
 from orbitdb.store.moment import Moment
 from orbitdb.store.query import asks_of_lives
-from orbitdb.store.selection import Selection, are_many, joined_spans, written_periods, written_spans
+from orbitdb.store.selection import (
+    Selection,
+    SelectionError,
+    are_many,
+    joined_spans,
+    written_periods,
+    written_spans,
+)
 from orbitdb.store.tables import pruned
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.exponents import Tally
+
+_COUNTS = ("n_t", "n_c", "classes", "boundary", "unresolved")
+"""The columns of a fill that make up a `Tally`, in the order of its fields."""
 
 _USUAL = 11
 """Highest period of the first fill that messages suggest."""
@@ -30,6 +46,82 @@ _SHOWN = 6
 """Maximum number of values of a to list in a message."""
 
 _SINGLE = "'orbitdb fill --code WORD' stores single words"
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Counts of the words and orbits of complete periods at a given a.
+
+    Attributes
+    ----------
+    a : float
+        Half length of the stadium.
+    known : dict of int to Tally
+        Counts by period, including periods that are not chosen but are needed in sums over divisors.
+    chosen : tuple of int
+        The chosen periods in `known`.
+    from_births, from_sweeps : tuple of int
+        The chosen periods that are not filled and were counted from births, or by a sweep, instead.
+    """
+
+    a: float
+    known: Mapping[int, "Tally"]
+    chosen: tuple[int, ...]
+    from_births: tuple[int, ...]
+    from_sweeps: tuple[int, ...] = ()
+
+    @property
+    def without_rows(self) -> tuple[int, ...]:
+        """The chosen periods that were counted without a fill."""
+        return self.from_sweeps + self.from_births
+
+    def cycles(self) -> Integers:
+        """Return the number of orbits of each period from 0 to the highest chosen one; 0 where unknown."""
+        found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
+        for p in self.chosen:
+            found[p] = self.known[p].n_c
+        return found
+
+    def describe(self) -> str | None:
+        """Return a line that says how the periods without a fill were counted; None if there are none."""
+        sources = {"counted by a sweep, without stored rows": self.from_sweeps,
+                   "counted from births, without a fill": self.from_births}  # fmt: skip
+        told = [
+            f"{written_periods(periods)} at a = {exact(self.a)}: {source}"
+            for source, periods in sources.items()
+            if periods
+        ]
+        return "; ".join(told) or None
+
+
+def count(moment: Moment, selection: Selection) -> Counted:
+    """Return the counts of each chosen period: from its fill, else from a sweep, else from births."""
+    known = {fill.p: _tally(fill) for fill in moment.fills(selection.a) if fill.whole}
+    swept = {each.p: each.tally for each in moment.sweeps(selection.a) if each.whole and each.p not in known}
+    known |= swept
+    born = [each.p for each in moment.birth_fills() if each.whole and each.p not in known]
+    wanted = [p for p in born if selection.includes(p)]
+    chosen = sorted(p for p in (*known, *wanted) if selection.includes(p))
+    needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
+    known.update((p, counts_at(moment.connection, selection.a, p)) for p in needed)
+    return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
+                   tuple(p for p in swept if selection.includes(p)))  # fmt: skip
+
+
+def need_periods_alone(chosen: Selection) -> None:
+    """Raise `SelectionError` if a selection has criteria other than ``a`` and periods."""
+    if chosen != Selection(chosen.a, chosen.periods):
+        raise SelectionError(
+            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
+            "with select(...).table()"
+        )
+
+
+def _tally(fill: Fill) -> "Tally":
+    """Return the counts of a filled period."""
+    from orbitdb.orbits.exponents import Tally
+
+    return Tally(*(getattr(fill, name) for name in _COUNTS))
 
 
 def gaps(

@@ -6,8 +6,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from orbitdb.answers.completeness import gaps
-from orbitdb.answers.counts import count, need_periods_alone
+from orbitdb.answers.completeness import count, gaps, need_periods_alone
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,

@@ -1,8 +1,9 @@
-"""The levels of a catalogue: the stored ones, and those that follow from its orbits."""
+"""The levels of a catalogue, stored and from its orbits, and the length spectrum of both."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
@@ -12,20 +13,27 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import several
+from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
-from orbitdb.quantum.trace_formula import Classes
-from orbitdb.quantum.weyl import Parity, one_parity, parities_of
+from orbitdb.quantum.trace_formula import Classes, Terms, family_terms, orbit_terms
+from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
 from orbitdb.store.moment import Moment
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import level, level_fill
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _LEAST, _ENOUGH = 8, 12
 """Levels need all orbits up to the first of these periods, and improve up to the second."""
 
 _MOST_K = 300.0
+_USUAL_K_MAX = 30.0
+_LONGEST, _MOST_POINTS, _LARGEST_K_MAX = 100, 100_000, 1000
 _COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 
 
@@ -164,3 +172,43 @@ def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np
     maslov, walls = (values[name].astype(np.int64) for name in ("maslov", "walls"))
     classes = Classes(maslov, walls, words, values["length"], values["lyapunov"], values["symmetry"])
     return classes, values["representative"], highest
+
+
+def read_spectrum(
+    moment: Moment,
+    a: float,
+    lengths: "ArrayLike",
+    points: int,
+    k_max: float | None = None,
+    levels: "ArrayLike | None" = None,
+    parity: Parity | str | None = None,
+) -> Spectrum:
+    """Return the length spectrum (`Catalogue.spectrum`)."""
+    ends = np.asarray(lengths, np.float64)
+    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+        raise InputError(
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, and 2 to "
+            f"{_MOST_POINTS} points"
+        )
+    if k_max is not None and not 1 <= k_max <= _LARGEST_K_MAX:
+        raise InputError(f"k_max {k_max:g}: give 1 to {_LARGEST_K_MAX}")
+    stadium, of = Stadium(a), one_parity(parity)
+    given = None if levels is None else check_levels(levels, stadium, of)
+    classes, codes, highest = read_classes(moment, Selection(stadium.a))
+    known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
+    end = _USUAL_K_MAX if known is None else known[1]
+    if k_max is not None and known is not None and k_max > end:
+        raise InputError(
+            f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
+        )
+    end = end if k_max is None else k_max
+    x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
+    terms = orbit_terms(classes, longest, of)
+    orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
+    quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
+    complete = least_length(highest, stadium.a) if highest > 1 else 0.0
+    if of is not None:
+        complete /= 2  # because half orbits contribute
+    parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
+    both = Terms._make(map(np.concatenate, parts))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)

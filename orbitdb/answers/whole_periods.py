@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps, nothing, without_births
-from orbitdb.answers.counts import Counted
+from orbitdb.answers.completeness import Counted, gaps, nothing, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors

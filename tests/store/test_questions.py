@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
 from quick import slow_but
 
-from orbitdb.answers.counts import histogram, marginal, tally
 from orbitdb.cli.main import execute
+from orbitdb.cli.tui.counts_screen import histogram, marginal, tally
 from orbitdb.store import where as limits
 from orbitdb.store.moment import reading
 from orbitdb.store.query import COLUMNS

@@ -11,8 +11,8 @@ from rules import broken_by_hand
 from there import there
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.counts import histogram
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.counts_screen import histogram
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.selection import Selection
