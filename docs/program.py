@@ -148,7 +148,7 @@ def checks() -> str:
     from orbitdb.verification.verify import PROMISES
 
     rows = (f"| {check} | {promise} |" for check, promise in PROMISES.items())
-    return "\n".join(["| check | every row keeps that |", "|---|---|", *rows])
+    return "\n".join(["| check | what must be true |", "|---|---|", *rows])
 
 
 def names() -> str:

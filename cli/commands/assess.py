@@ -31,7 +31,7 @@ def assess(
         bool, typer.Option("--fit-radius", help="Fit the radius, which must be known to half a per cent.")
     ] = False,
     window: Annotated[
-        bool, typer.Option("--window", help="The list begins anywhere; say with which level.")
+        bool, typer.Option("--window", help="The list may begin with any level; say with which.")
     ] = False,
     numbers: Annotated[
         bool, typer.Option("--numbers", help="Instead, show the true number of each level of the list.")

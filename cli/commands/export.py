@@ -85,9 +85,9 @@ def export(
     """Write rows of the catalogue, with all digits, to a file or to stdout.
 
     The file itself (parquet) or FILE-metadata.json beside it says where the rows come from, and which of
-    their periods were only partly filled. With --dataset, FILE is a folder that follows the Frictionless
-    standard. It contains the chosen words of every completely filled period, with coordinates; its classes,
-    births, counts, averages, bounds and levels are not limited to these words.
+    their periods were only partly filled. With --dataset, FILE is a folder that others can load: a Data
+    Package, version 2. It contains the chosen words of every completely filled period, with coordinates; its
+    classes, births, counts, averages, bounds and levels are not limited to these words.
     """
     from orbitdb import export as files
 

@@ -44,7 +44,7 @@ EXAMPLES = {
     "sweep": (
         "sweep --p 16",
         "sweep --p 12 --a 1 --json",
-        "sweep --p 14 --reversal self --range length=:20",
+        "sweep --from 12 --p 14 --jobs 2",
         "sweep --p 19 --scheduler tcp://node1:8786",
     ),
     "births": ("births --p 11", "births --json", "births --deaths"),

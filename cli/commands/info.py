@@ -83,7 +83,7 @@ def delete(
         raise typer.Exit(1)
     if not yes:
         if not sys.stdin.isatty():
-            raise InputError(f"this would delete {contents} {where}: say so with --yes")
+            raise InputError(f"this would delete {contents} {where}: confirm with --yes")
         if not typer.confirm(f"Delete {contents} {where}?", err=True):
             note("nothing was deleted")
             raise typer.Exit(1)

@@ -72,5 +72,5 @@ MAIN: list[BindingType] = [
     key("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
     Binding("e", "export", "export", tooltip="to a file"),
     Binding("f", "fill", "fill", tooltip="the catalogue"),
-    key("ctrl+r,f5", "look_again", "read again", tooltip="the file"),
+    key("ctrl+r,f5", "look_again", "reload", tooltip="the file"),
 ]

@@ -109,7 +109,7 @@ class StatisticsScreen(OwnScreen[str | None]):
     BINDING_GROUP_TITLE = "Statistics"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        Binding("w", "weight", "weight", tooltip="the other one"),
+        Binding("w", "weight", "weight", tooltip="exp or det"),
         Binding("e", "export", "export", tooltip="the curves as a figure"),
         Binding("m", "more", "more", tooltip="periods, which takes longer"),
         Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),

@@ -23,7 +23,7 @@ _SHOWN = 3
 _LOWEST = 3
 """If this many of the lowest levels are missing, the list may be a window."""
 _CLEARLY = 0.7
-"""A hint must have a scatter smaller by this factor than the largest that fits."""
+"""Hints are given if their scatter is below the largest that fits by this factor."""
 
 
 def assess_levels(
@@ -45,7 +45,9 @@ def assess_levels(
     stadium = Stadium(a)
     of = one_parity(parity)
     if window and (fit_radius or k is None):
-        raise InputError("a window is a list that begins anywhere: give its levels, with the radius known")
+        raise InputError(
+            "a window is a list that may begin with any level: give its levels, with the radius known"
+        )
     if k is None:
         k = levels_from_zero(moment, stadium.a, of).k
     levels = check_levels(k, stadium, of, window)
@@ -57,11 +59,11 @@ def assess_levels(
     lowest = 0 if window else int(found.number[found.number > 0][0]) - 1
     if lowest < _LOWEST:
         return found, []
-    return found, [f"the {lowest} lowest levels are missing: a list that begins anywhere is a window"]
+    return found, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
 
 
 def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> list[str]:
-    """Return what else could be tried with a list that does not fit, if it then fits."""
+    """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(found.a), found.parity, found.window
 
     def better(stadium: Stadium, classes: Classes, parity: Parity | None, fit: bool = False) -> bool:
@@ -77,7 +79,7 @@ def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> li
     if found.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
     elif not window and found.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: fit it")
+        hints.append("they fit with another radius: fit the radius")
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())
@@ -112,7 +114,7 @@ def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> 
 def orbits_for(
     stadium: Stadium, classes: Classes, parity: Parity | None, k: Floats, window: bool = False
 ) -> Staircase:
-    """Return the staircase for comparison with the levels k, on their range alone if they are a window."""
+    """Return the staircase for comparison with the levels k; for a window, on its range only."""
     cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF
     if window:
         return staircase(stadium, classes, float(k[-1]) + 0.1, parity, (cutoff,), max(float(k[0]) - 0.1, 0.0))

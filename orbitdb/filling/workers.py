@@ -146,7 +146,7 @@ class Processes(Workers):
 
 def _died() -> WorkError:
     return WorkError(
-        "a worker process died; what was stored is safe, and the same command goes on from there: if memory "
+        "a worker process died; nothing stored is lost, and the same command continues from there: if memory "
         "is short, use fewer processes with --jobs"
     )
 
@@ -420,7 +420,7 @@ def _failure(error: Exception) -> WorkError:
         )
     if isinstance(error, CancelledError | OSError):
         return WorkError(
-            "the connection to the dask scheduler was lost; what was stored is safe: when the scheduler is "
+            "the connection to the dask scheduler was lost; nothing stored is lost: when the scheduler is "
             "back, run the same command again, and it continues from there"
         )
     return WorkError(f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}")
