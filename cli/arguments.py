@@ -15,7 +15,7 @@ from orbitdb.numerals import real, whole
 from orbitdb.plaintext import printable
 
 if TYPE_CHECKING:
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""
@@ -73,7 +73,10 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
 
 def stored(moment: "Moment") -> tuple[float, ...]:
     """Return every a with stored orbits or sums over orbits, or else the default a."""
-    return tuple(moment.a_values(orbits=True)) or (USUAL_A,)
+    from orbitdb.store.connection import driver
+    from orbitdb.store.lookup import WITH_ORBITS, a_values
+
+    return tuple(a_values(driver(moment.connection), WITH_ORBITS)) or (USUAL_A,)
 
 
 _MOST_VALUES = 1000

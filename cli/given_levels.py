@@ -16,7 +16,7 @@ from orbitdb.numerals import real
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
 
 Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""

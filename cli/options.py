@@ -61,11 +61,13 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
     from orbitdb.errors import StoreError
     from orbitdb.numerals import exact
-    from orbitdb.store.moment import reading
+    from orbitdb.store.connection import driver
+    from orbitdb.store.file import reading
+    from orbitdb.store.lookup import a_values
 
     try:
         with reading(context.params.get("db")) as moment:
-            return [*map(exact, moment.a_values())]
+            return [*map(exact, a_values(driver(moment.connection)))]
     except (InputError, StoreError):
         return []
 

@@ -19,10 +19,10 @@ from orbitdb.columns import Row
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
 from orbitdb.plaintext import several
-from orbitdb.store.file import check_file, default_path
+from orbitdb.store.file import asking, check_file, default_path
 
 if TYPE_CHECKING:
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
 
@@ -56,14 +56,16 @@ def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
     """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
-    from orbitdb.store.moment import reading as opened
+    from orbitdb.store.connection import driver
+    from orbitdb.store.file import reading as opened
+    from orbitdb.store.lookup import a_meant
 
     values = arguments.named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
     with opened(db) as moment:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(moment) if asked else (_told(moment.a_meant(), db),)
+            values = arguments.stored(moment) if asked else (_told(a_meant(driver(moment.connection)), db),)
         yield moment, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -103,11 +105,14 @@ def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     if values is not None:
         return values
     if asked:
-        from orbitdb.store.moment import reading as opened
+        from orbitdb.store.file import reading as opened
 
         with opened(db) as moment:
             return arguments.stored(moment)
-    return (USUAL_A,) if check_file(db) is None else (_told(a_meant(db), db),)
+    if check_file(db) is None:
+        return (USUAL_A,)
+    with asking(db) as connection:
+        return (_told(a_meant(connection), db),)
 
 
 def _told(a: float, path: Path) -> float:
@@ -138,9 +143,10 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     """Write a note, for each a, on the length up to which a list of orbits is complete."""
     from orbitdb.answers.completeness import complete_length, describe_complete
+    from orbitdb.store.fills import read_fills
 
     for chosen in stadiums:
-        told = describe_complete(complete_length(moment.fills(chosen.a), chosen), chosen)
+        told = describe_complete(complete_length(read_fills(moment.connection, chosen.a), chosen), chosen)
         note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
 
 
@@ -163,10 +169,11 @@ def in_order(
     Empty fields come last, whether the order is ascending or descending.
     """
     from orbitdb.store.query import parse_order
+    from orbitdb.store.rows import rows_of
 
     end = None if limit is None else limit + offset
     if len(subsets) == 1:
-        return moment.rows(subsets[0], names, offset, end)
+        return rows_of(moment.connection, subsets[0], names, offset, end)
     falling = parse_order(order)
     for name in _NATURAL:
         falling.setdefault(name, False)
@@ -178,7 +185,7 @@ def in_order(
             for value, falls in keys
         )
 
-    streams = (moment.rows(chosen, (*names, *falling), 0, end) for chosen in subsets)
+    streams = (rows_of(moment.connection, chosen, (*names, *falling), 0, end) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 

@@ -67,7 +67,7 @@ def deviations(folder: Path) -> str:
     from orbitdb.averages.by_period import lyapunov_of_periods
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
-    from orbitdb.store.moment import reading
+    from orbitdb.store.file import reading
     from orbitdb.trajectories.legwise import simulate_legs
 
     with reading(folder / CATALOGUE) as moment:

@@ -8,8 +8,10 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.query import COLUMNS
+from orbitdb.store.connection import driver
+from orbitdb.store.lookup import find_or_solve, find_word
+from orbitdb.store.query import COLUMNS, choose
+from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Criteria, Selection, with_criteria
 from orbitdb.stored_catalogue import StoredCatalogue
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -81,7 +83,7 @@ class Catalogue(StoredCatalogue):
         """
         symbols = parse(word)
         with self._file.moment() as moment:
-            return moment.find(symbols, self._at(a))
+            return find_word(driver(moment.connection), symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -154,13 +156,15 @@ class Catalogue(StoredCatalogue):
             raise InputError(f"limit {limit}, offset {offset}: give 0 or more")
         with self._question(selection, criteria) as (moment, chosen):
             most = None if limit is None else limit + offset
-            yield from moment.rows(moment.choose(chosen, order, most=most), columns, offset, most)
+            yield from rows_of(
+                moment.connection, choose(moment.connection, chosen, order, most=most), columns, offset, most
+            )
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
         with self._question(selection, criteria) as (moment, chosen):
-            return moment.count(chosen)
+            return len(choose(moment.connection, chosen))
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":

@@ -30,7 +30,7 @@ from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 
 if TYPE_CHECKING:
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
     from orbitdb.store.selection import Selection
 
 EXAMPLES = (
@@ -104,12 +104,14 @@ def export(
         files.check_target(file, force)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
+    from orbitdb.store.query import choose
+
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         with progress("sorting"):
-            subsets = [moment.choose(chosen, order, by_class=classes) for chosen in stadiums]
+            subsets = [choose(moment.connection, chosen, order, by_class=classes) for chosen in stadiums]
         rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last

@@ -30,7 +30,7 @@ from orbitdb.numerals import exact
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
 
 
 EXAMPLES = {
@@ -190,7 +190,8 @@ def births(
     smallest and the largest a of a birth. An interrupted run continues where it stopped. Without --p, you see
     the births that are stored.
     """
-    from orbitdb.store.moment import reading
+    from orbitdb.store.file import reading
+    from orbitdb.store.lives import read_birth_fills
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]
@@ -201,7 +202,7 @@ def births(
         periods = asked_periods(context, asked, first)
         _fill_births(periods, db, jobs)
     with reading(db) as moment:
-        found = [each for each in moment.birth_fills() if each.p in periods]
+        found = [each for each in read_birth_fills(moment.connection) if each.p in periods]
         ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
@@ -217,9 +218,11 @@ def births(
 
 def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
     """Return the lives that end, by period and word, each with the beginning of the word's next life."""
+    from orbitdb.store.lives import read_lives
+
     rows: list[tuple[object, ...]] = []
     for p in periods:
-        lives = moment.births(p)
+        lives = read_lives(moment.connection, p)
         again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
         for life in lives:
             if life.word in again and life.born is not None:

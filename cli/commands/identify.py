@@ -152,6 +152,7 @@ def _show_length(
     from orbitdb.answers.identification import identify_length
     from orbitdb.numerals import exact
     from orbitdb.orbits.status import Status
+    from orbitdb.store.fills import read_fills
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit
@@ -160,7 +161,7 @@ def _show_length(
         found = identify_length(moment, chosen.a, length, tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
-        fills = moment.fills(chosen.a)
+        fills = read_fills(moment.connection, chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
         nearest = identify_length(moment, chosen.a, length, 1.0, 1) if not found else ()
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""

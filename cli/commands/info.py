@@ -14,7 +14,7 @@ from orbitdb.errors import InputError
 from orbitdb.plaintext import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.moment import Moment
+    from orbitdb.store.file import Moment
 
 EXAMPLES = {
     "info": ("info", "info --json"),
@@ -43,10 +43,12 @@ def info(
     processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
     its processor time is under solving.
     """
-    from orbitdb.store.moment import reading
+    from orbitdb.store.connection import driver
+    from orbitdb.store.file import reading
+    from orbitdb.store.lookup import a_values
 
     with reading(db) as moment:
-        rows = [row for a in moment.a_values() for row in _periods(moment, a)]
+        rows = [row for a in a_values(driver(moment.connection)) for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
     rows.sort(key=lambda row: row[:2])
     shown = _SHOWN if output.for_people else len(COLUMNS)
@@ -102,10 +104,12 @@ def migrate(db: options.Database) -> None:
 
 def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
-    fills = moment.fills(a)
+    from orbitdb.store.fills import read_fills, read_sweeps
+
+    fills = read_fills(moment.connection, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
-    for each in moment.sweeps(a):
+    for each in read_sweeps(moment.connection, a):
         if each.p not in filled:
             counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
             state = "swept" if each.whole else "sweeping"
@@ -117,6 +121,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     from orbitdb.numerals import exact, gigabytes
     from orbitdb.store.fills import level_windows, room, trajectories
+    from orbitdb.store.lives import read_birth_fills
     from orbitdb.store.schema import SCHEMA_VERSION
     from orbitdb.store.selection import written_periods
 
@@ -128,7 +133,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     ]
     for name, (count, each) in taken.items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [each.p for each in moment.birth_fills() if each.whole]:
+    if born := [each.p for each in read_birth_fills(moment.connection) if each.whole]:
         facts.append(("births", written_periods(born)))
     for a, ranges in groupby(level_windows(moment.connection), key=itemgetter(0)):
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
@@ -144,8 +149,11 @@ def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.numerals import exact
+    from orbitdb.store.connection import driver
+    from orbitdb.store.fills import bounds_by_a
+    from orbitdb.store.lookup import a_values
 
-    curve, filled = moment.entropy_curve(), [a for a in moment.a_values() if moment.fills(a)]
+    curve, filled = bounds_by_a(moment.connection), a_values(driver(moment.connection), ["fill"])
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
     lines = [  # shorter than `basis`, which has 80 characters with all digits of a
         f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"

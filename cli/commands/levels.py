@@ -97,7 +97,7 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
     """Show the levels computed from the stored orbits; return their number."""
     from orbitdb.answers.levels import beside, levels_from_orbits
     from orbitdb.quantum.weyl import parities_of
-    from orbitdb.store.moment import reading
+    from orbitdb.store.file import reading
 
     low, high = (0.0, None) if k is None else read_range("--k", k)
     with progress("summing orbits"), reading(db) as moment:

@@ -107,12 +107,17 @@ def query(
         return
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
+    from orbitdb.store.query import choose
+
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
     shown = _ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset
-        subsets = [moment.choose(each, order, most=most, counted=True, by_class=classes) for each in stadiums]
+        subsets = [
+            choose(moment.connection, each, order, most=most, counted=True, by_class=classes)
+            for each in stadiums
+        ]
         total = sum(map(len, subsets))
         count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
         if not total:
@@ -284,7 +289,7 @@ def sql(
     word in any rotation.
     """
     from orbitdb.store.codes import hint, parse_parameters
-    from orbitdb.store.moment import reading
+    from orbitdb.store.file import reading
     from orbitdb.store.where import run_statement
 
     values = parse_parameters(parameters or (), statement)

@@ -46,8 +46,8 @@ def scars(
     """
     from orbitdb.answers.scars import Scar, check_scarring, scars_of, shortest_orbits
     from orbitdb.quantum.weyl import parities_of
+    from orbitdb.store.file import reading
     from orbitdb.store.lookup import find_or_solve
-    from orbitdb.store.moment import reading
 
     low, high = _range(k)
     parities, (at,) = parities_of(parity), meant(db, a)

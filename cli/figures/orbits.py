@@ -29,7 +29,12 @@ from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure
-from orbitdb.store.moment import Moment
+from orbitdb.store.connection import driver
+from orbitdb.store.file import Moment
+from orbitdb.store.fills import read_fills
+from orbitdb.store.lookup import find_word
+from orbitdb.store.query import choose
+from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import REVERSE, images_of
 
@@ -123,16 +128,20 @@ def draw_sheet(
     chosen = _with_paths(moment, chosen)
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
-    for (word,) in moment.rows(moment.choose(chosen, order), ("representative",)):
+    for (word,) in rows_of(moment.connection, choose(moment.connection, chosen, order), ("representative",)):
         first[word] = None
         if len(first) > limit:
             break
-    orbits = [found for word in [*first][:limit] if (found := moment.find(word, chosen.a)) is not None]
+    orbits = [
+        found
+        for word in [*first][:limit]
+        if (found := find_word(driver(moment.connection), word, chosen.a)) is not None
+    ]
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise _nothing(moment, chosen)
     if len(first) > limit:
-        total = len(moment.choose(chosen).ids)
+        total = len(choose(moment.connection, chosen).ids)
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
         note(f"{limit} of {total} classes are drawn; {rest}")
     return sheet_of(drawn, f"Classes of {chosen.describe()}", size)
@@ -171,7 +180,7 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
     found = whole_periods.read_classes(moment, chosen)
     if not len(found):
         raise _nothing(moment, chosen)
-    complete = complete_length(moment.fills(chosen.a), chosen)
+    complete = complete_length(read_fills(moment.connection, chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         paths.draw_staircase(above, found.length, found.words)
@@ -214,7 +223,7 @@ def _with_paths(moment: Moment, chosen: Selection) -> Selection:
     if statuses or not chosen.statuses:
         return replace(chosen, statuses=statuses)
     note_gaps(moment, chosen)
-    if total := len(moment.choose(chosen)):
+    if total := len(choose(moment.connection, chosen)):
         note(f"{chosen.describe(count=total)}: no path to draw; --status orbit draws orbits instead")
         raise typer.Exit(1)
     raise _nothing(moment, chosen)

@@ -31,7 +31,8 @@ from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.equality import ByValue
-from orbitdb.store.moment import Moment, Reader
+from orbitdb.store.file import Moment, Reader
+from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 
@@ -81,7 +82,7 @@ def tally(
     cancelled: Callable[[], bool] = never,
 ) -> dict[Values, int]:
     """Count the rows of a subset for each combination of values of some columns of the view ``class``."""
-    chosen = moment.choose(selection, columns=columns, cancelled=cancelled)
+    chosen = choose(moment.connection, selection, columns=columns, cancelled=cancelled)
     numbers: Counter[Values] = Counter()
     values = (chosen.values[name].tolist() for name in columns)
     for *row, count in zip(*values, chosen.counts.tolist(), strict=True):
@@ -100,7 +101,7 @@ def histogram(
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
-    chosen = moment.choose(selection, columns=(column,), cancelled=cancelled)
+    chosen = choose(moment.connection, selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     known = ~np.isnan(values)
     if not known.any():

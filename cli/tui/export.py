@@ -23,7 +23,9 @@ from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
+from orbitdb.store.query import choose
+from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 
@@ -104,8 +106,8 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
-        chosen = moment.choose(selection, str(ordering), cancelled=cancelled)
-        rows = moment.rows(chosen, WRITTEN, cancelled=cancelled)
+        chosen = choose(moment.connection, selection, str(ordering), cancelled=cancelled)
+        rows = rows_of(moment.connection, chosen, WRITTEN, cancelled=cancelled)
         if path.suffix == ".parquet":
             write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:

@@ -25,7 +25,8 @@ from orbitdb.cli.tui.keys import LEAVING
 from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.numerals import concise, with_error
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
+from orbitdb.store.fills import best_reference, read_fills
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.trajectories.ensemble import Reference, references
@@ -153,7 +154,11 @@ class StatisticsScreen(OwnScreen[str | None]):
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
         with self._catalogue.moment() as moment:
-            later = [fill.p for fill in moment.fills(chosen.a) if chosen.includes(fill.p) and fill.p > FIRST]
+            later = [
+                fill.p
+                for fill in read_fills(moment.connection, chosen.a)
+                if chosen.includes(fill.p) and fill.p > FIRST
+            ]
         if everything or not later:
             return statistics(self._catalogue, chosen, weight), ""
         note = f"{written_periods(later)}: press m"
@@ -173,7 +178,7 @@ class StatisticsScreen(OwnScreen[str | None]):
 
     def _stored_reference(self) -> Reference | None:
         with self._catalogue.moment() as moment:
-            return moment.reference(self._selection.a)
+            return best_reference(moment.connection, self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
         if reference is not None:

@@ -11,9 +11,9 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.export import complete
 from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.store.connection import driver
-from orbitdb.store.file import check_file
-from orbitdb.store.lookup import born_with, certificate_of
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader, check_file
+from orbitdb.store.fills import read_fills
+from orbitdb.store.lookup import a_values, born_with, certificate_of, find_word
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 Certificate = tuple[float, int] | None
@@ -41,21 +41,21 @@ class CatalogueFile:
         stored = None
         if self.reader is not None:
             with self.reader.moment() as moment:
-                stored = moment.find(word, a)
+                stored = find_word(driver(moment.connection), word, a)
         return solve_word(word, a) if stored is None else stored
 
     def a_values(self) -> list[float]:
         if self.reader is None:
             return []
         with self.reader.moment() as moment:
-            return moment.a_values()
+            return a_values(driver(moment.connection))
 
     def periods(self, a: float) -> list[int]:
         """Return the periods that are filled at this a, completely or in part."""
         if self.reader is None:
             return []
         with self.reader.moment() as moment:
-            return [fill.p for fill in moment.fills(a)]
+            return [fill.p for fill in read_fills(moment.connection, a)]
 
     def certificate(self, orbit: Orbit) -> Certificate:
         if self.reader is None or not orbit.stored or orbit.length is None:

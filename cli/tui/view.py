@@ -11,9 +11,9 @@ from textual.cache import LRUCache
 
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.numerals import exact
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
 from orbitdb.store.query import position_of
-from orbitdb.store.rows import Chosen
+from orbitdb.store.rows import Chosen, rows_of
 from orbitdb.store.selection import Selection
 
 
@@ -163,7 +163,9 @@ class Pages:
             assert self.catalogue is not None
             with self.catalogue.moment() as moment:
                 first = number * _BLOCK
-                self._blocks[number] = list(moment.rows(self.chosen, self.fields, first, first + _BLOCK))
+                self._blocks[number] = list(
+                    rows_of(moment.connection, self.chosen, self.fields, first, first + _BLOCK)
+                )
         return self._blocks[number][within]
 
     def position(self, word: str) -> int | None:

@@ -11,7 +11,9 @@ from orbitdb.quantum.levels_from_orbits import Staircase, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, CUTOFF_OF_ALL, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Classes
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity
-from orbitdb.store.moment import Moment
+from orbitdb.store.connection import driver
+from orbitdb.store.file import Moment
+from orbitdb.store.lookup import WITH_ORBITS, a_values
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -85,7 +87,7 @@ def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> li
         for other in (Parity if of is not None else ())
         if other != of and better(stadium, classes, other)
     ]
-    for a in moment.a_values(orbits=True):
+    for a in a_values(driver(moment.connection), WITH_ORBITS):
         if a != stadium.a and len(hints) < _SHOWN:
             try:
                 there, _ = classes_for_levels(moment, a)

@@ -26,8 +26,11 @@ from orbitdb.export import check_space, complete_folder, write_csv, write_parque
 from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.moment import Moment
-from orbitdb.store.rows import COORDINATES
+from orbitdb.store.file import Moment
+from orbitdb.store.fills import best_reference, read_fills, tightest_bounds
+from orbitdb.store.lives import read_birth_fills, read_lives
+from orbitdb.store.query import choose
+from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import cycle, run
 
@@ -89,9 +92,11 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
-    whole = [(each, fill) for each in chosen for fill in moment.fills(each.a) if fill.whole]
+    whole = [(each, fill) for each in chosen for fill in read_fills(moment.connection, each.a) if fill.whole]
     whole = [(each, fill) for each, fill in whole if each.includes(fill.p)]
-    subsets = [(moment.choose(replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole]
+    subsets = [
+        (choose(moment.connection, replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole
+    ]
     if not (total := sum(len(subset) for subset, _ in subsets)):
         return ""
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
@@ -124,19 +129,21 @@ def write_dataset(
 def _orbits(moment: Moment, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
-    rows = moment.rows(subset, [column.name for column in _ORBITS])
+    rows = rows_of(moment.connection, subset, [column.name for column in _ORBITS])
     path, title = f"orbits/a={exact(a)}_p={p:02d}.parquet", subset.selection.describe(count=len(subset))
     return Table(path, title, _ORBITS, rows, words)
 
 
 def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
-    born = [each.p for each in moment.birth_fills() if each.whole and chosen[0].includes(each.p)]
+    born = [
+        each.p for each in read_birth_fills(moment.connection) if each.whole and chosen[0].includes(each.p)
+    ]
     names = ("word", *(column.name for column in _CLASSES[1:]))
     query = sa.select(*(cycle.c[name] for name in names)).order_by(cycle.c.id)
     query = query.where(cycle.c.p.in_(filled.union(born)))
     classes = map(tuple, moment.connection.execute(query))
-    lives = (astuple(life) for p in born for life in moment.births(p))
+    lives = (astuple(life) for p in born for life in read_lives(moment.connection, p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
@@ -145,9 +152,9 @@ def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> It
         every = Selection(each.a)
         counts += _by_period(table(moment, every), _COUNTS, each)
         averages += _by_period(lyapunov(moment, every), _AVERAGES, each)
-        if (ensemble := moment.reference(each.a)) is not None:
+        if (ensemble := best_reference(moment.connection, each.a)) is not None:
             ensembles.append((each.a, *astuple(ensemble)))
-        if (proved := moment.entropy_bounds(each.a)) is not None:
+        if (proved := tightest_bounds(moment.connection, each.a)) is not None:
             bounds.append(astuple(proved))
         levels += _levels(moment, each.a)
     at = [EVERY["a"]]

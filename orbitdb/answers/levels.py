@@ -21,7 +21,9 @@ from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
 from orbitdb.quantum.trace_formula import Classes, Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
-from orbitdb.store.moment import Moment
+from orbitdb.store.file import Moment
+from orbitdb.store.fills import read_fills
+from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import level, level_fill
 
@@ -159,8 +161,12 @@ def classes_for_levels(moment: Moment, a: float) -> tuple[Classes, int]:
 
 def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
     """Return the chosen orbits by class, their representatives, and the period up to which all are filled."""
-    found = moment.choose(replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS)
-    filled = {fill.p for fill in moment.fills(chosen.a) if fill.whole and not fill.unresolved}
+    found = choose(
+        moment.connection, replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS
+    )
+    filled = {
+        fill.p for fill in read_fills(moment.connection, chosen.a) if fill.whole and not fill.unresolved
+    }
     if not len(found.ids):
         raise InputError(
             f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"

@@ -18,8 +18,9 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.fills import moments_of
-from orbitdb.store.moment import Moment
+from orbitdb.store.file import Moment
+from orbitdb.store.fills import moments_of, read_fills, read_sweeps
+from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
@@ -32,7 +33,7 @@ def read_classes(moment: Moment, selection: Selection) -> OrbitClasses:
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    chosen = moment.choose(selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
+    chosen = choose(moment.connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
     p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
     length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
     return OrbitClasses(p, chosen.counts.astype(np.int64), length, lyapunov, walls, size, chosen.ids)
@@ -132,10 +133,10 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
     selection = with_lower(chosen) if lower else chosen
-    fills = [fill for fill in moment.fills(selection.a) if selection.includes(fill.p)]
+    fills = [fill for fill in read_fills(moment.connection, selection.a) if selection.includes(fill.p)]
     unborn = tuple(without_births(moment, selection))
     whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-    known = moment.sweeps(selection.a) if swept and all_orbits(selection) else []
+    known = read_sweeps(moment.connection, selection.a) if swept and all_orbits(selection) else []
     wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
     sums = {each.p: each.sums for each in wanted if each.sums is not None}
     orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}

@@ -2,14 +2,18 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from orbitdb.export import check_space
-from orbitdb.store.file import check_file
-from orbitdb.store.fills import Fill, Sweep
-from orbitdb.store.moment import Moment, reading
+from orbitdb.store.connection import driver
+from orbitdb.store.file import check_file, reading
+from orbitdb.store.fills import Fill, Sweep, read_fills, read_sweeps
+from orbitdb.store.lookup import a_values
 from orbitdb.store.schema import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
 
 Record = TypeVar("Record", Fill, Sweep)
 
@@ -61,7 +65,7 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     With Newton's method, the rates are those of earlier large fills in the file, if there are any. The
     catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
-    stored = _at_every_a(path, Moment.fills)
+    stored = _at_every_a(path, read_fills)
     words = _missing(periods, {fill.p: fill.words for fill in stored.get(a, ())})
     fills = [fill for of_a in stored.values() for fill in of_a if fill.storing and fill.enumerating]
     large = _largest(fills, [fill.words for fill in fills]) if method == "newton" else []
@@ -79,7 +83,7 @@ def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
 
     A sweep stores no rows, so it needs hardly any space.
     """
-    stored = _at_every_a(path, Moment.sweeps)
+    stored = _at_every_a(path, read_sweeps)
     words = _missing(periods, {sweep.p: sweep.tally.words for sweep in stored.get(a, ())})
     sweeps = [sweep for of_a in stored.values() for sweep in of_a]
     large = _largest(sweeps, [sweep.tally.words for sweep in sweeps])
@@ -104,12 +108,14 @@ def _mean(done: Sequence[Record], names: Sequence[str], counted: Sequence[Any]) 
     return [sum(getattr(each, name) for each in done) / words for name in names]
 
 
-def _at_every_a(path: Path, ask: Callable[[Moment, float], list[Record]]) -> dict[float, list[Record]]:
+def _at_every_a(
+    path: Path, read: Callable[["sa.Connection", float], list[Record]]
+) -> dict[float, list[Record]]:
     """Return the fills or sweeps at each a; none if the file is not a catalogue with the latest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}
     with reading(path) as moment:
-        return {a: ask(moment, a) for a in moment.a_values()}
+        return {a: read(moment.connection, a) for a in a_values(driver(moment.connection))}
 
 
 def check_room(path: Path, needed: Need) -> None:

@@ -30,9 +30,10 @@ from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables, writing
+from orbitdb.store.file import reading
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
+from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.moment import reading
 from orbitdb.store.schema import BORN, DIED
 from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
@@ -289,7 +290,7 @@ def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tel
     """Find and store all births and deaths of the given periods (`Catalogue.fill_births`)."""
     totals = {p: count_admissible(p) for p in periods}
     with reading(path) as moment:
-        stored = sum(births.words for births in moment.birth_fills() if births.p in totals)
+        stored = sum(births.words for births in read_birth_fills(moment.connection) if births.p in totals)
     with at_work((sum(totals.values()) - stored) / _BIRTHS_A_SECOND, jobs) as workers:
         run_steps(fill_births(path, periods, workers), "births", totals, tell, stored)
 

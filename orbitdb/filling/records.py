@@ -18,7 +18,7 @@ from orbitdb.numerals import exact, with_error
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.levels import LevelWindow, in_order, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, add_reference, keep_bounds, keep_levels
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.ensemble import simulate as simulate_bounces

@@ -23,8 +23,8 @@ from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables
-from orbitdb.store.fills import moments_of
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
+from orbitdb.store.fills import moments_of, read_sweeps
 from orbitdb.store.tables import run, sweep_block
 from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
@@ -136,7 +136,7 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
     if p <= EXACT:
         return {}
     with reading(path) as moment:
-        known = moments_of(moment.sweeps(a))
+        known = moments_of(read_sweeps(moment.connection, a))
     return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
 
 

@@ -1,10 +1,11 @@
-"""The file of a catalogue: its path, what kind of file it is, and creating or upgrading it."""
+"""The file of a catalogue: its path, what kind of file it is, reading it, and creating or upgrading it."""
 
 import os
 import sqlite3
 import stat
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,8 +15,12 @@ from orbitdb.store.connection import (
     beside,
     open_sqlite,
     open_to_read,
+    place,
+    places_beside,
     plain_errors,
+    reading_engine,
     refuse_foreign_journal,
+    remove_journal_of,
     unchanged,
     uri_of,
     waiting,
@@ -148,6 +153,68 @@ def _read_marks(uri: str) -> _Marks:
             (revision,) = connection.execute("SELECT version_num FROM alembic_version").fetchone() or ("",)
             ours = revision == f"{SCHEMA_VERSION:04}"
         return _Marks(pages, version, application, ours)
+
+
+# reading
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A read transaction on a catalogue; all answers taken from it are consistent with one another.
+
+    Attributes
+    ----------
+    connection : sqlalchemy.Connection
+        A connection that sees the file as it was when the transaction began.
+    path : Path
+        The path of the file.
+    """
+
+    connection: "sa.Connection"
+    path: Path
+
+
+class Reader:
+    """A catalogue file to read; each call of `moment` starts a new `Moment` of the file that is then there.
+
+    Between moments the file is closed.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue at the path, or this version cannot read it.
+    """
+
+    def __init__(self, path: Path | str | None = None) -> None:
+        need_newest(default_path() if path is None else home_expanded(path))
+        self.path = absolute_path(path)
+        self._place = place(self.path)
+        self._engine = reading_engine(self.path)
+
+    @contextmanager
+    def moment(self) -> Iterator[Moment]:
+        """Yield a read transaction; changes made meanwhile appear in the next one."""
+        if place(self.path) != self._place:  # another file has taken its place
+            need_newest(self.path)
+            self._place = place(self.path)
+        with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
+            journal = places_beside(self.path)
+            try:
+                yield Moment(connection, self.path)
+            finally:
+                remove_journal_of(self.path, self._place, journal)
+
+
+@contextmanager
+def reading(path: Path | str | None = None) -> Iterator[Moment]:
+    """Open a catalogue for a single moment, and close it afterwards."""
+    with Reader(path).moment() as moment:
+        yield moment
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.extras import Record
@@ -86,7 +87,7 @@ class Fill(Record):
         return self.state == DONE
 
 
-def fills(connection: sa.Connection, a: float) -> list[Fill]:
+def read_fills(connection: sa.Connection, a: float) -> list[Fill]:
     """Return the fills at a given a, in order of period."""
     query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
     return [_as_fill(row) for row in connection.execute(query)]
@@ -195,7 +196,7 @@ class Sweep(Record):
         }
 
 
-def sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
+def read_sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
     """Return the sweeps at a given a, in order of period."""
     query = sa.select(sweep).join(stadium).where(stadium.c.a == a).order_by(sweep.c.p)
     return [_as_sweep(row) for row in connection.execute(query)]
@@ -229,13 +230,16 @@ def _as_sweep(row: sa.Row[Any]) -> Sweep:
 # bounds on the entropy, levels, trajectories, and the size of rows
 
 
-def bounds_stored(
+def bounds_by_a(
     connection: sa.Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
-    """Return the stored bounds, unchecked, in order of a and of window length.
+    """Return the tightest stored bounds on the entropy at every a, or at a given a, in order of a.
 
-    With `proof` or `a`, only the bounds with this proof or at this a are returned.
+    If two are equally tight, the one proved in ball arithmetic is returned. With `proof`, only bounds with
+    this proof count.
     """
+    if proof not in (None, DOUBLES, BALLS):
+        raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
     table = entropy_bound.c
     names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
     query = sa.select(*names).order_by(table.a, table.edges, table.proof)
@@ -243,17 +247,14 @@ def bounds_stored(
         query = query.where(table.proof == proof)
     if a is not None:
         query = query.where(table.a == a)
-    return [EntropyBounds(*row) for row in connection.execute(query)]
-
-
-def closest(
-    connection: sa.Connection, proof: str | None = None, a: float | None = None
-) -> list[EntropyBounds]:
-    """Return the tightest bounds at each a; if two are equally tight, the one proved in ball arithmetic."""
-    if proof not in (None, DOUBLES, BALLS):
-        raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
-    by_a = groupby(bounds_stored(connection, proof, a), key=lambda bounds: bounds.a)
+    stored = (EntropyBounds(*row) for row in connection.execute(query))
+    by_a = groupby(stored, key=lambda bounds: bounds.a)
     return [min(group, key=lambda bounds: (bounds.width, bounds.proof)) for _, group in by_a]
+
+
+def tightest_bounds(connection: sa.Connection, a: float, proof: str | None = None) -> EntropyBounds | None:
+    """Return the tightest stored bounds on the entropy at a given a (`bounds_by_a`), or None."""
+    return next(iter(bounds_by_a(connection, proof, Stadium(a).a)), None)
 
 
 def best_reference(connection: sa.Connection, a: float) -> "Reference | None":

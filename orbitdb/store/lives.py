@@ -95,14 +95,14 @@ class Life(Record):
     dies_error: float | None
 
 
-def birth_fills(connection: sa.Connection) -> list[BirthFill]:
+def read_birth_fills(connection: sa.Connection) -> list[BirthFill]:
     """Return how far births and deaths are stored, in order of period."""
     names = [each.name for each in fields(BirthFill)]
     query = sa.select(*(birth_fill.c[name] for name in names)).order_by(birth_fill.c.p)
     return [BirthFill(*row) for row in connection.execute(query)]
 
 
-def lives(connection: sa.Connection, p: int) -> list[Life]:
+def read_lives(connection: sa.Connection, p: int) -> list[Life]:
     """Return the lives of all classes of a period, in order of birth."""
     names = [each.name for each in fields(Life)]
     here = life.c.cycle.between(*keys_of_period(p))

@@ -105,12 +105,6 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
     return list(found.items())
 
 
-def a_meant(path: Path) -> float:
-    """Return the default a of a catalogue (`meant`)."""
-    with asking(path) as connection:
-        return meant(a_stored(connection))
-
-
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
     """Return the orbit of a primitive word from the catalogue, or solve the word if it is not stored."""
     stored = None
@@ -144,14 +138,19 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
         return partners(connection, orbit.representative)
 
 
-def a_stored(
-    connection: sqlite3.Connection, tables: Sequence[str] = ("fill", "sweep", "orbit")
-) -> list[float]:
-    """Return the values of a with rows in the given tables; by default, those with orbits or sweeps."""
-    known = " OR ".join(
-        f"EXISTS (SELECT 1 FROM {table} WHERE {table}.stadium = stadium.id)" for table in tables
-    )
-    return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {known} ORDER BY a")]
+WITH_ORBITS = ("fill", "sweep", "orbit")
+"""The tables that have rows at each a with orbits or sweeps."""
+
+
+def a_values(connection: sqlite3.Connection, tables: Sequence[str] = ()) -> list[float]:
+    """Return the stored values of a in order; with `tables`, only those with rows in one of them."""
+    used = " OR ".join(f"EXISTS (SELECT 1 FROM {table} WHERE stadium = stadium.id)" for table in tables)
+    return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {used or 'TRUE'} ORDER BY a")]
+
+
+def a_meant(connection: sqlite3.Connection) -> float:
+    """Return the default a of a catalogue (`meant`)."""
+    return meant(a_values(connection, WITH_ORBITS))
 
 
 def meant(values: Sequence[float]) -> float:

@@ -22,6 +22,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.store.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import classes, pruned_rows
+from orbitdb.store.where import CancelledError, never
 from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
@@ -183,6 +184,21 @@ def blocks_of(
             except (LookupError, TypeError, ValueError) as error:
                 raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
             yield columns
+
+
+def rows_of(
+    connection: sa.Connection,
+    chosen: Chosen,
+    names: Sequence[str],
+    first: int = 0,
+    last: int | None = None,
+    cancelled: Callable[[], bool] = never,
+) -> Iterator[tuple[Any, ...]]:
+    """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
+    for columns in blocks_of(connection, chosen, names, first, last):
+        if cancelled():
+            raise CancelledError
+        yield from zip(*map(plain, columns), strict=True)
 
 
 def plain(column: Values) -> Sequence[Any]:

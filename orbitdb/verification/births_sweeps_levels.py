@@ -31,9 +31,9 @@ from orbitdb.orbits.status import Status
 from orbitdb.plaintext import shortened
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.fills import Sweep
-from orbitdb.store.lives import BirthFill, birth_fills, counts_at
-from orbitdb.store.moment import Moment
+from orbitdb.store.file import Moment
+from orbitdb.store.fills import Sweep, read_sweeps
+from orbitdb.store.lives import BirthFill, counts_at, read_birth_fills
 from orbitdb.store.rows import listed as subquery
 from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.store.selection import Selection
@@ -74,7 +74,9 @@ BLOCK = 1000
 
 def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
-    return [births for births in birth_fills(connection) if births.whole and is_chosen(births.p, selections)]
+    return [
+        births for births in read_birth_fills(connection) if births.whole and is_chosen(births.p, selections)
+    ]
 
 
 def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
@@ -221,7 +223,7 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
 def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
     """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
     for selection in selections:
-        for sweep in moment.sweeps(selection.a):
+        for sweep in read_sweeps(moment.connection, selection.a):
             if sweep.whole and selection.includes(sweep.p):
                 label = f"p = {sweep.p} at a = {exact(selection.a)}"
                 yield single("sweeps", label, _wrong_tally(moment, sweep, selection.a))
@@ -236,7 +238,7 @@ def _wrong_tally(moment: Moment, sweep: Sweep, a: float) -> Iterator[str]:
     for fill in fill_rows(moment.connection):
         if (fill["a"], fill["p"], fill["state"]) == (a, sweep.p, DONE):
             yield from _differing(sweep.tally, fill)
-    if sweep.p in {births.p for births in moment.birth_fills() if births.whole}:
+    if sweep.p in {births.p for births in read_birth_fills(moment.connection) if births.whole}:
         yield from _differing(sweep.tally, vars(counts_at(moment.connection, a, sweep.p)))
 
 

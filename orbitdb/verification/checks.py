@@ -14,7 +14,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.plaintext import shortened
 from orbitdb.store import query
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.rows import listed as subquery
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import cycle, orbit, stadium

@@ -29,7 +29,7 @@ from orbitdb.numerals import exact
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import certificate
 from orbitdb.store.writing import Writer, replace_certificates

@@ -25,7 +25,8 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.connection import need_place, place
-from orbitdb.store.moment import Moment, reading
+from orbitdb.store.file import Moment, reading
+from orbitdb.store.fills import read_fills
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import entropy_bound, level_fill, stadium
 from orbitdb.verification.births_sweeps_levels import (
@@ -237,7 +238,7 @@ def verification_steps(
     with reading(path) as moment:
         known = 0
         with suppress(AlteredError):  # the verification itself reports it
-            fills = ((each, fill) for each in selections for fill in moment.fills(each.a))
+            fills = ((each, fill) for each in selections for fill in read_fills(moment.connection, each.a))
             known = sum(fill.words for each, fill in fills if each.includes(fill.p))
         checked = known if sample is None else min(sample, known)
         with at_work((4 + restarts) * checked / _STARTS_A_SECOND, jobs) as workers:

@@ -17,7 +17,7 @@ from orbitdb.averages.by_period import Weight, faults_of
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
 from orbitdb.cli.tui.statistics_screen import statistics
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
 
 NOTHING = np.zeros((0, 8))
 

@@ -26,7 +26,7 @@ from orbitdb.benchmarks import work_precision as methods
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.orbits.births import find_changes
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.selection import chosen_by
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference

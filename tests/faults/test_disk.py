@@ -174,16 +174,18 @@ def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, fo
 _READ_TWICE = """
 import sys
 from orbitdb import StoreError
-from orbitdb.store.moment import Reader
+from orbitdb.store.lookup import a_values
+from orbitdb.store.connection import driver
+from orbitdb.store.file import Reader
 reader = Reader(sys.argv[1])
 try:
     with reader.moment() as moment:
-        print(moment.a_values(), flush=True)
+        print(a_values(driver(moment.connection)), flush=True)
         input()
 except StoreError as error:
     print(error)
 with reader.moment() as moment:
-    print(moment.a_values())
+    print(a_values(driver(moment.connection)))
 """
 
 

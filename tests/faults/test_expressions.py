@@ -14,7 +14,7 @@ from processes import start
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import where as asking
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.schema import LONG
 from orbitdb.store.selection import Selection, SelectionError
 

@@ -12,7 +12,7 @@ from processes import run, start
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer
 from orbitdb.verification.verify import verification_steps

@@ -15,9 +15,8 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.numerals import gigabytes
 from orbitdb.store.codes import bound_names
 from orbitdb.store.connection import writing_engine
-from orbitdb.store.file import migrate
+from orbitdb.store.file import migrate, reading
 from orbitdb.store.fills import room
-from orbitdb.store.moment import reading
 from orbitdb.store.query import COLUMNS
 from orbitdb.store.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 from orbitdb.store.selection import Selection, SelectionError

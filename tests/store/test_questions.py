@@ -20,8 +20,8 @@ from quick import slow_but
 from orbitdb.cli.main import execute
 from orbitdb.cli.tui.counts_screen import histogram, marginal, tally
 from orbitdb.store import where as limits
-from orbitdb.store.moment import reading
-from orbitdb.store.query import COLUMNS
+from orbitdb.store.file import reading
+from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.selection import chosen_by
 from orbitdb.store.where import CancelledError
 
@@ -219,10 +219,10 @@ CANCELLED = [
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(limits, "STEPS_BETWEEN_LOOKS", 5_000)
-    with reading(filled_once) as catalogue:
+    with reading(filled_once) as moment:
         selection, looks = chosen_by(**criteria), itertools.count()
-        size = catalogue.count(selection)  # makes SQLite read the schema
-        whole = catalogue.choose(selection, order, cancelled=lambda: next(looks) < 0)
+        size = len(choose(moment.connection, selection))  # makes SQLite read the schema
+        whole = choose(moment.connection, selection, order, cancelled=lambda: next(looks) < 0)
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -230,7 +230,7 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                found = catalogue.choose(selection, order, cancelled=looks_until.__next__)
+                found = choose(moment.connection, selection, order, cancelled=looks_until.__next__)
             except CancelledError:
                 ended += 1
             else:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.moment import reading
+from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check
 from orbitdb.verification.verify import report, verify

@@ -13,8 +13,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.status import Status
-from orbitdb.store.file import migrate
-from orbitdb.store.moment import reading
+from orbitdb.store.file import migrate, reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check, blocks, measured
 from orbitdb.verification.verify import PROMISES, verify

@@ -16,7 +16,9 @@ from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import place_of
 from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, Pages, fields_of
 from orbitdb.errors import StoreError
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
+from orbitdb.store.query import choose
+from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection, SelectionError, chosen_by
 from orbitdb.store.where import CancelledError
 
@@ -44,7 +46,7 @@ def catalogue(asked):
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
     source = Reader(catalogue.path)
     with source.moment() as moment:
-        return Pages(source, moment.choose(selection, str(ordering)), columns)
+        return Pages(source, choose(moment.connection, selection, str(ordering)), columns)
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
@@ -81,7 +83,9 @@ def test_reading_can_be_cancelled(catalogue):
     with pytest.raises(CancelledError):
         answer(
             catalogue.path,
-            lambda moment: list(moment.rows(moment.choose(two), ("code",), cancelled=lambda: True)),
+            lambda moment: list(
+                rows_of(moment.connection, choose(moment.connection, two), ("code",), cancelled=lambda: True)
+            ),
         )
 
 

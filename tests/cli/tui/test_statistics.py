@@ -17,7 +17,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.numerals import with_error
 from orbitdb.orbits.status import Status
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 from orbitdb.store.writing import Writer, add_reference

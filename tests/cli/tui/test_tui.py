@@ -26,7 +26,7 @@ from orbitdb.cli.tui.view import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status
-from orbitdb.store.moment import Reader
+from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import parse, primitive_root
 
