@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from contents import rows
 from processes import run, workers_of
-from workforce import CutShort, Deadly, Failing, filled_by
+from workforce import Deadly, Failing, filled_by
 
 from orbitdb.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -88,13 +88,13 @@ def test_results_come_in_order_and_few_blocks_run_ahead():
     assert pool.most == 6
 
 
-@pytest.mark.parametrize("block", [Deadly(), CutShort()], ids=["solving", "sending"])
-def test_a_dead_worker_ends_the_work_with_one_line(block):
+def test_a_dead_worker_ends_the_work_with_one_line():
+    blocks: list[Task[None]] = [Deadly(), *[partial(time.sleep, 60)] * 9]
     with (
         Processes(2) as workers,
         pytest.raises(WorkError, match=r"a worker process died; .* goes on") as told,
     ):
-        list(workers.solved([block, *[partial(time.sleep, 60)] * 9]))
+        list(workers.solved(blocks))
     assert "\n" not in str(told.value)
     assert not workers_of(os.getpid())
 

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -25,18 +24,6 @@ class Deadly:
 
     def __call__(self) -> None:
         raise AssertionError("it was not sent to another process")
-
-
-class CutShort:
-    """A block whose worker dies after it has sent the first bytes of the result."""
-
-    def __call__(self) -> None:
-        Connection._send_bytes = send_a_part  # type: ignore[method-assign, assignment]
-
-
-def send_a_part(pipe: Connection, data: bytes) -> None:
-    os.write(pipe.fileno(), b"\0\0\1\0first of 256 bytes")
-    os._exit(7)
 
 
 class Failing:
