@@ -28,6 +28,8 @@ These names are the public interface. Everything else may change between version
 """
 
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
@@ -62,6 +64,9 @@ if TYPE_CHECKING:  # isort: off
     # isort: on
 
 __version__ = "0.2.0"
+
+if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie beside this one
+    __path__.append(str(Path(__file__).parent.parent))
 
 _HOMES = {
     "billiard.stadium": ("Stadium",),

@@ -1,4 +1,4 @@
-"""Codes in expressions find words in any rotation; errors in expressions and altered classes are reported."""
+"""Codes in expressions find words in any rotation; errors in expressions are reported."""
 
 import pytest
 from there import there
