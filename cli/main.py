@@ -31,7 +31,7 @@ _LOADED = 100_000
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _PATIENCE = 1.0
-"""Seconds during which further signals are ignored, so that they do not disturb the cleaning up."""
+"""Seconds during which further signals are ignored, so that they do not disturb the cleanup."""
 
 _signalled: list[tuple[int, float]] = []
 """Number and time of the signals that arrived; SQLite and NumPy can swallow the exception that they raise."""

@@ -234,7 +234,7 @@ def _range_option(names: str) -> Any:
 class Choice:
     """The options that choose a subset of the catalogue, as the user typed them.
 
-    A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.with_groups`).
+    A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
     """
 
     p: Periods = None

@@ -1,1 +1,1 @@
-"""The commands, in one folder for each panel of the help."""
+"""The commands; a module holds one, or a few that belong together."""

@@ -27,7 +27,7 @@ def scars(
         str | None, typer.Argument(metavar="WORD", help="The orbit [default: the shortest stored orbits].")
     ] = None,
     k: Annotated[
-        str, typer.Option(metavar="FROM:TO", help="Range of k, or the k to which the nearest level is taken.")
+        str, typer.Option(metavar="FROM:TO", help="Range of k, or a single k for the nearest level.")
     ],
     parity: Parities = None,
     order: Annotated[str, typer.Option(help="above, strength (the largest first) or k.")] = "above",

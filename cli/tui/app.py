@@ -188,7 +188,7 @@ class BrowseApp(App[None], Working):
         super().notify(printable(message), **options | {"markup": False})
 
     def action_keys(self) -> None:
-        """Show the keys that work now; if there are more than fit, the next ones; at last, hide them."""
+        """Show the keys that work now; the next calls scroll through them, and the last one hides them."""
         panel = next(iter(self.screen.query(HelpPanel).results()), None)
         if panel is None:
             self.action_show_help_panel()

@@ -78,7 +78,7 @@ class OrbitPanel(Vertical, Working):
     sought: Orbit | None = None
 
     class Sought(Message):
-        """Reports that an orbit is shown that was asked for."""
+        """Reports that the requested orbit is shown."""
 
     def __init__(self, file: CatalogueFile, a: float) -> None:
         super().__init__(id="side")

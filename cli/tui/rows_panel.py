@@ -53,7 +53,7 @@ class RowsPanel(Vertical, Working):
 
     @dataclass
     class Read(Message):
-        """Hands over the rows that were asked for, which are not shown yet."""
+        """Carries the requested rows, which are not shown yet."""
 
         rows: Pages
 

@@ -240,12 +240,12 @@ def _check(folder: Path, force: bool, need: int) -> None:
         if not force:
             raise ExportError(f"{folder} already exists: --force replaces a dataset")
         if others := _other_files(folder, [each["path"] for each in read_package(folder)]):
-            raise ExportError(f"{folder} also holds {others[0]}, which is not of a dataset: move it away")
+            raise ExportError(f"{folder} also holds {others[0]}, not a part of a dataset: move it away")
     check_space(folder, need, "it takes up to")
 
 
 def read_package(folder: Path) -> list[Resource]:
-    """Return the descriptions of the files that a dataset lists; raise `ExportError` if it is no dataset."""
+    """Return the descriptions of the files of a dataset; raise `ExportError` if it is not a dataset."""
     try:
         package = json.loads((folder / PACKAGE).read_text(encoding="utf-8"))
         resources: list[Resource] = package["resources"]

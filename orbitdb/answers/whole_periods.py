@@ -150,7 +150,7 @@ def read_noted(
 ) -> WholePeriods | None:
     """Return the chosen classes of complete periods, with those of lower periods (`read_whole`).
 
-    Return None if no orbit of the chosen periods is there. What is left out is added to `notes`.
+    Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
     subset = read_whole(moment, chosen, swept, lower)
     notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)

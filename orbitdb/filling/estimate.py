@@ -36,7 +36,7 @@ ENOUGH = 5_000
 """Earlier fills and sweeps of at least this many words show how fast this machine is."""
 
 _ALIKE = 4
-"""Of these, those of at least a quarter of the most words count: small periods take more time per word."""
+"""Of these, those with at least a quarter of the largest number count; small periods take longer per word."""
 
 _JOURNAL = 64 << 20
 """Maximum size of the write-ahead log in bytes."""

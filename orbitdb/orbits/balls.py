@@ -36,7 +36,7 @@ PRECISION, MAX_PRECISION = 128, 16384
 """Initial and maximum number of bits of the arithmetic."""
 
 _DOUBLE = 53
-"""Number of bits that is enough for a distance between a ball and a double."""
+"""Precision, in bits, of the distance between a ball and a double."""
 
 _ENOUGH = 1024
 """A word stays unresolved after this many bits in addition to those that lambda requires."""

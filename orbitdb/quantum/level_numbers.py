@@ -88,12 +88,12 @@ def numbered(
 
 
 _RISE = np.subtract.outer(np.arange(2 * _BAND + 2), np.arange(2 * _BAND + 2))
-"""Rise from each number of a band to each of the next, if the bands are the same."""
+"""Rises from each number of a band to each number of the next, if the bands are the same."""
 
 
 @lru_cache(maxsize=64)
 def _rise(shift: int, independent: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return what the rise from each number of a band to each of the next costs, if it moves up by `shift`.
+    """Return the costs of the rises from each number of a band to each of the next, which is `shift` higher.
 
     These are the cost if the level is spurious, the cost if it takes the last number, and, for the distance,
     its standard deviation and a constant.
@@ -220,7 +220,7 @@ class _FilledList:
         return slice(*np.searchsorted(self.k, [low - away, high + away]).tolist())
 
     def rows(self, first: int, last: int) -> slice:
-        """Return the levels that notice what happens in the gaps from `first` to `last`."""
+        """Return the levels that changes in the gaps from `first` to `last` affect."""
         low = self.k[self.true[first - 1]] if first else -np.inf
         return self.near(low, self.k[self.true[last]] if last < len(self.true) else np.inf)
 
@@ -234,7 +234,7 @@ class _FilledList:
         return (np.flatnonzero(np.diff(self.number[self.true]) > 1) + 1).tolist()
 
     def gap(self, gap: int, more: int, rows: slice) -> tuple[Floats | float, float]:
-        """Return what a gap with `more` missing levels than now adds to the staircase, and what it costs."""
+        """Return how `more` missing levels in a gap would change the staircase and the cost."""
         if gap == len(self.true):
             return 0.0, 0.0
         missing = self.steps(gap) - 1 + more
@@ -275,7 +275,7 @@ class _FilledList:
     def change(
         self, first: int, last: int, step: int
     ) -> tuple[float, NDArray[np.intp], int, slice, Floats | float]:
-        """Return by how much it changes the cost to shift the true levels from `first` to before `last`."""
+        """Return the change in cost if the true levels from `first` to before `last` are shifted."""
         run, rows = self.true[first:last], self.rows(first, last)
         below, above = self.gap(first, step, rows), self.gap(last, -step, rows)
         if np.isinf(below[1] + above[1]) or (self.number[run] + step < 1).any():

@@ -76,7 +76,7 @@ FITS = 0.27
 """Largest scatter of a list that fits the stadium, in mean spacings. In tests, lists that fit had at most
 0.22, even with noise and missing levels, and others 0.29 or more."""
 _CERTAIN = 8.0
-"""How much more the second best first number of a window has to cost."""
+"""The first number of a window is certain if the second best costs at least this much more."""
 _CROWDED = 25.0
 """Largest number of levels within the resolution 1/X of the orbits."""
 

@@ -51,7 +51,7 @@ _BESIDE_NUMBER = (
     rf"\w\s*(?:{_SIGN}\s*)+\(?\s*(?:{_ITEM}\s*(?:,|\band\b)\s*)*:NAME\b|:NAME\b\s*{_SIGN}\s*\w"
     r"|[-+*/%]\s*:NAME\b|:NAME\b\s*[-+*/%]"
 )
-"""How a name stands beside a column or in arithmetic."""
+"""A name beside a column, or in arithmetic."""
 
 _NUMBER = re.compile(r"[+-]?\.?[0-9][\w.]*")
 
@@ -167,7 +167,7 @@ def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     Raises
     ------
     SelectionError
-        If a text is not of the form ``name=value``, or if it remains open what digits are.
+        If a text is not of the form ``name=value``, or if digits could be a word or a number.
     """
     return dict(_parameter(text, sql) for text in texts)
 

@@ -3,8 +3,8 @@
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
 the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
-`orbitdb.store.writing.Writer` counts up in the row of its run: a journal belongs to a file if it has
-the file's last run, with at least as many commits.
+`orbitdb.store.writing.Writer` increases a counter in the row of its run. A journal belongs to a file if it
+contains the file's last run, with at least the same number of commits.
 """
 
 import os
@@ -51,7 +51,7 @@ def place(path: Path) -> Place | None:
 
 
 def need_place(path: Path, opened: Place | None, message: str) -> None:
-    """Raise `StoreError` if the file at a path is no longer the one that was opened; `message` ends it."""
+    """Raise `StoreError` if the opened file was replaced or deleted; `message` ends the error message."""
     now = place(path)
     if now != opened:
         what = "moved or deleted" if now is None else "replaced by another file"
@@ -79,7 +79,7 @@ def refuse_foreign_journal(path: Path) -> None:
 
 
 def _continues(path: Path) -> bool:
-    """Tell whether the last run recorded in a file without its journal is still there if the journal is read.
+    """Tell whether a journal continues its file, that is, contains the last run recorded in the file.
 
     Neither connection can write, because the last one to close would move the journal into the file. The
     read transaction keeps writers from doing so meanwhile.

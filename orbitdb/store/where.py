@@ -36,7 +36,7 @@ STEPS_BETWEEN_LOOKS = 200_000
 _STEPS_BETWEEN_SIGNALS = 1_000_000
 
 READABLE = (*VIEWS, *TABLES)
-"""The views and tables, those that people need first."""
+"""The views and tables, with the views first, which people use most."""
 
 _BLOCK = 2000
 _ALLOWED = {
@@ -51,7 +51,7 @@ _STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined functio
 
 
 def never() -> bool:
-    """Return False, because nobody cancels."""
+    """Return False: the query is never cancelled."""
     return False
 
 
@@ -83,7 +83,7 @@ class Patience:
         return bool(self.reason)
 
     def authorize(self, action: int, _: str | None, name: str | None, *_others: str | None) -> int:
-        """Tell SQLite whether SQL may do something."""
+        """Tell SQLite whether the user's SQL may do this."""
         if action in _ALLOWED and name != "load_extension":
             return sqlite3.SQLITE_OK
         self.reason = "it may only read"

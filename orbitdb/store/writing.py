@@ -381,12 +381,12 @@ def insert(connection: sa.Connection, table: sa.Table, columns: Mapping[str, Ite
 
 
 def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
-    """Delete what is stored at a given a, and give the room that it took back to the disk.
+    """Delete what is stored at a given a, and return its space to the disk.
 
     With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
     as long as an orbit at another a, or births, need them.
     """
-    # references are kept here, because SQLite would look through all orbits for each class that goes
+    # without SQLite's checks of references, which would search all orbits for each deleted class
     with (
         closing(Writer(path, {"command": "delete"}, references=False)) as writer,
         writer.writing() as connection,

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 
 PROMISES = {
     "file": "SQLite finds the file sound, every reference points to a row, and every value can be read",
-    "counts": "periods have as many words as the transfer matrix says, and fills the counts of their rows",
+    "counts": "a period has as many words as the transfer matrix says, and a fill the counts of its rows",
     "classes": "all columns of a class follow from its representative, and broken rules from the pruned word",
     "statuses": "a new solution gives the same status",
     "bounds": "a new solution lies within the error bounds",
