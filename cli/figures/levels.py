@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from orbitdb.answers.assessment import assess_levels, orbits_for, told_missing
-from orbitdb.answers.levels import levels_from_zero, read_classes, read_spectrum
+from orbitdb.answers.levels import levels_from_zero, read_orbits, read_spectrum
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels
@@ -60,7 +60,7 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
     else:
         k = check_levels(levels, stadium, parity)
         end = float(k[-1])
-    orbits = orbits_for(stadium, read_classes(moment, chosen)[0], parity, np.array([end]))
+    orbits = orbits_for(stadium, read_orbits(moment, chosen)[0], parity, np.array([end]))
     here = orbits.k <= end
     at, smooth, count = orbits.k[here], orbits.smooth[here], orbits.count[0][here]
     label = f"orbits, $X = {orbits.cutoffs[0]:g}$"

@@ -7,9 +7,9 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.quantum.levels_from_orbits import Staircase, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, CUTOFF_OF_ALL, FITS, WIDEST, Assessment, assess
-from orbitdb.quantum.trace_formula import Classes
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity
 from orbitdb.store.connection import driver
 from orbitdb.store.file import Moment
@@ -64,11 +64,11 @@ def assess_levels(
     return found, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
 
 
-def _hints(moment: Moment, found: Assessment, classes: Classes, k: Floats) -> list[str]:
+def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(found.a), found.parity, found.window
 
-    def better(stadium: Stadium, classes: Classes, parity: Parity | None, fit: bool = False) -> bool:
+    def better(stadium: Stadium, classes: OrbitClasses, parity: Parity | None, fit: bool = False) -> bool:
         try:
             check_levels(k, stadium, parity, window)
             orbits = orbits_for(stadium, classes, parity, k, window)
@@ -114,7 +114,7 @@ def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> 
 
 
 def orbits_for(
-    stadium: Stadium, classes: Classes, parity: Parity | None, k: Floats, window: bool = False
+    stadium: Stadium, classes: OrbitClasses, parity: Parity | None, k: Floats, window: bool = False
 ) -> Staircase:
     """Return the staircase for comparison with the levels k; for a window, on its range only."""
     cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF

@@ -238,15 +238,21 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
     return [f"no {chosen.describe()}{' among the stored words' if lacking else ''}"]
 
 
+def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
+    """Return the highest p such that 2 to p are chosen, filled and without unresolved words; or 1."""
+    filled = {fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)}
+    highest = 1
+    while highest + 1 in filled:
+        highest += 1
+    return highest
+
+
 def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     """Return the length, in units of the radius, up to which it is proved that no chosen orbit is missing.
 
     Return None unless at least period 2 is filled and has no unresolved words.
     """
-    whole = [fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)]
-    highest = 1
-    while highest + 1 in whole:
-        highest += 1
+    highest = highest_filled(fills, chosen)
     return least_length(highest, chosen.a) if highest > 1 else None
 
 

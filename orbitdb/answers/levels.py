@@ -7,23 +7,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import sqlalchemy as sa
-from numpy.typing import NDArray
 
+from orbitdb.answers.completeness import highest_filled
+from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.plaintext import several
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, levels_of, reliable_end, staircase
-from orbitdb.quantum.trace_formula import Classes, Terms, family_terms, orbit_terms
+from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
 from orbitdb.store.file import Moment
 from orbitdb.store.fills import read_fills
-from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import level, level_fill
 
@@ -36,7 +37,6 @@ _LEAST, _ENOUGH = 8, 12
 _MOST_K = 300.0
 _USUAL_K_MAX = 30.0
 _LONGEST, _MOST_POINTS, _LARGEST_K_MAX = 100, 100_000, 1000
-_COLUMNS = ("maslov", "walls", "length", "lyapunov", "symmetry", "representative")
 
 
 def levels_from_zero(
@@ -120,7 +120,7 @@ def levels_from_orbits(
         k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
         found[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
     basis = [
-        f"from {several(len(classes.length), 'class', 'classes')} of orbits up to period {highest}, "
+        f"from {several(len(classes), 'class', 'classes')} of orbits up to period {highest}, "
         f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
     ]
     if highest < _ENOUGH:
@@ -146,11 +146,11 @@ def beside(moment: Moment, found: Levels) -> list[float | None]:
     return values
 
 
-def classes_for_levels(moment: Moment, a: float) -> tuple[Classes, int]:
+def classes_for_levels(moment: Moment, a: float) -> tuple[OrbitClasses, int]:
     """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
     if not LEAST_A <= a <= LARGEST_A:
         raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
-    classes, _, highest = read_classes(moment, Selection(a))
+    classes, highest = read_orbits(moment, Selection(a))
     if highest < _LEAST:
         raise InputError(
             f"periods are complete only up to {highest} at a = {exact(a)}, but levels need {_LEAST} or more: "
@@ -159,25 +159,18 @@ def classes_for_levels(moment: Moment, a: float) -> tuple[Classes, int]:
     return classes, highest
 
 
-def read_classes(moment: Moment, chosen: Selection) -> tuple[Classes, NDArray[np.object_], int]:
-    """Return the chosen orbits by class, their representatives, and the period up to which all are filled."""
-    found = choose(
-        moment.connection, replace(chosen, statuses=(Status.ORBIT, Status.BOUNDARY)), columns=_COLUMNS
-    )
-    filled = {
-        fill.p for fill in read_fills(moment.connection, chosen.a) if fill.whole and not fill.unresolved
-    }
-    if not len(found.ids):
+def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
+    """Return the chosen orbits by class, with their symmetries and representatives, and the highest period.
+
+    All periods up to the highest one are filled (`highest_filled`).
+    """
+    statuses = (Status.ORBIT, Status.BOUNDARY)
+    classes = read_classes(moment, replace(chosen, statuses=statuses), ("symmetry", "representative"))
+    if not len(classes):
         raise InputError(
             f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
         )
-    highest = 1
-    while highest + 1 in filled:
-        highest += 1
-    values, words = found.values, found.counts.astype(np.int64)
-    maslov, walls = (values[name].astype(np.int64) for name in ("maslov", "walls"))
-    classes = Classes(maslov, walls, words, values["length"], values["lyapunov"], values["symmetry"])
-    return classes, values["representative"], highest
+    return classes, highest_filled(read_fills(moment.connection, chosen.a), chosen)
 
 
 def read_spectrum(
@@ -200,7 +193,9 @@ def read_spectrum(
         raise InputError(f"k_max {k_max:g}: give 1 to {_LARGEST_K_MAX}")
     stadium, of = Stadium(a), one_parity(parity)
     given = None if levels is None else check_levels(levels, stadium, of)
-    classes, codes, highest = read_classes(moment, Selection(stadium.a))
+    classes, highest = read_orbits(moment, Selection(stadium.a))
+    codes = classes.representative
+    assert codes is not None
     known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if known is None else known[1]
     if k_max is not None and known is not None and k_max > end:

@@ -1,13 +1,17 @@
-"""Results: `Result`, a small table by period, and `Births`, the lives of the classes of a period."""
+"""Results: `Result`, a table by period; `Births`, the lives of classes; and orbits as HTML with pictures."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
 from orbitdb.extras import data_frame, drawn
-from orbitdb.plaintext import several
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import EXISTING
+from orbitdb.plaintext import several, shortened
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
 
@@ -146,3 +150,49 @@ _KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
 
 def _short(value: Any) -> str:
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+MOST_ROWS = 10
+MOST_BOUNCES = 200
+"""Longer orbits get no small picture, because it would be a smudge."""
+
+_HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
+_NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
+_SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
+"""Alignment of each cell; by default, notebooks align all cells to the right."""
+
+
+def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
+    """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown."""
+    if not orbits:
+        return f"<p>{escape(title)}</p>"
+    head = _cells("th", _HEADINGS)
+    rows = "\n".join(_row(orbit) for orbit in orbits)
+    more = f"\n<p>… and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
+    return (
+        f"<p>{escape(title)}</p>\n<table>\n<thead>{head}</thead>\n<tbody>\n{rows}\n</tbody>\n</table>{more}"
+    )
+
+
+def _row(orbit: Orbit) -> str:
+    points, stadium = None, Stadium(orbit.a)
+    if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
+        points = orbit.points
+    picture = "" if points is None else import_module("orbitdb.plots.svg").small_svg(stadium, points)
+    texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
+             _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
+             str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip
+    return _cells("td", [picture, *map(escape, texts)])
+
+
+def _cells(tag: str, contents: Sequence[str]) -> str:
+    """Return a row of HTML cells, with numbers aligned to the right."""
+    cells = (
+        f'<{tag} style="text-align: {side}; padding: 0 0.5em">{content}</{tag}>'
+        for side, content in zip(_SIDES, contents, strict=True)
+    )
+    return f"<tr>{''.join(cells)}</tr>"
+
+
+def _number(value: float | None, decimals: int) -> str:
+    return "" if value is None else f"{value:.{decimals}f}"

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.answers import subset_tables
 from orbitdb.answers.completeness import lacking_births, unfilled
+from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.columns import kind_of
+from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
-from orbitdb.extras import drawn
+from orbitdb.export import arrow_batch, arrow_schema
+from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, enclosed_areas, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.plaintext import several
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
 
+_IN_TABLE = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
+_BLOCK = 1 << 14
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
@@ -260,16 +263,51 @@ class Subset(ByValue):
             raise ValueError("the coordinates were not read: use select(..., coordinates=True)")
         return self.coordinates
 
+    def _columns(self) -> Iterator[tuple[str, Values]]:
+        """Yield the columns of a table, with None where a word without a class has no value.
+
+        They are made one at a time, because together they take as much memory as the subset.
+        """
+        classless = (self.representative == "").tolist()
+        yield "code", _texts(self.codes)
+        yield "a", np.full(len(self), self.selection.a)
+        for name in _IN_TABLE:
+            kind, values = kind_of(name), getattr(self, name)
+            if kind == "text":
+                yield name, _texts(values)
+            elif kind == "integer" and name != "p":
+                yield name, [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
+            else:
+                yield name, values
+        if self.coordinates is not None:
+            parts = np.split(self.coordinates, self.start[1:-1])
+            yield COORDINATES, [None if np.isnan(x[0]) else x for x in parts[: len(self)]]
+
     def to_pandas(self) -> "pandas.DataFrame":
-        """Return the rows as a pandas data frame (extra ``pandas``); codes remain strings."""
-        frame = subset_tables.to_pandas(subset_tables.columns_of(self))
+        """Return the rows as a pandas data frame (extra ``pandas``).
+
+        Codes remain strings. Missing texts and integers are NA, missing numbers NaN. The coordinates of each
+        row, if they were read, are an array or None.
+        """
+        pd = load("pandas", "to_pandas()", "pandas")
+        table: dict[str, Any] = {}
+        for name, values in self._columns():
+            if isinstance(values, np.ndarray):
+                table[name] = values
+            elif kind_of(name) == "numbers":
+                table[name] = pd.Series(values, dtype=object)
+            else:
+                table[name] = pd.array(values, "string" if kind_of(name) == "text" else "Int64")
+        frame: pandas.DataFrame = pd.DataFrame(table, copy=False)  # each column once in memory
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
     def to_arrow(self) -> "pyarrow.Table":
         """Return the rows as an Arrow table (extra ``parquet``), typed like an exported parquet file."""
-        notes = {"selection": self.selection.describe(), "a": self.selection.a}
-        return subset_tables.to_arrow(subset_tables.columns_of(self), notes)
+        arrow = load("pyarrow", "to_arrow()", "parquet")
+        names, values = zip(*self._columns(), strict=True)
+        schema = arrow_schema(names, {"selection": self.selection.describe(), "a": self.selection.a})
+        return arrow.Table.from_batches([arrow_batch(values, schema)])
 
     def __arrow_c_stream__(self, requested_schema: object = None) -> object:
         """Export the rows through Arrow's C interface, which polars and DuckDB read (extra ``parquet``)."""
@@ -349,8 +387,8 @@ class Subset(ByValue):
         return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
 
     def _repr_html_(self) -> str:
-        shown = list(self[: subset_tables.MOST_ROWS])
-        return subset_tables.to_html(repr(self).strip("<>"), shown, len(self))
+        shown = list(self[:MOST_ROWS])
+        return html_of_orbits(repr(self).strip("<>"), shown, len(self))
 
 
 _, *OF_ROWS, _, _, _, _, _, _ = (each.name for each in fields(Subset))
@@ -399,3 +437,10 @@ def _flat(parts: list[Any], periods: list[Integers]) -> Floats:
     """Join the coordinates of all rows; a row without coordinates gets NaN for each bounce."""
     pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
     return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])
+
+
+def _texts(values: Texts) -> list[str | None]:
+    """Return texts as a list, with None for empty ones; equal texts are a single object, to save memory."""
+    single: dict[str, str] = {}
+    blocks = (values[start : start + _BLOCK].tolist() for start in range(0, len(values), _BLOCK))
+    return [single.setdefault(text, text) or None for block in blocks for text in block]

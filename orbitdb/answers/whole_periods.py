@@ -25,18 +25,32 @@ from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
 
-def read_classes(moment: Moment, selection: Selection) -> OrbitClasses:
-    """Return the chosen classes that have a length and lambda (`Catalogue.classes`)."""
+def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
+    """Return the chosen classes that have a length and lambda (`Catalogue.classes`).
+
+    `texts` may name ``symmetry`` and ``representative``, to read them, too.
+    """
     if not selection.statuses:
         selection = replace(selection, statuses=(Status.ORBIT,))
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    chosen = choose(moment.connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls"))
+    chosen = choose(
+        moment.connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts)
+    )
     p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
     length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
-    return OrbitClasses(p, chosen.counts.astype(np.int64), length, lyapunov, walls, size, chosen.ids)
+    return OrbitClasses(
+        p,
+        chosen.counts.astype(np.int64),
+        length,
+        lyapunov,
+        walls,
+        size,
+        chosen.ids,
+        **{name: chosen.values[name] for name in texts},
+    )
 
 
 @dataclass(frozen=True)

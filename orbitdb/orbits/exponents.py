@@ -128,6 +128,8 @@ class OrbitClasses(Batch):
     class_size, number : ndarray of int, shape (N,), or None
         Number of all words in the class, and its id in a catalogue: the key of its representative
         (`orbitdb.symbols.words.key`), unless that is too long.
+    symmetry, representative : ndarray of str or object, shape (N,), or None
+        Symmetry labels (`orbitdb.symbols.symmetry.STABILISER_OF`), and least words.
 
     Raises
     ------
@@ -143,6 +145,8 @@ class OrbitClasses(Batch):
     walls: Integers
     class_size: Integers | None = None
     number: Integers | None = None
+    symmetry: NDArray[Any] | None = None
+    representative: NDArray[Any] | None = None
 
     def __post_init__(self) -> None:
         columns: tuple[NDArray[Any], ...] = (self.p, self.words, self.length, self.lyapunov, self.walls)
@@ -153,6 +157,11 @@ class OrbitClasses(Batch):
 
     def __len__(self) -> int:
         return len(self.p)
+
+    @property
+    def maslov(self) -> Integers:
+        """Maslov indices of one traversal, shape (N,)."""
+        return 3 * self.p - self.walls
 
     @property
     def negative(self) -> Marks:

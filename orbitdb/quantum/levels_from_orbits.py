@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.trace_formula import Classes, family, orbit_terms
+from orbitdb.orbits.exponents import OrbitClasses
+from orbitdb.quantum.trace_formula import family, orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
 
 CUTOFFS = (6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0)
@@ -83,7 +84,7 @@ class Staircase:
 
 def staircase(
     stadium: Stadium,
-    classes: Classes,
+    classes: OrbitClasses,
     k_max: float,
     parity: Parity | None = None,
     cutoffs: Sequence[float] = CUTOFFS,
@@ -94,7 +95,7 @@ def staircase(
     Parameters
     ----------
     stadium : Stadium
-    classes : Classes
+    classes : OrbitClasses
         All orbits shorter than `BEYOND` times the largest cutoff; for one parity, all orbits shorter than
         twice this length, because half orbits contribute.
     k_max : float

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats, Integers
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.quantum.weyl import Parity
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, STABILISER_OF
 
@@ -74,41 +75,21 @@ class Terms(NamedTuple):
         return Terms._make(values[here] for values in self)
 
 
-class Classes(NamedTuple):
-    """Symmetry classes of orbits; each array has one entry per class.
-
-    Attributes
-    ----------
-    maslov, walls, words : ndarray of int64, shape (N,)
-        Maslov index and number of straight bounces of one traversal, and number of cyclic words included.
-    length, lyapunov : ndarray, shape (N,)
-        Length (in units of the radius) and lambda of one traversal.
-    symmetry : ndarray of str or object, shape (N,)
-        Symmetry labels, as in `SPATIAL`.
-    """
-
-    maslov: Integers
-    walls: Integers
-    words: Integers
-    length: Floats
-    lyapunov: Floats
-    symmetry: NDArray[np.object_]
-
-
-def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) -> Terms:
+def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = None) -> Terms:
     """Return the terms of the orbits and of their repetitions.
 
     For one parity, half orbits replace the orbits that a mirror or the half turn maps to themselves.
 
     Parameters
     ----------
-    classes : Classes
+    classes : OrbitClasses
+        The orbits; for one parity, with their symmetries.
     longest : float
         Maximum length l of a term.
     parity : Parity, optional
         Parity of the levels; by default, levels of all parities.
     """
-    number = len(classes.length)
+    number = len(classes)
     kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)
     x, y = (1, 1) if parity is None else parity.signs
     halved = kind > 0
@@ -116,7 +97,7 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     length, lyapunov, maslov = classes.length / parts, classes.lyapunov / parts, classes.maslov // parts
     weight = classes.words / (1 if parity is None else np.where(halved, 2, 4))
     turned = (classes.walls // 2 + (g != _BOTH)) % 2 == 1
-    negative = np.where(halved, turned, classes.walls % 2 == 1)
+    negative = np.where(halved, turned, classes.negative)
     sign = np.array([1, x, y, x * y])[g]
 
     orbit = np.concatenate([np.arange(number), np.flatnonzero(kind > 1)])  # an orbit on the axis counts twice
@@ -133,8 +114,9 @@ def orbit_terms(classes: Classes, longest: float, parity: Parity | None = None) 
     return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r, parts[orbit], index)
 
 
-def _spatial(of: Classes) -> tuple[Integers, Integers]:
+def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
     """Return how many mirrors and half turns map each orbit to itself, and the first of them (0 if none)."""
+    assert of.symmetry is not None
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(each) for each in spatial])[which]

@@ -21,7 +21,7 @@ from there import there
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.answers.assessment import orbits_for
 from orbitdb.answers.entropy import enclosure
-from orbitdb.answers.levels import read_classes
+from orbitdb.answers.levels import read_orbits
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
@@ -258,7 +258,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     assert 8.9 < at[-1] <= 9
     np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(above, "Weyl")[1], weyl(stadium, None)(at))
-    classes, _, _ = answer(path, read_classes, chosen)
+    classes, _ = answer(path, read_orbits, chosen)
     orbits = orbits_for(stadium, classes, None, np.array([9.0])).at(at)[0]
     np.testing.assert_allclose(named(above, "orbits")[1], orbits)
     np.testing.assert_allclose(named(below, "orbits, $X = 13$, minus")[1], orbits - weyl(stadium, None)(at))

@@ -14,7 +14,7 @@ from there import there
 
 from orbitdb import Catalogue, InputError
 from orbitdb.answers.assessment import assess_levels
-from orbitdb.answers.levels import beside, levels_from_orbits, read_classes
+from orbitdb.answers.levels import beside, levels_from_orbits, read_orbits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
 from orbitdb.quantum.levels import levels
@@ -41,12 +41,12 @@ def exact():
 
 @pytest.fixture(scope="module")
 def orbits(catalogue):
-    classes, _, _ = answer(catalogue.path, read_classes, Selection(1.6))
+    classes, _ = answer(catalogue.path, read_orbits, Selection(1.6))
     return staircase(Stadium(1.6), classes, 16.0 * WIDEST + 0.1, Parity.OO, (CUTOFF,))
 
 
 def test_the_staircase_is_the_sum_of_its_terms(catalogue):
-    classes, _, _ = answer(catalogue.path, read_classes, Selection(1.6))
+    classes, _ = answer(catalogue.path, read_orbits, Selection(1.6))
     stadium, cutoffs = Stadium(1.6), (6.0, 9.0)
     for parity in (None, Parity.EO):
         made = staircase(stadium, classes, 30.0, parity, cutoffs)
