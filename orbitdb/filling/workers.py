@@ -14,8 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from multiprocessing import connection, parent_process, resource_tracker
-from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing import connection, get_context, parent_process, resource_tracker
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
@@ -94,15 +93,14 @@ class Processes(Workers):
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        self._context = _Context()
         with _apart():  # it starts Python's tracker of resources
-            self._pool = ProcessPoolExecutor(jobs, self._context, _begin)
+            self._pool = ProcessPoolExecutor(jobs, get_context("spawn"), _begin)
 
     def __enter__(self) -> Self:
         """Start the processes now, because that takes a few tenths of a second."""
         try:
             for _ in range(self.jobs):
-                self._pool.submit(int)
+                self._submit(int)
         except BaseException:
             self._end()
             raise
@@ -114,9 +112,15 @@ class Processes(Workers):
         self._end()
 
     def _end(self) -> None:
-        """End all processes without waiting for blocks in progress."""
-        self._context.kill()
+        """End all processes without waiting for blocks in progress, or for the rest of a result."""
+        for process in self._pool._processes.values():
+            process.kill()
+        self._pool._result_queue._writer.close()  # type: ignore[attr-defined]
         self._pool.shutdown(cancel_futures=True)
+
+    def _submit(self, block: Task[Answer]) -> Future[Answer]:
+        with _apart():  # each call may start a process
+            return self._pool.submit(block)
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of the blocks in order.
@@ -127,66 +131,20 @@ class Processes(Workers):
             If a process dies.
         """
         try:
-            begun = (self._pool.submit(_solve, block) for block in blocks)
-            for future in begun_ahead(begun, lambda: _AHEAD * self.jobs):
-                self._wait(future)
+            for future in begun_ahead(map(self._submit, blocks), lambda: _AHEAD * self.jobs):
+                while not wait([future], _BETWEEN_LOOKS).done:
+                    self._check()
                 yield future.result()
         except BrokenProcessPool:
-            raise _died() from None
+            raise WorkError(
+                "a worker process died; nothing stored is lost, and the same command continues from there: "
+                "if memory is short, use fewer processes with --jobs"
+            ) from None
 
-    def _wait(self, future: Future[Any]) -> None:
-        """Wait for a result; raise `WorkError` if a process died.
-
-        The pool itself would wait forever for a process that died while it was sending a result.
-        """
-        while not wait([future], _BETWEEN_LOOKS).done:
-            if connection.wait(self._context.sentinels(), 0):
-                raise _died()
-
-
-def _died() -> WorkError:
-    return WorkError(
-        "a worker process died; nothing stored is lost, and the same command continues from there: if memory "
-        "is short, use fewer processes with --jobs"
-    )
-
-
-class _Context(SpawnContext):
-    """Keeps the processes that a pool starts, and the pipe through which they send results."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._made: list[_Process] = []
-
-    def Process(self, *given: Any, **named: Any) -> "_Process":  # type: ignore[override]  # noqa: N802
-        """Return a new process."""
-        self._made.append(_Process(*given, **named))
-        return self._made[-1]
-
-    def SimpleQueue(self) -> Any:  # noqa: N802
-        """Return the pipe of the results, which is all that a pool uses a simple queue for."""
-        self._results = super().SimpleQueue()
-        return self._results
-
-    def sentinels(self) -> list[Any]:
-        """Return objects that become ready when a process ends."""
-        return [process.sentinel for process in self._made if process.pid is not None]
-
-    def kill(self) -> None:
-        """Kill all processes, and let no thread wait for the rest of a result that one was sending."""
-        for process in self._made:
-            if process.pid is not None:
-                process.kill()
-        self._results._writer.close()  # type: ignore[attr-defined]
-
-
-class _Process(SpawnProcess):
-    """A process that does not run the user's script, and that signals do not reach while it starts."""
-
-    def start(self) -> None:
-        """Start the process."""
-        with _apart():
-            super().start()
+    def _check(self) -> None:
+        """Notice a process that died while it was sending a result, for whose rest the pool would wait."""
+        if connection.wait([process.sentinel for process in self._pool._processes.values()], 0):
+            raise BrokenProcessPool
 
 
 _one_at_a_time = threading.Lock()
@@ -195,10 +153,10 @@ _one_at_a_time = threading.Lock()
 @contextmanager
 def _apart() -> Iterator[None]:
     """Hide the user's script, which a new process would run, and let it start with signals blocked."""
-    masked = hasattr(signal, "pthread_sigmask")
+    masks = hasattr(signal, "pthread_sigmask")
     with _one_at_a_time:
         main = sys.modules["__main__"]
-        if masked:
+        if masks:
             before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
             resource_tracker.ensure_running()  # SIGHUP would end it, and it unblocks other signals
             signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
@@ -207,7 +165,7 @@ def _apart() -> Iterator[None]:
             yield
         finally:
             sys.modules["__main__"] = main
-            if masked:
+            if masks:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
@@ -219,14 +177,9 @@ def _begin() -> None:
 
 
 def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
+    if (parent := parent_process()) is not None:
         parent.join()
         os._exit(1)
-
-
-def _solve(block: Task[Answer]) -> Answer:
-    return block()
 
 
 def cores() -> int:

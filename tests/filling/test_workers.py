@@ -92,7 +92,7 @@ def test_a_dead_worker_ends_the_work_with_one_line():
     blocks: list[Task[None]] = [Deadly(), *[partial(time.sleep, 60)] * 9]
     with (
         Processes(2) as workers,
-        pytest.raises(WorkError, match=r"a worker process died; .* goes on") as told,
+        pytest.raises(WorkError, match=r"a worker process died; .* continues") as told,
     ):
         list(workers.solved(blocks))
     assert "\n" not in str(told.value)
