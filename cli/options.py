@@ -265,7 +265,7 @@ class Choice:
         str | None,
         typer.Option(
             metavar="SQL",
-            help="Rows for which this SQL expression holds; code('310') matches a word in any rotation.",
+            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation.",
         ),
     ] = None
     parameters: Parameters = None

@@ -213,7 +213,7 @@ def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> Non
         columns = ",".join(name for name in names if name in _OF_CATALOGUE)
         raise InputError(
             f"column {asked[0]!r} is in stored rows only: "
-            f"orbitdb query --where \"code('{word}')\" -c {columns}{at}"
+            f"orbitdb query --where \"code = code('{word}')\" -c {columns}{at}"
         )
 
 
@@ -285,8 +285,8 @@ def sql(
     """Run one SELECT statement on the catalogue, over all values of a.
 
     The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
-    class) and life (births and deaths). It cannot write, and is stopped after a minute. code('310') matches a
-    word in any rotation.
+    class) and life (births and deaths). It cannot write, and is stopped after a minute. code =
+    code('310') finds a word in any rotation.
     """
     from orbitdb.store.codes import hint, parse_parameters
     from orbitdb.store.file import reading

@@ -18,6 +18,7 @@ from urllib.parse import quote
 
 from orbitdb.errors import StoreError
 from orbitdb.store.schema import PAGE_SIZE, VIEWS
+from orbitdb.symbols.words import WordError, least_rotation, parse_primitive
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -144,6 +145,18 @@ def open_sqlite(uri: str) -> sqlite3.Connection:
     return connection
 
 
+def add_code(connection: sqlite3.Connection) -> None:
+    """Give a connection the function ``code()``: the least rotation of a word; NULL for anything else."""
+
+    def code(word: object) -> str | None:
+        try:
+            return least_rotation(parse_primitive(word)) if isinstance(word, str) else None
+        except WordError:
+            return None
+
+    connection.create_function("code", 1, code, deterministic=True)
+
+
 def uri_of(path: Path, mode: str = "ro") -> str:
     """Return a path as an absolute URI; its name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
@@ -170,6 +183,7 @@ def open_to_read(path: Path) -> sqlite3.Connection:
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():  # this version's views; those in the file are for other programs
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+    add_code(connection)
     connection.execute("PRAGMA query_only = ON")
     connection.execute(f"PRAGMA cache_size = -{_CACHE}")
     return connection

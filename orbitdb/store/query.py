@@ -23,11 +23,12 @@ from orbitdb.orbits.status import Status
 from orbitdb.store.connection import driver
 from orbitdb.store.lives import NEAR, Standings
 from orbitdb.store.rows import COUNTS, Chosen, as_array, orders_of
-from orbitdb.store.schema import BORN, DIED, LONG
+from orbitdb.store.schema import BORN, DIED, LONG, id_of_class
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.tables import ENDS, catalogue, change, classes, cycle, pruned, pruned_rows
-from orbitdb.store.where import Patience, driver_with_code, expression, never, of_classes, watched
-from orbitdb.symbols.symmetry import ELEMENT_OF, STABILISER_OF, places_of_elements
+from orbitdb.store.where import Patience, expression, never, of_classes, watched
+from orbitdb.symbols.pruning import rules_of
+from orbitdb.symbols.symmetry import STABILISER_OF, class_of, members, places_of_elements
 from orbitdb.symbols.words import MAX_KEYED
 
 _OF_WORDS = ("code", "element")
@@ -126,7 +127,7 @@ def _answering(
 ) -> AbstractContextManager[None]:
     """Return a context in which to query a subset; it confines the expression of the subset, if any."""
     if selection.where is not None:
-        return watched(driver_with_code(connection), Patience(cancelled=cancelled), selection.where)
+        return watched(driver(connection), Patience(cancelled=cancelled), selection.where)
     return nullcontext() if cancelled is never else watched(driver(connection), Patience(math.inf, cancelled))
 
 
@@ -176,7 +177,7 @@ def _of_statuses(
     rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]",
 ) -> "sa.sql.base.ReadOnlyColumnCollection[str, Any]":
     """Return the columns of the query for stored classes, for pruned words, or for both, by status."""
-    lone = lone.where(*conditions_of(selection, rows, stored=False))
+    lone = lone.where(*conditions_of(selection, rows))
     if selection.statuses == (Status.GEOMETRIC,):
         return lone.subquery().c
     return (sa.union_all(stored, lone) if Status.GEOMETRIC in selection.statuses else stored).subquery().c
@@ -233,15 +234,12 @@ def _arrays(
 
 def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
     """Return the row number of a code in the subset, or None if it is not there."""
-    stored = sa.select(catalogue.c.cycle, catalogue.c.element, catalogue.c.symmetry)
-    where = catalogue.c.a == chosen.selection.a, expression("code(:word)", {"word": word})
-    lone = sa.select(pruned.c.id).where(pruned.c.p == len(word), pruned.c.word == word)
-    driver_with_code(connection)
-    if (found := connection.execute(stored.where(*where)).first()) is not None:
-        elements = ELEMENT_OF[STABILISER_OF[found.symmetry]].tolist()
-        return chosen.position(found.cycle, elements.index(found.element))
-    number = connection.scalar(lone)
-    return None if number is None else chosen.position(number, 0)
+    if rules_of(word):
+        lone = connection.scalar(sa.select(pruned.c.id).where(pruned.c.p == len(word), pruned.c.word == word))
+        return None if lone is None else chosen.position(lone, 0)
+    representative = class_of(word).representative
+    place = [*members(representative)].index(word)
+    return chosen.position(id_of_class(driver(connection), representative), place)
 
 
 def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
@@ -288,12 +286,9 @@ _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
 def conditions_of(
-    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c, stored: bool = True
+    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection, with an expression that is checked, as conditions on a view with these columns.
-
-    The rows are not `stored` in the views if they are those of pruned words.
-    """
+    """Return a selection, with an expression that is checked, as conditions on a view with these columns."""
     found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
         found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
@@ -312,7 +307,7 @@ def conditions_of(
     if selection.contains is not None:
         found.append(sa.func.instr(view.code.concat(view.code), selection.contains) > 0)
     if selection.where is not None:
-        found.append(expression(selection.where, selection.parameters, by_class=stored))
+        found.append(expression(selection.where, selection.parameters))
     return found
 
 

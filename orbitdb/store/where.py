@@ -14,16 +14,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.plaintext import guess, line, shortened
-from orbitdb.store.codes import (
-    NAMES,
-    Parameters,
-    add_functions,
-    bound_names,
-    check_words,
-    complaint,
-    spelled_out,
-)
-from orbitdb.store.connection import driver
+from orbitdb.store.codes import NAMES, Parameters, bound_names, check_words
+from orbitdb.store.connection import add_code, driver
 from orbitdb.store.schema import SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
 from orbitdb.store.tables import catalogue
@@ -100,7 +92,6 @@ def watched(
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
     other error.
     """
-    complaint()
     connection.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
     if sql is not None:
         connection.set_authorizer(patience.authorize)
@@ -110,40 +101,18 @@ def watched(
         if patience.was_cancelled:
             raise CancelledError from error
         message = str(getattr(error, "orig", error))
-        reason = patience.reason or complaint()
-        if not reason and any(part in message for part in _STOPPED):
+        if not patience.reason and any(part in message for part in _STOPPED):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
-        raise SelectionError(_refusal(sql, reason or message, what)) from error
+        raise SelectionError(_refusal(sql, patience.reason or message, what)) from error
     finally:
         with suppress(sqlite3.ProgrammingError):  # SQLAlchemy closes a connection on Ctrl-C
             connection.set_authorizer(None)
             connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
 
 
-def driver_with_code(connection: sa.Connection) -> sqlite3.Connection:
-    """Return the sqlite3 connection, which gets the function ``code()`` the first time."""
-    own = driver(connection)
-    if not connection.info.get("code"):
-        add_functions(own)
-        connection.info["code"] = True
-    return own
-
-
 # expressions
-
-
-def fault(where: str, parameters: Parameters | None = None) -> str | None:
-    """Return what is wrong with an expression, mostly in SQLite's own words; None if nothing is.
-
-    SQLite compiles it for an empty table, which takes about a millisecond.
-    """
-    try:
-        of_classes(where, parameters or {})
-    except SelectionError as error:
-        return str(error)
-    return None
 
 
 def check(where: str, parameters: Parameters) -> None:
@@ -174,8 +143,7 @@ def of_classes(where: str, parameters: Parameters) -> bool:
 
     with watched(stage, patience, where):
         stage.set_authorizer(note)
-        plain = spelled_out(where)
-        for text in (plain, f"(\n{plain}\n)"):  # the first refuses a bracket too many
+        for text in (where, f"(\n{where}\n)"):  # the first refuses a bracket too many
             queries = 0
             stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {text}", dict(parameters))
         _check_names(where, parameters)
@@ -183,13 +151,10 @@ def of_classes(where: str, parameters: Parameters) -> bool:
     return columns <= _OF_CLASSES and queries == 1
 
 
-def expression(where: str, parameters: Parameters, by_class: bool = True) -> sa.TextClause:
-    """Return an expression as an SQL clause, bound to its named values (`spelled_out`)."""
-    plain = NAMES.sub(
-        lambda found: found[0] if found[1] in parameters else found[0].replace(":", "\\:"),
-        spelled_out(where, by_class),
-    )
-    return sa.text(f"(\n{plain}\n)").bindparams(**parameters)
+def expression(where: str, parameters: Parameters) -> sa.TextClause:
+    """Return an expression as an SQL clause, bound to its named values."""
+    text = NAMES.sub(lambda name: name[0] if name[1] in parameters else name[0].replace(":", "\\:"), where)
+    return sa.text(f"(\n{text}\n)").bindparams(**parameters)
 
 
 def _check_names(sql: str, parameters: Parameters) -> None:
@@ -210,7 +175,7 @@ def _stage() -> sqlite3.Connection:
             stage.execute(text)
         columns = ", ".join(catalogue.c.keys())
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
-        add_functions(stage)
+        add_code(stage)
         _kept.stage = stage
     return stage
 
@@ -226,11 +191,11 @@ def run_statement(
     Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
     too long.
     """
-    patience, own = Patience(), driver_with_code(connection)
+    patience, own = Patience(), driver(connection)
     check_words(statement, parameters)
     with watched(own, patience, statement, "sql"):
         _check_names(statement, parameters)
-        cursor = own.execute(spelled_out(statement), dict(parameters))
+        cursor = own.execute(statement, dict(parameters))
         if cursor.description is None:
             raise ValueError("write a single SELECT")
     names = tuple(column for column, *_ in cursor.description)

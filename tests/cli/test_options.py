@@ -36,7 +36,7 @@ def test_a_column_that_only_rows_have_is_refused_with_the_query_to_use(cli, fill
     told = f"orbitdb: column '{column}' is in stored rows only: "
     assert (refused.code, refused.out, refused.err.startswith(told)) == (2, "", True)
     program, *remedy = shlex.split(refused.err.removeprefix(told))
-    assert (program, remedy[2]) == ("orbitdb", "code('1232131')")
+    assert (program, remedy[2]) == ("orbitdb", "code = code('1232131')")
     head, row = cli(*remedy).out.splitlines()
     assert (head.split(), row.split()[1]) == ([column, "code"], "1123213")
 

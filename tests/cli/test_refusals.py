@@ -122,7 +122,7 @@ table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces; only
-export x.csv --p 4-5 --where "code('01132')" --bounces | 1 | 1 word of | has no bounces; only orbits do
+export x.csv --p 4-5 --where "code = code('01132')" --bounces | 1 | 1 word of | has no bounces; only orbits do
 export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
 export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of them: nothing is written
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written

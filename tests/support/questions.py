@@ -47,7 +47,7 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
     "element & 1 and length > 9": both(lambda row: row["element"] & 1 and row["length"] > 9, "length"),
     "code > '02' and p in (4, 6)": lambda row: row["code"] > "02" and row["p"] in (4, 6),
     "representative = code": lambda row: row["representative"] == row["code"],
-    "code('31', '2312') or code like '0%2'": lambda row: (
+    "code in (code('31'), code('2312')) or code like '0%2'": lambda row: (
         row["code"] in ("13", "1223") or (row["code"][0] == "0" and row["code"][-1] == "2")
     ),
 }  # fmt: skip
