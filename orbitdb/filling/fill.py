@@ -67,17 +67,8 @@ METHODS = {
 class SolvedBlock:
     """The N classes of a span, in the order of their representatives, and their orbits.
 
-    Attributes
-    ----------
-    span : Span
-    stabiliser : ndarray of uint8, shape (N,)
-    words : list of str, length N, or None
-        All words of each class (`orbitdb.symbols.symmetry.joined_words`); None if they are already stored.
-    orbits : Orbits
-    enumerating, solving : float
-        Processor time in seconds for finding the classes, and for solving their orbits.
-    arithmetic : str
-        The arithmetic that computed the orbits (`orbitdb.arithmetic.arithmetic`).
+    The words are those of each class (`joined_words`), or None if they are already stored. `enumerating` and
+    `solving` are processor times in seconds.
     """
 
     span: Span
@@ -89,23 +80,14 @@ class SolvedBlock:
     arithmetic: str
 
 
-def solve_block(a: float, method: str, known: bool, span: Span) -> SolvedBlock:
-    """Find the classes whose representatives lie in a span, and solve them.
+def solve_block(a: float, method: str, stored: bool, span: Span) -> SolvedBlock:
+    """Find the classes whose representatives lie in a span, and solve them by one of `METHODS`.
 
-    Parameters
-    ----------
-    a : float
-        Half length of the stadium.
-    method : str
-        One of `METHODS`.
-    known : bool
-        Whether the classes are already stored, so that their words are not needed.
-    span : Span
-        The range of the representatives.
+    If the classes are already stored, their words are left out.
     """
     clock, p = [thread_time()], span.p
     codes, stabiliser = all_least_words(span)
-    words = None if known else joined_words(codes, stabiliser, p)
+    words = None if stored else joined_words(codes, stabiliser, p)
     clock.append(thread_time())
     orbits = METHODS[method].solve(unpack(codes, p), Stadium(a))
     clock.append(thread_time())
@@ -124,11 +106,11 @@ def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
 
 
 def cut_into_blocks(
-    a: float, method: str, p: int, after: int = -1, jobs: int = 1, known: bool = False
+    a: float, method: str, p: int, after: int = -1, jobs: int = 1, stored: bool = False
 ) -> Iterator[Task[SolvedBlock]]:
     """Cut the part of a period after a packed word into blocks, in order."""
     spans = cut(p, after, METHODS[method].words, jobs)
-    return (partial(solve_block, a, method, known, span) for span in spans)
+    return (partial(solve_block, a, method, stored, span) for span in spans)
 
 
 _LAST_FULL_MASK = 64
@@ -163,25 +145,10 @@ def fill(
 def fill_periods(
     path: Path, a: float, periods: Iterable[int], method: str = "newton", workers: Workers = HERE
 ) -> Generator[Step]:
-    """Store all admissible words of the given periods, and their orbits at the given a.
+    """Store all admissible words of the given periods, and their orbits at the given a (see `resume`).
 
-    Parameters
-    ----------
-    path : Path
-        A catalogue with the latest schema.
-    a : float
-        Half length of the stadium.
-    periods : iterable of int
-        Periods from 2 to `MAX_PERIOD`; those already filled are skipped.
-    method : str, optional
-        One of `METHODS`.
-    workers : Workers, optional
-        Workers that find and solve the words; the stored rows do not depend on them.
-
-    Yields
-    ------
-    Step
-        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
+    The file must have the latest schema. Periods that are already filled are skipped. The stored rows do not
+    depend on the workers.
     """
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "fill", "a": a, "periods": periods, "method": method}
@@ -196,16 +163,16 @@ class _Fill(Work):
     def __init__(self, writer: Writer, a: float, method: str) -> None:
         super().__init__(writer)
         self.a, self.method = a, method
-        self.known: set[int] = set()
+        self.stored: set[int] = set()  # periods whose classes are stored
 
     def open(self, connection: sa.Connection, p: int) -> Cursor:
         if writing.classes_stored(connection, p):
-            self.known.add(p)
+            self.stored.add(p)
         return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
-        return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.known)
+        return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.stored)
 
     def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits
@@ -222,9 +189,9 @@ class _Fill(Work):
         }
 
     def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
-        found = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
-        words = sum(count for count, _ in found.values())
-        return words, counts_when_done(cursor.p, found) | {"words": words}
+        counts = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
+        words = sum(count for count, _ in counts.values())
+        return words, counts_when_done(cursor.p, counts) | {"words": words}
 
 
 def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
@@ -304,16 +271,7 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
 @dataclass(frozen=True, eq=False)
 class SolvedBirths:
-    """The N classes of a span, and their births and deaths.
-
-    Attributes
-    ----------
-    codes : ndarray of int64, shape (N,)
-        The packed representatives, in ascending order.
-    changes : Changes
-    span, stabiliser, words, arithmetic
-        As in `SolvedBlock`.
-    """
+    """The N classes of a span, as in `SolvedBlock`, with packed representatives, and their changes."""
 
     span: Span
     codes: Integers

@@ -42,8 +42,8 @@ Limits = tuple[int | None, float, float]
 def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
     """Average over random trajectories, bounce by bounce or leg by leg."""
 
-    def show(done: float, found: Reference) -> None:
-        tell(done, 1.0, f"lambda_d = {with_error(found.lambda_d, found.lambda_d_error)}")
+    def show(done: float, so_far: Reference) -> None:
+        tell(done, 1.0, f"lambda_d = {with_error(so_far.lambda_d, so_far.lambda_d_error)}")
 
     if legwise:
         return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
@@ -56,11 +56,11 @@ def check_writable(path: Path) -> None:
         writer.try_to_write()
 
 
-def keep_simulated(path: Path, a: float, found: Reference) -> None:
+def keep_simulated(path: Path, a: float, averages: Reference) -> None:
     """Store averages over random trajectories."""
-    parameters = {"command": "simulate", "a": a, "bounces": found.bounces, "seed": found.seed}
+    parameters = {"command": "simulate", "a": a, "bounces": averages.bounces, "seed": averages.seed}
     with closing(Writer(path, parameters)) as writer:
-        add_reference(writer, a, found)
+        add_reference(writer, a, averages)
 
 
 def find_levels(
@@ -75,18 +75,18 @@ def find_levels(
     """Return the levels in a range of k by parity; take stored ones from a catalogue, and store new ones."""
     for parity in parities:
         list(windows(stadium, parity, low, high))  # raises for a bad range before anything is stored
-    found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
+    levels: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as moment:
-            found = {parity: stored_levels(moment.connection, stadium.a, parity) for parity in parities}
+            levels = {parity: stored_levels(moment.connection, stadium.a, parity) for parity in parities}
     tasks = in_order(
         task
         for parity in parities
-        for gap in ranges_not_stored(found[parity], low, high)
+        for gap in ranges_not_stored(levels[parity], low, high)
         for task in windows(stadium, parity, *gap)
     )
     if not tasks:
-        return found
+        return levels
     parameters = {"command": "levels", "k": f"{low:g}:{high:g}", "a": stadium.a}
     with (
         nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
@@ -96,9 +96,9 @@ def find_levels(
         for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
             if writer is not None:
                 keep_levels(writer, solved)
-            found[solved.parity].append(solved)
+            levels[solved.parity].append(solved)
             tell(done, len(tasks), f"levels {solved.parity} up to k = {solved.high:.4g}")
-    return found
+    return levels
 
 
 def find_bounds(
@@ -153,7 +153,7 @@ def _enclosed(
         if proofs is not None:
             proofs += filter(None, judges)
         judge = decide if judges[0] is None else judges[0].decide
-        yield from ((each, None) for each in search(Stadium(values[0]), *limits, tell, judge))
+        yield from ((level, None) for level in search(Stadium(values[0]), *limits, tell, judge))
         return
     seconds = _SECONDS_OF_BOUNDS * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
     tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]

@@ -42,7 +42,7 @@ class Cursor:
 
     @property
     def done(self) -> bool:
-        """Whether the work on the period is done."""
+        """Whether the period is complete."""
         return bool(self.row["state"] == DONE)
 
     @property
@@ -89,22 +89,8 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
     return replace(cursor, row=row | added)
 
 
-def close(connection: sa.Connection, cursor: Cursor, values: Mapping[str, object]) -> None:
-    """Mark a period as done, and store its final values."""
-    table = cursor.table
-    connection.execute(sa.update(table).where(cursor.rows(table)).values(state=DONE, **values))
-
-
 class Step(NamedTuple):
-    """Progress of a fill, a sweep or a search for births.
-
-    Attributes
-    ----------
-    p : int
-        The current period.
-    words, total : int
-        Number of words of this period that are done, and number of all its words.
-    """
+    """Progress of a fill, a sweep or a search for births: how many of the words of a period are done."""
 
     p: int
     words: int
@@ -167,8 +153,8 @@ def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[St
 def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
     """Solve and store the blocks after the cursors, and close each period after its last block."""
     clock = time.monotonic()
-    begun = list(cursors.values())
-    for part in workers.solved(block for each in begun for block in work.blocks(each, workers.jobs)):
+    blocks = (block for cursor in [*cursors.values()] for block in work.blocks(cursor, workers.jobs))
+    for part in workers.solved(blocks):
         before, clock = clock, time.monotonic()
         p = part.span.p
         with work.writer.writing() as connection:
@@ -190,19 +176,20 @@ def _close(work: Work, cursor: Cursor) -> None:
         )
     with work.writer.writing() as connection:
         hold(connection, cursor)
-        close(connection, cursor, {**values, **work.closing(connection, cursor)})
+        final = {**values, **work.closing(connection, cursor), "state": DONE}
+        connection.execute(sa.update(cursor.table).where(cursor.rows(cursor.table)).values(final))
 
 
 def run_steps(
-    steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, known: int = 0
+    steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, stored: int = 0
 ) -> None:
     """Run a fill, a sweep or a search for births, and report its progress over all periods.
 
-    `totals` has the number of words of each period; `known` is the number of words stored before.
+    `totals` has the number of words of each period; `stored` is the number of words stored before.
     """
     total = sum(totals.values())
     with closing(steps):
-        tell(known, total, what)
+        tell(stored, total, what)
         for step in steps:
             before = sum(count for p, count in totals.items() if p < step.p)
             tell(before + step.words, total, f"{what}, p = {step.p:>2} of {max(totals)}")

@@ -62,18 +62,7 @@ def sweep_periods(
     periods: Iterable[int],
     workers: Workers = HERE,
 ) -> Generator[Step]:
-    """Count the words of the given periods at the given a, sum over their orbits, and store the results.
-
-    Parameters
-    ----------
-    path, a, periods, workers : optional
-        As in `orbitdb.filling.fill.fill_periods`.
-
-    Yields
-    ------
-    Step
-        As in `orbitdb.filling.resuming.resume`, with the same exceptions.
-    """
+    """Count the words of the given periods, sum over their orbits, and store the sums (as `fill_periods`)."""
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "sweep", "a": a, "periods": periods}
     with closing(Writer(path, parameters, references=False)) as writer:
@@ -111,24 +100,30 @@ class _Sweep(Work):
 
     def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
         """Add up the blocks of a period, and delete them."""
-        here = cursor.rows(sweep_block)
+        swept = cursor.rows(sweep_block)
         query = (
-            sa.select(sweep_block.c.sums, sweep_block.c.moments).where(here).order_by(sweep_block.c.number)
+            sa.select(sweep_block.c.sums, sweep_block.c.moments).where(swept).order_by(sweep_block.c.number)
         )
         blocks = connection.execute(query).all()
-        sums = PeriodSums.joined([PeriodSums.from_numbers(cursor.p, each.sums) for each in blocks], cursor.p)
-        parts = [from_bytes(each.moments) for each in blocks]
+        sums = PeriodSums.joined(
+            [PeriodSums.from_numbers(cursor.p, block.sums) for block in blocks], cursor.p
+        )
+        parts = [from_bytes(block.moments) for block in blocks]
         moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
         computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
-        by = sa.select(computed).distinct().join(sweep_block).where(here).order_by(computed)
+        by = sa.select(computed).distinct().join(sweep_block).where(swept).order_by(computed)
         arithmetics = " | ".join(connection.scalars(by))
-        connection.execute(sa.delete(sweep_block).where(here))
+        connection.execute(sa.delete(sweep_block).where(swept))
         number = self.writer.run_id(connection, arithmetics or None)
-        return {"sums": sums.numbers(), "moments": to_bytes(moments), "run": number}
+        return {
+            "sums": PeriodSums.joined(sums, cursor.p).numbers(),
+            "moments": to_bytes(moments),
+            "run": number,
+        }
 
 
 def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
-    return {level: each.centre for level, each in from_bytes(cursor.row["moments"]).items()}
+    return {level: moments.centre for level, moments in from_bytes(cursor.row["moments"]).items()}
 
 
 def _tilts(path: Path, a: float, p: int) -> Tilts:
@@ -136,26 +131,13 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
     if p <= EXACT:
         return {}
     with reading(path) as moment:
-        known = moments_of(read_sweeps(moment.connection, a))
-    return next_tilts(a, known) if len(known) == p - EXACT - 1 else {}
+        moments = moments_of(read_sweeps(moment.connection, a))
+    return next_tilts(a, moments) if len(moments) == p - EXACT - 1 else {}
 
 
 @dataclass(frozen=True, eq=False)
 class SweptSums:
-    """The counts of a block, and the sums over its orbits.
-
-    Attributes
-    ----------
-    span : Span
-    tally : Tally
-    sums : PeriodSums
-    moments : dict of int to TiltMoments
-        Moments around the given tilts, by level.
-    processor : float
-        Processor time in seconds.
-    arithmetic : str
-        The arithmetic that computed the sums (`orbitdb.arithmetic.arithmetic`).
-    """
+    """The counts of a block, and the sums over its orbits; `processor` is a processor time in seconds."""
 
     span: Span
     tally: Tally
@@ -168,14 +150,7 @@ class SweptSums:
 def solve_swept(a: float, tilts: Tilts, span: Span) -> SweptSums:
     """Find the classes whose representatives lie in a span, solve them, and sum over their orbits.
 
-    Parameters
-    ----------
-    a : float
-        Half length of the stadium.
-    tilts : dict of int to ndarray
-        Tilts by level, around which the moments are taken (`orbitdb.averages.sum_rules`).
-    span : Span
-        The range of the representatives.
+    The moments are taken around the tilts (`orbitdb.averages.sum_rules`), by level.
     """
     clock = thread_time()
     summed = _summed(all_least_words(span), span.p, a, tilts)
@@ -190,12 +165,12 @@ def _summed(
     sizes = SIZES[part.stabiliser[rows]]
     solved = list(exponents(part.codes[rows], p, Stadium(a))) if len(rows) else []
     none = (np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int))
-    columns = [(sizes[each.orbits], each.length, each.lyapunov, each.legs.n.sum(axis=0)) for each in solved]
-    size, length, lyapunov, walls = (np.concatenate(of) for of in zip(none, *columns, strict=True))
+    columns = [(sizes[of.orbits], of.length, of.lyapunov, of.legs.n.sum(axis=0)) for of in solved]
+    size, length, lyapunov, walls = (np.concatenate(parts) for parts in zip(none, *columns, strict=True))
     of_orbits = OrbitClasses(np.full(len(size), p), size, length, lyapunov, walls)
     moments = {}
     if centres:
-        parts = (orbits_of_exponents(sizes[each.orbits], each, a) for each in solved)
+        parts = (orbits_of_exponents(sizes[of.orbits], of, a) for of in solved)
         orbits = TiltedOrbits.joined(parts)
         moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
     return Tally.of(sizes, solved), PeriodSums.of(of_orbits, p), moments
