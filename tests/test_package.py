@@ -29,8 +29,8 @@ def test_the_wheel_works_away_from_the_sources(tmp_path):
     assert built.returncode == 0, built.stderr
     (wheel,) = wheels.glob("orbitdb-*.whl")
     assert run("install", "--no-deps", "--target", target, wheel, command=pip).returncode == 0
-    for written in ("-m", "orbitdb", "--version"), ("-c", "from orbitdb import Catalogue"):
-        assert run(*written, command=[sys.executable], cwd=source).returncode == 0
+    for arguments in ("-m", "orbitdb", "--version"), ("-c", "from orbitdb import Catalogue"):
+        assert run(*arguments, command=[sys.executable], cwd=source).returncode == 0
     shutil.rmtree(source)
     environment = os.environ | {"PYTHONPATH": str(target), "ORBITDB_DB": str(tmp_path / "orbits.db")}
     command = [sys.executable, str(target / "bin" / "orbitdb")]
