@@ -175,7 +175,9 @@ def test_windows_of_impossible_length_are_refused(empty, edges):
         empty.prove_bounds(edges)
 
 
-def test_a_simulation_whose_result_cannot_be_stored_does_not_begin(empty):
+def test_a_simulation_whose_result_cannot_be_stored_does_not_begin(empty, monkeypatch):
+    monkeypatch.setattr("orbitdb.store.connection.BUSY_TIMEOUT", 0.1)
+
     def began(done, total, text):
         raise AssertionError("it began")
 
