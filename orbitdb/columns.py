@@ -149,13 +149,19 @@ OF_ORBITS = [
     Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN,
            sql="1.000001 * ((orbit.lyapunov_error + (" + _LAMBDA_C + ") * orbit.length_error)"
                " / (orbit.length - orbit.length_error) + 1.2e-16 * (" + _LAMBDA_C + "))"),
+    Column("area", "number",
+           "area that one traversal encloses; anticlockwise is positive. A weak magnetic field gives the "
+           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT,
+           sql="iif(element.element IN (1, 2, 4, 7), 0.0 - orbit.area, orbit.area)", single=True),
+    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN,
+           sql="orbit.area_error"),
     Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED,
            sql="orbit.iterations", written=False),
     Column("solver", "text",
            "'newton' or 'relaxation'; the paper's relaxation computes no error bounds", empty=PRUNED,
            sql="orbit.solver"),
 ]  # fmt: skip
-"""Columns of a word at one value of a; all words of a class share their values."""
+"""Columns of a word at one value of a; all words of a class share their values, but for the sign of area."""
 
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
@@ -190,10 +196,6 @@ OF_BOUNCES = [
 
 OF_ANSWERS = [
     Column("coordinates", "numbers", "coordinates of all bounces", PLACE, "error", NO_ORBIT),
-    Column("area", "number",
-           "area that one traversal encloses; anticlockwise is positive. A weak magnetic field gives the "
-           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT),
-    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN),
     Column("stored", "yes or no", "whether the word is in the catalogue; if not, it was solved on the spot"),
     Column("exists", "pairs",
            "ranges of a in which the word is an orbit; each as [from, to], with null if it has no end",

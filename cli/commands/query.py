@@ -52,7 +52,7 @@ EXAMPLES = {
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 """Keys shown for a word that is asked for by its code."""
 
-OF_A_WORD = (*WORD_KEYS, "area", "area_error", "walls", "born", "dies")
+OF_A_WORD = (*WORD_KEYS, "walls", "born", "dies")
 """Columns that -c accepts for a word, stored or not."""
 
 _OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)

@@ -17,7 +17,7 @@ from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
 from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import drawn, load
-from orbitdb.orbits.orbit import Orbit, enclosed_areas, error_of_quotient, pruned_word
+from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.plaintext import several
 from orbitdb.store.file import Moment
@@ -62,6 +62,8 @@ class Subset(ByValue):
         words without a class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
         As in `orbitdb.orbits.status.Orbits`; length and margin in units of the radius.
+    area, area_error : ndarray, shape (N,)
+        Area that one traversal encloses, anticlockwise positive, and a bound on its error, in radius^2.
     born, dies : ndarray, shape (N,)
         The values of a at the first birth and death; NaN if the orbit exists from a = 0 on or never dies, or
         if the births of its period are not stored.
@@ -107,6 +109,8 @@ class Subset(ByValue):
     error: Floats
     length_error: Floats
     lyapunov_error: Floats
+    area: Floats
+    area_error: Floats
     born: Floats
     dies: Floats
     coordinates: Floats | None = None
@@ -206,27 +210,6 @@ class Subset(ByValue):
     def quarter_length(self) -> Floats:
         """Lengths of one traversal in the quarter stadium x, y >= 0, shape (N,)."""
         return np.where(self.half == "", self.length, self.length / 2)
-
-    @property
-    def area(self) -> Floats:
-        """Enclosed areas, in radius^2, shape (N,) (`Orbit.area`); NaN for words without an orbit."""
-        return self._areas()[0]
-
-    @property
-    def area_error(self) -> Floats:
-        """Bounds on the errors of `area`, in radius^2, shape (N,)."""
-        return self._areas()[1]
-
-    def _areas(self) -> Floats:
-        areas = np.full((2, len(self)), np.nan)
-        for p in np.unique(self.p).tolist():
-            rows = np.flatnonzero((self.p == p) & np.isin(self.status, EXISTING))
-            symmetries = self.symmetry[rows].tolist()
-            words, places = self[rows].of_period(p)
-            areas[:, rows] = enclosed_areas(
-                Stadium(self.selection.a), words, places, self.error[rows], symmetries
-            )
-        return areas
 
     @property
     def lambda_d(self) -> Floats:

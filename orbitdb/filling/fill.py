@@ -89,7 +89,7 @@ def solve_block(a: float, method: str, stored: bool, span: Span) -> SolvedBlock:
     codes, stabiliser = all_least_words(span)
     words = None if stored else joined_words(codes, stabiliser, p)
     clock.append(thread_time())
-    orbits = METHODS[method].solve(unpack(codes, p), Stadium(a))
+    orbits = METHODS[method].solve(unpack(codes, p), Stadium(a)).with_symmetries(stabiliser)
     clock.append(thread_time())
     enumerating, solving = np.diff(clock).tolist()
     return SolvedBlock(span, stabiliser, words, orbits, enumerating, solving, arithmetic())
@@ -239,6 +239,7 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
             return replace(pruned, stored=True)
         family = class_of(word)
         orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
+        orbits = orbits.with_symmetries(np.array([family.stabiliser], np.uint8))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
             number = writing.add_class(connection, family)

@@ -30,6 +30,7 @@ from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.ball_path import BallPath, Balls, Condition
+from orbitdb.orbits.error_bounds import enclosed_areas
 from orbitdb.orbits.status import Orbits, Status
 
 PRECISION, MAX_PRECISION = 128, 16384
@@ -156,6 +157,8 @@ def as_orbits(words: Words, stadium: Stadium, enclosures: Sequence[Enclosure]) -
     length, length_error = _rounded([[enclosure.length] for enclosure in enclosures])
     lyapunov, lyapunov_error = _rounded([[enclosure.lyapunov] for enclosure in enclosures])
     status = np.array([enclosure.status.value for enclosure in enclosures])
+    error = errors.max(axis=1)
+    area, area_error = enclosed_areas(stadium, words, coordinates, error)
     return Orbits(
         words=words,
         status=status,
@@ -164,9 +167,11 @@ def as_orbits(words: Words, stadium: Stadium, enclosures: Sequence[Enclosure]) -
         lyapunov=lyapunov[:, 0],
         margin=np.where(status == Status.BOUNDARY.value, 0.0, [float(ball.margin) for ball in enclosures]),
         residual=np.abs(forces(stadium, words, coordinates)).max(axis=1),
-        error=errors.max(axis=1),
+        error=error,
         length_error=length_error[:, 0],
         lyapunov_error=lyapunov_error[:, 0],
+        area=area,
+        area_error=area_error,
         iterations=np.array([enclosure.steps for enclosure in enclosures]),
     )
 

@@ -1,4 +1,4 @@
-"""Bounds on the errors of directions, coordinates, length and lambda (docs/proof.md).
+"""Bounds on the errors of directions, coordinates, length, lambda and area (docs/proof.md).
 
 Let g be the gradient of the length at some directions, let D be minus the second derivative of each leg's own
 term, and F a lower bound on the mean of D on the way to the maximum. Then the distance of each direction from
@@ -15,7 +15,7 @@ the rounding of the bound itself (`orbitdb.arithmetic` lists the assumptions).
 import numpy as np
 
 from orbitdb.arithmetic import ABOVE, EPSILON
-from orbitdb.arrays import Floats, Marks
+from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -29,6 +29,7 @@ from orbitdb.billiard.legs import (
     pressed_directions,
     summation_rounding,
 )
+from orbitdb.billiard.stadium import Stadium
 
 
 def direction_errors(
@@ -120,3 +121,23 @@ def _of_logarithm(share: Floats) -> Floats:
     """Bound the change of a logarithm, given the relative change of its argument."""
     room = 1 - share
     return np.where(room > 0, share / np.maximum(room, 1e-17), np.inf)
+
+
+def enclosed_areas(
+    stadium: Stadium, words: Words, coordinates: Floats, error: Floats
+) -> tuple[Floats, Floats]:
+    """Return the areas that orbits enclose and bounds on their errors, in radius^2, each of shape (N,).
+
+    `words` and `coordinates` have shape (N, p), and `error` bounds the errors of the coordinates, shape (N,).
+    The path is a polygon, so the area is half the sum of the cross products of successive bounces. If each
+    vertex moves by at most e, it changes by at most e/2 sum |P_(n+1) - P_(n-1)| + p e^2 / 2. The bounds
+    include the rounding of the vertices and of the sum.
+    """
+    x, y = map(np.ascontiguousarray, stadium.frames(words, coordinates)[0])
+    x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    forward, backward = x * y_next, y * x_next
+    chords = np.sqrt((x_next - np.roll(x, 1, axis=1)) ** 2 + (y_next - np.roll(y, 1, axis=1)) ** 2)
+    p, moved = words.shape[1], error + 4 * EPSILON * (1 + stadium.a)
+    rounding = (p + 4) * EPSILON * (np.abs(forward) + np.abs(backward)).sum(axis=1) / 2
+    bound = 1.000001 * (moved / 2 * chords.sum(axis=1) + p * moved**2 / 2 + rounding)
+    return (forward - backward).sum(axis=1) / 2, bound

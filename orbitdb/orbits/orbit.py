@@ -22,6 +22,7 @@ from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
     REVERSE,
     STABILISER_OF,
+    act_on_areas,
     act_on_coordinates,
     act_on_words,
     class_of,
@@ -86,6 +87,10 @@ class Orbit(Drawn):
         Number of cyclic words in the symmetry class.
     length, lyapunov, margin, residual, error, length_error, lyapunov_error : float or None
         As in `Orbits`.
+    area, area_error : float or None
+        Area that one traversal encloses, (1/2) integral of (x dy - y dx), and a bound on its error, in
+        radius^2. Anticlockwise is positive. The reverse and the mirror images have the opposite area, so it
+        is 0 for a word that time reversal or a single mirror maps to itself.
     coordinates : ndarray, shape (p,), or None
         Coordinates in the order of ``code``; read-only, so that an orbit can be a dictionary key. An orbit
         of a `Subset` reads them from the file when they are asked for.
@@ -113,6 +118,8 @@ class Orbit(Drawn):
     error: float | None = None
     length_error: float | None = None
     lyapunov_error: float | None = None
+    area: float | None = None
+    area_error: float | None = None
     if TYPE_CHECKING:
         coordinates: Floats | None = None
     else:
@@ -216,24 +223,6 @@ class Orbit(Drawn):
         return Stadium(self.a).points(from_strings([self.code])[0], self.coordinates)
 
     @property
-    def area(self) -> float | None:
-        """Area that one traversal encloses, (1/2) integral of (x dy - y dx), in radius^2, or None.
-
-        Anticlockwise is positive. The reverse and the mirror images have the opposite area, so it is 0 for a
-        word that time reversal or a single mirror maps to itself.
-        """
-        return None if self.coordinates is None else float(self._areas()[0][0])
-
-    @property
-    def area_error(self) -> float | None:
-        """Bound on the error of `area`, in radius^2, or None if there is no orbit or no bound."""
-        return None if self.coordinates is None or self.error is None else float(self._areas()[1][0])
-
-    def _areas(self) -> tuple[Floats, Floats]:
-        words, error = from_strings([self.code]), np.array([np.nan if self.error is None else self.error])
-        return enclosed_areas(Stadium(self.a), words, self._one_row(), error, [self.symmetry or ""])
-
-    @property
     def arclength(self) -> Floats | None:
         """Positions of the bounces along the boundary, shape (p,) (`Stadium.arclength`), or None."""
         return None if self.coordinates is None else self._in_phase_space()[0]
@@ -290,7 +279,8 @@ class Orbit(Drawn):
             places = act_on_coordinates(element, word, self._one_row())[0].copy()
         code = to_strings(act_on_words(element, word))[0]
         least = self.representative if self.class_size else least_rotation(code)
-        return replace(self, code=code, representative=least, coordinates=places)
+        area = None if self.area is None else float(act_on_areas(element, self.area))
+        return replace(self, code=code, representative=least, coordinates=places, area=area)
 
     def __eq__(self, other: object) -> bool:
         """Tell whether both have the same cyclic word, in any rotation, and the same a."""
@@ -320,29 +310,6 @@ class Orbit(Drawn):
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
         return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
-
-
-def enclosed_areas(
-    stadium: Stadium, words: Words, coordinates: Floats, error: Floats, symmetries: Sequence[str]
-) -> tuple[Floats, Floats]:
-    """Return the enclosed areas of orbits and bounds on their errors, in radius^2, each of shape (N,).
-
-    `words` and `coordinates` have shape (N, p), and `error` bounds the errors of the coordinates, shape (N,).
-    The path is a polygon, so the area is half the sum of the cross products of successive bounces. If each
-    vertex moves by at most e, it changes by at most e/2 sum |P_(n+1) - P_(n-1)| + p e^2 / 2. The bounds
-    include the rounding of the vertices and of the sum.
-    """
-    x, y = np.moveaxis(stadium.points(words, coordinates), -1, 0)
-    after, before = (np.roll([x, y], shift, axis=-1) for shift in (-1, 1))
-    unit, p = np.finfo(float).eps, words.shape[1]
-    moved = error + 4 * unit * (1 + stadium.a)
-    chords = np.hypot(*(after - before)).sum(axis=1)
-    rounding = (p + 4) * unit * (np.abs(x * after[1]) + np.abs(y * after[0])).sum(axis=1) / 2
-    bound = 1.000001 * (moved / 2 * chords + p * moved**2 / 2 + rounding)
-    # a word with an odd symmetry encloses nothing: x, y and T each change the sign
-    none = np.array([any(name != "1" and len(name) % 2 for name in label.split(",")) for label in symmetries])
-    area = (x * after[1] - y * after[0]).sum(axis=1) / 2
-    return np.where(none, 0.0, area), np.where(none, 0.0 * bound, bound)
 
 
 _Number = TypeVar("_Number", float, Floats)
@@ -493,7 +460,8 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     family = class_of(word)
     from orbitdb.orbits.newton import solve_admissible  # the solver takes time to load
 
-    solved = solve_admissible(from_strings([word]), stadium)
+    stabiliser = np.array([family.stabiliser], np.uint8)
+    solved = solve_admissible(from_strings([word]), stadium).with_symmetries(stabiliser)
     numbers: dict[str, Any] = {name: finite(getattr(solved, name)[0]) for name in NUMBERS}
     status = Status(str(solved.status[0]))
     is_orbit = status in (Status.ORBIT, Status.BOUNDARY)

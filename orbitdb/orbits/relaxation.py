@@ -18,6 +18,7 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits.error_bounds import enclosed_areas
 from orbitdb.orbits.status import Orbits, Status
 
 EPSILON = 1e-7
@@ -115,6 +116,7 @@ def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
     """Return the orbits of words at rest, given their coordinates, shape (N, p), without error bounds."""
     links = Links.of(stadium, words, x)
     margin = (np.where(STRAIGHT[words], stadium.a, HALF_PI) - np.abs(x)).min(axis=1)
+    unknown = np.full(len(words), np.nan)
     return replace(
         Orbits.empty(words),
         status=np.where(margin > 0, Status.ORBIT.value, Status.DYNAMICAL.value),
@@ -123,6 +125,7 @@ def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:
         lyapunov=_exponent(bounce_matrices(stadium, words, x)),
         margin=margin,
         residual=np.abs(links.cos_in - links.cos_out).max(axis=1),
+        area=enclosed_areas(stadium, words, x, unknown)[0],
         iterations=np.full(len(words), step),
     )
 

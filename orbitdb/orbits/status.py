@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats, Integers, Marks, Places, Words
+from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -27,7 +27,14 @@ from orbitdb.billiard.legs import (
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import Batch, ByValue
-from orbitdb.orbits.error_bounds import coordinate_error, direction_errors, lambda_error, length_error
+from orbitdb.orbits.error_bounds import (
+    coordinate_error,
+    direction_errors,
+    enclosed_areas,
+    lambda_error,
+    length_error,
+)
+from orbitdb.symbols.symmetry import encloses_nothing
 
 
 class Status(StrEnum):
@@ -94,7 +101,10 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     return Verdict(slopes, alpha_error, slack, slack_error, status)
 
 
-NUMBERS = ("length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error")
+NUMBERS = (
+    "length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error",
+    "area", "area_error",
+)  # fmt: skip
 """The attributes of `Orbits` with one number per word."""
 
 
@@ -125,6 +135,8 @@ class Orbits(ByValue):
         Largest violation of the law of reflection at a bounce, as a difference of cosines.
     error, length_error, lyapunov_error : ndarray, shape (N,)
         Bounds on the errors of every coordinate, of the length and of lambda.
+    area, area_error : ndarray, shape (N,)
+        Area that one traversal encloses, anticlockwise positive, and a bound on its error, in radius^2.
     iterations : ndarray of int, shape (N,)
         Number of steps that the solver took.
     """
@@ -139,6 +151,8 @@ class Orbits(ByValue):
     error: Floats
     length_error: Floats
     lyapunov_error: Floats
+    area: Floats
+    area_error: Floats
     iterations: Integers
 
     def __len__(self) -> int:
@@ -159,6 +173,12 @@ class Orbits(ByValue):
     def rows(self, chosen: Places | Marks) -> "Orbits":
         """Return the orbits of the chosen words."""
         return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+
+    def with_symmetries(self, stabilisers: Masks) -> "Orbits":
+        """Return the same orbits, with an area of exactly 0 where an odd symmetry says so."""
+        exact = encloses_nothing(stabilisers)
+        area, error = (np.where(exact, 0.0 * np.abs(each), each) for each in (self.area, self.area_error))
+        return replace(self, area=area, area_error=error)
 
     def place(self, rows: Places, part: "Orbits") -> None:
         """Write the results of a part of the batch into the given rows, in place."""
@@ -197,13 +217,17 @@ def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdi
     """Complete orbits whose statuses are known with coordinates, length, lambda and their error bounds."""
     a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
     place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
+    error = coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error)
+    area, area_error = enclosed_areas(stadium, orbits.words, place, error)
     return replace(
         orbits,
         coordinates=place,
         length=length(legs, a, alpha),
         lyapunov=lyapunov,
         residual=np.abs(forces(stadium, orbits.words, place)).max(axis=1),
-        error=coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error),
+        error=error,
         length_error=length_error(legs, a, alpha, slopes, alpha_error),
         lyapunov_error=lambda_error(legs, slopes, alpha_error, lyapunov),
+        area=area,
+        area_error=area_error,
     )

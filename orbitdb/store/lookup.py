@@ -51,6 +51,8 @@ def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | No
         return None
     row = dict(zip(_KNOWN, found, strict=True))
     coordinates = None
+    if row["area"] is not None:
+        row["area"] = float(symmetry.act_on_areas(family.element, row["area"]))
     if row["coordinates"] is not None:
         places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
         least = [family.representative]

@@ -28,10 +28,10 @@ from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.tables import ENDS, catalogue, change, classes, cycle, pruned, pruned_rows
 from orbitdb.store.where import Patience, expression, never, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.symmetry import STABILISER_OF, class_of, members, places_of_elements
+from orbitdb.symbols.symmetry import ODD, STABILISER_OF, class_of, members, places_of_elements
 from orbitdb.symbols.words import MAX_KEYED
 
-_OF_WORDS = ("code", "element")
+_OF_WORDS = ("code", "element", "area")
 """Columns whose values differ between the words of a class."""
 
 _OF_CLASS = {"code": "representative", "word": "representative"}
@@ -85,7 +85,7 @@ def choose(
     keys = parse_order(order)
     if by_class:
         keys = {_OF_CLASS.get(name, name): falls for name, falls in keys.items() if name != "element"}
-    by_words = any(name in keys for name in _OF_WORDS)
+    by_words = not by_class and any(name in keys for name in _OF_WORDS)
     of_words = not is_of_classes(selection) or by_words
     query = _classes(connection, selection, of_words, {} if by_words else keys, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
@@ -145,7 +145,7 @@ def _classes(
     named = tuple(dict.fromkeys(["p", *columns, *keys]))
     view = (catalogue if of_words else classes.alias(catalogue.name)).c
     least = view.representative.label("least")
-    query = sa.select(_CODED.label("coded"), least, *(_column(view, name).label(name) for name in named))
+    query = sa.select(_CODED.label("coded"), least, *(_of_class(view, name).label(name) for name in named))
     rows = pruned_rows(selection.a).c
     lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in named))
     if of_words:
@@ -212,6 +212,13 @@ def _order_of_classes(
 def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
     """Return a column of a view, or NULL if the view does not have it."""
     return known[name] if name in known else sa.null()
+
+
+def _of_class(view: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
+    """Return a column of a class from either view; the area is that of the representative."""
+    if name == "area" and "element" in view:
+        return sa.case((view.element.in_(ODD), 0.0 - view.area), else_=view.area)
+    return _column(view, name)
 
 
 def _arrays(

@@ -23,7 +23,7 @@ from orbitdb.store.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import classes, pruned_rows
 from orbitdb.store.where import CancelledError, never
-from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, image_coordinates
+from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, act_on_areas, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
@@ -210,7 +210,7 @@ def plain(column: Values) -> Sequence[Any]:
 
 def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
     """Return the name and the values of each column that is needed, with classes in the order of ids."""
-    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules")]
+    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules", "area")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     rows: list[tuple[Any, ...]] = []
     pruned = ids[ids < 0]
@@ -248,6 +248,7 @@ class _Block:
             "code": lambda: self.words,
             "element": self._elements,
             "rules": self._rules,
+            "area": self._areas,
             COORDINATES: self._coordinates,
         }
         return [made[name]() if name in made else self._column(name) for name in names]
@@ -271,6 +272,10 @@ class _Block:
         ]
         pairs = zip(self.rows, self.places, strict=True)
         return [None if (own := elements[row]) is None else own[place] for row, place in pairs]
+
+    def _areas(self) -> Floats:
+        elements = np.array([element or 0 for element in self._elements()], np.uint8)
+        return act_on_areas(elements, as_array("area", self.shared["area"])[self.inverse])
 
     def _coordinates(self) -> list[Floats | None]:
         """Return the coordinates of the words, from those of the representatives and the symmetries."""

@@ -73,8 +73,8 @@ SHARED = {each.name: each.sql for each in IN_CATALOGUE if not each.single}
 OF_WORD = {each.name: each.sql for each in IN_CATALOGUE if each.single}
 """SQL for the columns of `catalogue` whose values differ between the words of a class."""
 
-OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates"}
-"""SQL for further columns of the view `class`."""
+OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates", "area": "orbit.area"}
+"""SQL for further columns of the view `class`; the area is that of the representative."""
 
 _CLASSES = "stadium CROSS JOIN orbit ON orbit.stadium = stadium.id CROSS JOIN cycle ON cycle.id = orbit.cycle"
 

@@ -55,8 +55,8 @@ CREATE TABLE pruned (
     CONSTRAINT uq_pruned_p UNIQUE (p, word)
 ) STRICT;
 
--- The result for a class at one value of a; the coordinates are those of the least word, in little-endian
--- float64.
+-- The result for a class at one value of a; the coordinates, in little-endian float64, and the sign of the
+-- area are those of the least word.
 CREATE TABLE orbit (
     stadium INTEGER NOT NULL,
     cycle INTEGER NOT NULL,
@@ -69,6 +69,8 @@ CREATE TABLE orbit (
     error REAL,
     length_error REAL,
     lyapunov_error REAL,
+    area REAL,
+    area_error REAL,
     iterations INTEGER NOT NULL,
     solver TEXT NOT NULL,
     run INTEGER NOT NULL,

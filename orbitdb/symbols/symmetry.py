@@ -42,6 +42,9 @@ GROUPS = tuple(
 )
 """All possible stabilisers, that is, the masks of all subgroups."""
 
+ODD = tuple(g for g in ELEMENTS if g.bit_count() % 2)
+"""The elements that change the sign of an enclosed area: x, y, T and xyT."""
+
 _LONE = np.array([0, 6, 2, 7, 4, 5], dtype=np.uint8)
 """Symbols of single bounces: on the left and right semicircle, 6 and 7 replace 1 and 3."""
 
@@ -96,6 +99,16 @@ def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Float
     flips = (straight & bool(element & MIRROR_X)) | (~straight & bool(element & MIRROR_Y))
     image = np.where(flips, -coordinates, coordinates)
     return image[:, ::-1] if element & REVERSE else image
+
+
+def act_on_areas(elements: int | NDArray[np.uint8], areas: float | Floats) -> Floats:
+    """Return the areas that the images of orbits under elements enclose."""
+    return np.where(np.isin(elements, ODD), 0.0 - areas, areas)  # not -areas, so that 0 has no sign
+
+
+def encloses_nothing(stabilisers: Masks) -> NDArray[np.bool_]:
+    """Tell which orbits an element that changes the sign of their area maps to themselves, shape (N,)."""
+    return stabilisers & np.uint8(sum(1 << g for g in ODD)) > 0
 
 
 def image_coordinates(

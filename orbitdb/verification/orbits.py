@@ -26,7 +26,7 @@ from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.numerals import exact
-from orbitdb.orbits.error_bounds import direction_errors
+from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.file import Reader
@@ -141,6 +141,7 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
     bounds = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
     part = replace(part, error=error)
+    bounds["area_error"] = enclosed_areas(stadium, part.words, part.coordinates, error)[1]
     bounds["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
     columns = {name: getattr(orbits, name).copy() for name in bounds}
     for name, values in bounds.items():
@@ -156,7 +157,7 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     path = _Path.of(orbits, stadium)
     yield _walls(orbits, stadium, path, labels)
     yield _reflection(path, labels)
-    yield _length(orbits, path, labels)
+    yield _length_and_area(orbits, stadium, path, labels)
     yield _lambda(orbits, path, labels)
     if orbits.words.shape[1] <= MAX_DENSE:
         yield _hessian(orbits, stadium, path, labels)
@@ -182,14 +183,25 @@ def _reflection(path: _Path, labels: Sequence[str]) -> Check:
     return measured("reflection", labels, force.T, allowed.T)
 
 
-def _length(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
-    """Check the stored length against the sum of the links, which is stationary at the orbit."""
+def _length_and_area(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Check:
+    """Check the stored length against the sum of the links, which is stationary at the orbit, and the area.
+
+    The area is that of the triangles from the first bounce to each link. If each bounce moves by at most e,
+    it changes by at most e times the length of the path, plus p e^2 / 2.
+    """
     own, coupling, loose, loose_coupling, sines = path.bend()
     firm = own + sines + loose + 2 * (coupling + loose_coupling)
     second = orbits.error**2 * firm.sum(axis=1)
     rounding = (2 * path.rounding + 4 * EPSILON * path.links.after).sum(axis=1)
-    deviation = np.abs(orbits.length - path.links.after.sum(axis=1))
-    return measured("lengths", labels, deviation, orbits.length_error + second + rounding)
+    total = path.links.after.sum(axis=1)
+    points = stadium.points(orbits.words, orbits.coordinates)
+    x, y = np.moveaxis(points - points[:, :1], -1, 0)
+    area = (x * _behind(y) - y * _behind(x)).sum(axis=1) / 2
+    place, p = path.place[:, 0], orbits.words.shape[1]
+    moved = place * total + p * place**2 / 2 + p * EPSILON * (stadium.a + 1) * total
+    deviation = np.stack([np.abs(orbits.length - total), np.abs(orbits.area - area)])
+    allowed = np.stack([orbits.length_error + second + rounding, orbits.area_error + moved])
+    return measured("lengths", labels, deviation, allowed)
 
 
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
@@ -265,7 +277,9 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     return measured("Hessian", labels, deviation, allowed)
 
 
-BOUNDED = {"coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error"}
+BOUNDED = {
+    "coordinates": "error", "length": "length_error", "lyapunov": "lyapunov_error", "area": "area_error",
+}  # fmt: skip
 
 _SETTLED = 1e-6
 

@@ -65,7 +65,7 @@ PROMISES = {
     "bounds": "a new solution lies within the error bounds",
     "walls": "every bounce is on its own wall, as far from the ends as the margin says",
     "reflection": "every bounce obeys the law of reflection",
-    "lengths": "the length follows from the path",
+    "lengths": "the length and the enclosed area follow from the path",
     "lambda": "lambda follows from the monodromy matrices",
     "Hessian": "the Hessian has the right signature, and its determinant gives lambda",
     "births": "births and deaths alternate, agree with every fill, and are confirmed by new solutions",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contents import alter
 from there import there
 
 from orbitdb import Catalogue, solve_word
@@ -36,13 +37,13 @@ def test_images_have_the_same_area_up_to_its_sign(word):
 def test_a_moved_vertex_stays_within_the_bound():
     """The area of the same word, with every coordinate moved by up to the error, is within the bound."""
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.orbits.orbit import enclosed_areas
+    from orbitdb.orbits.error_bounds import enclosed_areas
     from orbitdb.symbols.words import from_strings
 
     orbit, rng = solve_word("1232131", 1.6), np.random.default_rng(3)
     words, error = np.repeat(from_strings([orbit.code]), 200, axis=0), np.full(200, 1e-6)
     places = there(orbit.coordinates) + rng.choice([-1e-6, 1e-6], words.shape)
-    areas, bounds = enclosed_areas(Stadium(1.6), words, places, error, ["1"] * 200)
+    areas, bounds = enclosed_areas(Stadium(1.6), words, places, error)
     off = np.abs(areas - there(orbit.area))
     assert (off <= bounds).all()
     assert off.max() > bounds[0] / 10  # and no larger than necessary
@@ -54,15 +55,51 @@ def test_a_word_without_an_orbit_encloses_nothing():
         assert (orbit.area, orbit.area_error, orbit.half, orbit.quarter_length) == (None,) * 4
 
 
-def test_subsets_have_the_areas_of_their_orbits(filled):
-    subset = Catalogue(filled, a=1.6).select(p="2-6", coordinates=True)
-    areas = [np.nan if orbit.area is None else orbit.area for orbit in subset]
-    np.testing.assert_array_equal(subset.area, areas)
-    by_code = dict(zip(subset.codes.tolist(), areas, strict=True))
-    assert by_code["013"] == pytest.approx(-3.140421970879838)
-    without = Catalogue(filled, a=1.6).select(p=3)
-    with pytest.raises(ValueError, match="coordinates=True"):
-        without.area  # noqa: B018
+def test_rows_have_the_areas_of_their_words(filled):
+    """The stored area of the representative gets the sign of each word; it is 0 where a symmetry says so."""
+    catalogue = Catalogue(filled, a=1.6)
+    subset = catalogue.select(p="2-6", status="orbit", coordinates=True)
+    assert dict(zip(subset.codes.tolist(), subset.area, strict=True))["013"] == pytest.approx(-3.14042197088)
+    for orbit in subset:
+        points, area = there(orbit.points), there(orbit.area)
+        assert area == catalogue[orbit.code].area
+        (x, y), (x_next, y_next) = points.T, np.roll(points, -1, axis=0).T
+        polygon = (x * y_next - y * x_next).sum() / 2
+        assert abs(polygon - area) <= there(orbit.area_error) + 1e-14
+        solved = solve_word(orbit.code, 1.6)
+        assert abs(area - there(solved.area)) <= there(orbit.area_error) + there(solved.area_error)
+        assert (str(area) == "0.0") == (solved.area == 0)
+        assert catalogue[orbit.reverse().code].area == orbit.reverse().area
+
+
+@pytest.mark.parametrize("where", [None, "code LIKE '%3'"])
+def test_representatives_are_sorted_by_their_own_area(filled, where):
+    catalogue = Catalogue(filled, a=1.6)
+    subset = catalogue.select(p="2-6", status="orbit", where=where, order="-area", classes=True)
+    assert subset.area.tolist() == sorted(subset.area, reverse=True)
+    assert subset.area[0] > 0 > subset.area[-1]
+    assert [catalogue[code].area for code in subset.codes.tolist()] == subset.area.tolist()
+
+
+@pytest.mark.parametrize("method", ["newton", "relaxation"])
+def test_single_words_and_the_relaxation_store_areas(tmp_path, method):
+    catalogue = Catalogue.create(tmp_path / "orbits.db")
+    catalogue.fill(words=["1232131", "0103"], a=1.6, method=method)
+    found = catalogue["1232131"]
+    assert found.area == pytest.approx(there(solve_word("1232131", 1.6).area), abs=1e-6)
+    assert (found.area_error is None) == (method == "relaxation")
+    assert catalogue["0103"].area == 0.0
+    assert catalogue.verify().sound
+
+
+def test_verification_finds_a_wrong_area(tmp_path):
+    path = tmp_path / "orbits.db"
+    Catalogue.create(path).fill(4, a=1.6)
+    alter(
+        path, "UPDATE orbit SET area = area + 1e-9 WHERE cycle = (SELECT id FROM cycle WHERE word = '0113')"
+    )
+    failed = {check.name: check.first for check in Catalogue(path).verify().failed}
+    assert failed == dict.fromkeys(("bounds", "lengths"), "0113 at a = 1.6")
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_null_is_stored_as_null_and_existing_rows_are_left_alone(connection):
     numbers = list(range(ROWS))
     length = [None if number % 3 else number / 7 for number in numbers]
     blobs = [None if number % 3 else bytearray([number] * 8) for number in numbers]
-    half, ones, texts = [[0.5] * ROWS] * 6, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
+    half, ones, texts = [[0.5] * ROWS] * 8, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
     wanted: list[list[Any]] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
     given = [[NULL if value is None else value for value in column] for column in wanted]
     columns = dict(zip(orbit.c.keys(), given, strict=True))

@@ -23,7 +23,7 @@ class Rows(list[Row]):
 
 
 OF_ORBIT = ("status", "length", "lyapunov", "margin", "residual", "error", "length_error", "lyapunov_error",
-            "iterations", "solver")  # fmt: skip
+            "area", "area_error", "iterations", "solver")  # fmt: skip
 
 
 TEXTS = ("code", "half", "representative", "status", "time_reversal", "symmetry", "solver")
@@ -81,7 +81,10 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         if blob is not None:
             places = np.frombuffer(blob, "<f8")[None, :]
             own = image_coordinates([word], [least], element, places)[0].tolist()
-        found.append({**shared, "code": word, "element": element, "coordinates": own})
+        area = stored["area"]
+        if area and element.bit_count() % 2:  # x, y and T each reverse the sense
+            area = -area
+        found.append({**shared, "code": word, "element": element, "coordinates": own, "area": area})
     return found
 
 

@@ -43,6 +43,7 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
     ),
     "code like '1_3%'": lambda row: row["code"][0] == "1" and row["code"][2:3] == "3",
     # of single words
+    "area > 0 and p > 3": both(lambda row: row["area"] > 0 and row["p"] > 3, "area"),
     "element = 3": lambda row: row["element"] == 3,
     "element & 1 and length > 9": both(lambda row: row["element"] & 1 and row["length"] > 9, "length"),
     "code > '02' and p in (4, 6)": lambda row: row["code"] > "02" and row["p"] in (4, 6),
@@ -57,7 +58,7 @@ ORDERS = (
     | st.lists(
         st.tuples(st.sampled_from(["-", ""]), KEYS).map("".join), min_size=1, max_size=3, unique=True
     ).map(",".join)
-    | st.sampled_from(["code", "-code", "element,-length", "status,code desc", "p,-element"])
+    | st.sampled_from(["code", "-code", "element,-length", "status,code desc", "p,-element", "-area"])
 )
 CRITERIA = st.fixed_dictionaries(
     {},

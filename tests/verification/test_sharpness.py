@@ -136,15 +136,15 @@ def test_proofs_accept_exactly_the_allowed_deviations(solved):
     assert (check.failures, set(bits)) == (0, {128})
     assert (radius <= rows.error).all()
     place = 4 * EPS * 3.0
-    allowed = {"margin": first(rows, "error", 2) + place} | {
-        name: first(rows, bound, 2) for name, bound in BOUNDED.items()
-    }
+    bounded = {name: bound for name, bound in BOUNDED.items() if name != "area"}  # it follows from the path
+    allowed = {"margin": first(rows, "error", 2) + place}
+    allowed |= {name: first(rows, bound, 2) for name, bound in bounded.items()}
     for name, most in allowed.items():
         for by, right in ((0.3, True), (3.0, False)):
             moved = changed(rows, name, 2, first(rows, name, 2) + by * most)
             check, proved, *_ = prove(moved, stadium)
             assert proved.tolist() == [right or row != 2 for row in range(6)], (name, by)
-    for bound in BOUNDED.values():
+    for bound in bounded.values():
         check, proved, *_ = prove(changed(rows, bound, 2, 0.0), stadium)
         assert proved.tolist() == [row != 2 for row in range(6)]
         assert check.share == np.inf

@@ -40,7 +40,7 @@ def test_a_sound_catalogue_passes_every_check(filled):
     orbits = Catalogue(filled).rows(Selection(statuses=(Status.ORBIT,)), columns=("representative",))
     assert {rows[name] for name in per_orbit} == {len(set(orbits))}
     assert rows["restarts"] == 2 * CLASSES
-    assert found["bounds"].worst == 0.0
+    assert there(found["bounds"].worst) < 1e-14  # areas that symmetry makes 0
     assert 0 < there(found["restarts"].worst) < 1e-13
 
 
