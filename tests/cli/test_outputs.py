@@ -61,7 +61,7 @@ def plain(values: Any) -> list[Any]:
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
         "length_error", "lyapunov_error", "symmetry", "solver", "half", "quarter_length",
-        "lambda_c_error")  # fmt: skip
+        "lambda_c_error", "area", "area_error")  # fmt: skip
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
