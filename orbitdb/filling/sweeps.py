@@ -105,9 +105,7 @@ class _Sweep(Work):
             sa.select(sweep_block.c.sums, sweep_block.c.moments).where(swept).order_by(sweep_block.c.number)
         )
         blocks = connection.execute(query).all()
-        sums = PeriodSums.joined(
-            [PeriodSums.from_numbers(cursor.p, block.sums) for block in blocks], cursor.p
-        )
+        sums = [PeriodSums.from_numbers(cursor.p, block.sums) for block in blocks]
         parts = [from_bytes(block.moments) for block in blocks]
         moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
         computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
@@ -115,11 +113,8 @@ class _Sweep(Work):
         arithmetics = " | ".join(connection.scalars(by))
         connection.execute(sa.delete(sweep_block).where(swept))
         number = self.writer.run_id(connection, arithmetics or None)
-        return {
-            "sums": PeriodSums.joined(sums, cursor.p).numbers(),
-            "moments": to_bytes(moments),
-            "run": number,
-        }
+        total = PeriodSums.joined(sums, cursor.p)
+        return {"sums": total.numbers(), "moments": to_bytes(moments), "run": number}
 
 
 def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
