@@ -280,7 +280,7 @@ class Choice:
         parameters = parse_parameters(self.parameters or (), self.where or "")
         names = ("p", "status", "symmetry", "contains", "where")
         chosen = chosen_by(
-            a,
+            a=a,
             **{name: getattr(self, name) for name in names},
             time_reversal=self.reversal,
             exists=self.exists or (),

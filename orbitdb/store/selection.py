@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from inspect import Parameter, Signature, signature
 from numbers import Real
-from typing import Any, TypeAlias, TypedDict, TypeVar
+from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
@@ -99,8 +99,8 @@ class Selection(ByValue):
         if self.contains:
             parts.append(f"containing {shortened(self.contains, 60)}")
         if self.exists or self.not_at:
-            known = (("", self.exists), ("not " if self.exists else "", self.not_at))
-            spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in known if values]
+            lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
+            spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in lists if values]
             alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
             parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
@@ -146,14 +146,14 @@ LEAST_PERIOD = 2
 
 def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
-    found: set[int] = set()
+    periods: set[int] = set()
     for low, high in spans:
         if (least := min(low, high)) < LEAST_PERIOD:
             raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
         if (most := max(low, high)) > MAX_PERIOD:
             raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
-        found.update(range(low, high + 1))
-    return tuple(sorted(found))
+        periods.update(range(low, high + 1))
+    return tuple(sorted(periods))
 
 
 def written_periods(periods: Sequence[int]) -> str:
@@ -243,19 +243,7 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def chosen_by(
-    a: float | None = None,
-    p: int | str | Iterable[int] | None = None,
-    status: Status | str | Iterable[Status | str] | None = None,
-    time_reversal: str | None = None,
-    symmetry: str | None = None,
-    contains: str | None = None,
-    where: str | None = None,
-    parameters: Mapping[str, str | int | float] | None = None,
-    exists: float | Iterable[float] = (),
-    not_at: float | Iterable[float] = (),
-    **ranges: Bounds | None,
-) -> Selection:
+def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
     """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
 
     Raises
@@ -263,42 +251,37 @@ def chosen_by(
     SelectionError
         If a criterion is invalid.
     """
-    if unknown := sorted(set(ranges) - set(MEASURES)):
+    if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
         raise _no_criterion(unknown)
-    pairs = {name: _pair(name, bounds) for name, bounds in ranges.items() if bounds is not None}
+    given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
+    where, reversal = given.get("where"), given.get("time_reversal")
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
-    if parameters and where is None:
-        raise SelectionError(
-            f"{', '.join(parameters)}: parameters are for names in where, which is not given"
-        )
+    if given.get("parameters") and where is None:
+        names = ", ".join(given["parameters"])
+        raise SelectionError(f"{names}: parameters are for names in where, which is not given")
+    if reversal not in (None, *REVERSALS):
+        raise SelectionError(f"reversal {reversal!r}: use self or pair")
+    ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
     return Selection(
-        a=Stadium(USUAL_A if a is None else a).a,
-        periods=() if p is None else parse_periods(_listed(p)),
-        statuses=() if status is None else parse_statuses(_listed(status)),
-        time_reversal=None if time_reversal is None else parse_reversal(time_reversal),
-        symmetry=None if symmetry is None else parse_symmetry(symmetry),
-        contains=None if contains is None else parse(contains),
-        exists=parse_exists(exists),
-        not_at=parse_exists(not_at),
-        ranges={name: pair for name, pair in pairs.items() if pair != (None, None)},
+        a=Stadium(given.get("a", USUAL_A)).a,
+        periods=parse_periods(_listed(given["p"])) if "p" in given else (),
+        statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
+        time_reversal=reversal,
+        symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
+        contains=parse(given["contains"]) if "contains" in given else None,
+        exists=_half_lengths(given.get("exists", ())),
+        not_at=_half_lengths(given.get("not_at", ())),
+        ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
         where=where,
-        parameters=parameters or {},
+        parameters=given.get("parameters", {}),
     )
 
 
 def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods to fill, in ascending order.
+    """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
 
-    Parameters
-    ----------
-    periods : int, str or iterable of int
-        A period, a text such as ``2-11`` or ``2,3,5-7``, or several periods as a range, list or array.
-
-    Raises
-    ------
-    SelectionError
-        If no period is given, or one of them cannot be filled.
+    Raises `InputError` if no period is given, or one of them cannot be filled.
     """
     return fillable(parse_periods(_listed(periods)))
 
@@ -335,17 +318,16 @@ def _pair(name: str, bounds: object) -> Bounds:
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 _MOST_RANGES = 100
-_RANGE = re.compile(r"([^:]*):([^:]*)")
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``."""
     ranges = []
     for part in text.split(","):
-        found = _PERIODS.fullmatch(part.strip())
-        if found is None:
+        span = _PERIODS.fullmatch(part.strip())
+        if span is None:
             raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
-        low, high = int(found[1]), int(found[2] or found[1])
+        low, high = int(span[1]), int(span[2] or span[1])
         if low > high:
             remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
             raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
@@ -367,62 +349,45 @@ def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int]
 
 def parse_bound(text: str) -> tuple[str, Bounds]:
     """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``."""
-    name, _, span = text.partition("=")
-    if name.strip() not in MEASURES:
+    name, _, span = (part.strip() for part in text.partition("="))
+    if name not in MEASURES:
         raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
-    found = _RANGE.fullmatch(span.strip())
     try:
-        if found is None or not (found[1].strip() or found[2].strip()):
-            raise ValueError(text)
-        low, high = (real(part) if part.strip() else None for part in found.groups())
-        if low != low or high != high:
+        low, high = (real(end) if end.strip() else None for end in span.split(":"))
+        if (low, high) == (None, None) or low != low or high != high:
             raise ValueError(text)
     except ValueError:
         raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
     if low is not None and high is not None and low > high:
-        raise SelectionError(f"range {text!r} runs backwards: write {name.strip()}={high:g}:{low:g}")
-    return name.strip(), (low, high)
+        raise SelectionError(f"range {text!r} runs backwards: write {name}={high:g}:{low:g}")
+    return name, (low, high)
 
 
 def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
     """Read bounds on measures; if there are several bounds on the same measure, they all apply."""
-    found: dict[str, Bounds] = {}
-    for text in texts:
-        name, bounds = parse_bound(text)
-        low, high = zip(found.get(name, (None, None)), bounds, strict=True)
-        found[name] = (
+    ranges: dict[str, Bounds] = {}
+    for name, bounds in map(parse_bound, texts):
+        low, high = zip(ranges.get(name, (None, None)), bounds, strict=True)
+        ranges[name] = (
             max((bound for bound in low if bound is not None), default=None),
             min((bound for bound in high if bound is not None), default=None),
         )
-    return found
-
-
-def parse_reversal(text: str) -> str:
-    """Read ``self`` or ``pair``."""
-    if text not in REVERSALS:
-        raise SelectionError(f"reversal {text!r}: use self or pair")
-    return text
+    return ranges
 
 
 def parse_symmetry(text: str) -> str:
     """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for no symmetry."""
-    named = ordered_symmetry(text)
-    if named == "1":
-        return named
-    group = label(smallest_group(map(NAMES.index, named.split(","))))
-    if group != named:
+    names = {part.strip() for part in text.split(",")}
+    if names == {"1"}:
+        return "1"
+    if not names <= set(NAMES[1:]):
+        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
+    group = label(smallest_group(map(NAMES.index, names)))
+    if set(group.split(",")) != names:
         raise SelectionError(
             f"symmetry {text!r} is not a group: the smallest group that contains it is {group}"
         )
     return group
-
-
-def ordered_symmetry(text: str) -> str:
-    """Return a symmetry label with its elements in the usual order; they need not form a group."""
-    names = {part.strip() for part in text.split(",")}
-    if names != {"1"} and not names <= set(NAMES[1:]):
-        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
-    return "1" if names == {"1"} else ",".join(name for name in NAMES if name in names)
 
 
 def parse_statuses(text: str) -> tuple[Status, ...]:
@@ -430,18 +395,18 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     if text.strip() == "all":
         return STORED
     try:
-        found = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
+        statuses = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
     except ValueError:
-        known = ", ".join(STORED)
-        raise SelectionError(f"status {text!r}: use {known}, some of them with commas, or all") from None
-    if Status.FAMILY in found:
+        allowed = ", ".join(STORED)
+        raise SelectionError(f"status {text!r}: use {allowed}, some of them with commas, or all") from None
+    if Status.FAMILY in statuses:
         raise SelectionError(
             f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
         )
-    return found
+    return statuses
 
 
-def parse_exists(values: float | Iterable[float]) -> tuple[float, ...]:
+def _half_lengths(values: float | Iterable[float]) -> tuple[float, ...]:
     """Check one or more values of a, and drop duplicates."""
-    each = values if isinstance(values, Iterable) else (values,)
-    return tuple(dict.fromkeys(Stadium(a).a for a in each))
+    several_values = values if isinstance(values, Iterable) else (values,)
+    return tuple(dict.fromkeys(Stadium(a).a for a in several_values))

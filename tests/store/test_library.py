@@ -45,8 +45,8 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
 def test_classes_are_orbits_by_default(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
-    assert orbits.words.sum() == catalogue.count(chosen_by(1.0, p=6, status="orbit"))
-    assert boundary.words.sum() == catalogue.count(chosen_by(1.0, p=6, status="boundary")) > 0
+    assert orbits.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="orbit"))
+    assert boundary.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
 
@@ -266,7 +266,7 @@ def test_a_catalogue_uses_its_own_a_by_default(varied):
 
 
 def test_criteria_make_a_selection():
-    assert chosen_by(2.0, "2-4", "orbit", contains="02", margin=(None, 0.1)) == Selection(
+    assert chosen_by(a=2.0, p="2-4", status="orbit", contains="02", margin=(None, 0.1)) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges={"margin": (None, 0.1)}
     )
     several = chosen_by(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
@@ -278,7 +278,7 @@ def test_criteria_make_a_selection():
 
 @pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
 def test_descriptions_use_singular_and_plural(status):
-    chosen = chosen_by(1.6, status=status, time_reversal="self", exists=(1,))
+    chosen = chosen_by(a=1.6, status=status, time_reversal="self", exists=(1,))
     one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
     assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
     assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]

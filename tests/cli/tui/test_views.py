@@ -19,7 +19,9 @@ from orbitdb.store.selection import Selection, chosen_by
 VIEWS = [
     View(Selection()),
     View(
-        chosen_by(1.6, "2-4,6", "orbit,boundary", "pair", where="code <> '013' or p > 3"),
+        chosen_by(
+            a=1.6, p="2-4,6", status="orbit,boundary", time_reversal="pair", where="code <> '013' or p > 3"
+        ),
         Ordering("length", True),
         columns_named(["p", "status", "length"]),
     ),
