@@ -58,8 +58,6 @@ _UNLISTED = {"tui": "browse"}
 _MODULES = {name: name for names in PANELS.values() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov", "simulate"), "averages")
 _MODULES |= {
-    "delete": "info",
-    "migrate": "info",
     "sweep": "fill",
     "births": "fill",
     "sql": "query",

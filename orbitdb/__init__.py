@@ -2,9 +2,10 @@
 
 The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
-    methods return a `Subset` (rows as arrays), a `Result` (a table by period), `EntropyBounds`, a
-    `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, or lists of `Fill`, `Sweep` and
-    `Life`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
+    methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
+    period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
+    `Assessment`, a `Verification`, `Contents`, `Counted`, or lists of `Fill`, `Sweep`, `BirthFill` and
+    `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
     is a `Candidate`.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
@@ -40,10 +41,13 @@ if TYPE_CHECKING:  # isort: off
         Followed as Followed,
         Trajectory as Trajectory,
     )
-    from orbitdb.answers.results import Result as Result
+    from orbitdb.answers.completeness import Counted as Counted
+    from orbitdb.answers.results import Births as Births, Result as Result
+    from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
+    from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
     from orbitdb.orbits.orbit import (
         Orbit as Orbit,
         existence as existence,
@@ -56,8 +60,8 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
-    from orbitdb.store.lives import Life as Life
+    from orbitdb.store.fills import Contents as Contents, Fill as Fill, Sweep as Sweep
+    from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
@@ -72,10 +76,13 @@ _HOMES = {
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Followed", "Trajectory"),
-    "answers.results": ("Result",),
+    "answers.completeness": ("Counted",),
+    "answers.results": ("Births", "Result"),
+    "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
     "entropy.bounds": ("EntropyBounds",),
     "errors": ("InputError", "StoreError", "WorkError"),
+    "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit", "existence", "solve", "solve_word"),
     "orbits.status": ("Orbits", "Status"),
     "quantum.missing_levels": ("Assessment",),
@@ -83,8 +90,8 @@ _HOMES = {
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),
-    "store.fills": ("Fill", "Sweep"),
-    "store.lives": ("Life",),
+    "store.fills": ("Contents", "Fill", "Sweep"),
+    "store.lives": ("BirthFill", "Life"),
     "trajectories.ensemble": ("Reference", "simulate"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),

@@ -167,7 +167,7 @@ class StoredCatalogue:
         from orbitdb.filling.fill import fill, fillable
 
         at, wanted = self._at(a), _periods(periods)
-        single = [fillable(word) for word in ([words] if isinstance(words, str) else words)]
+        single = [fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if geometric and not wanted:

@@ -43,3 +43,19 @@ def test_the_wheel_works_away_from_the_sources(tmp_path):
     where = run(command=[sys.executable, "-P", "-c", shown], cwd=tmp_path, env=environment)
     assert [path.startswith(str(target)) for path in where.stdout.split()] == [True, True]
     assert (target / "orbitdb" / "py.typed").exists()
+
+
+def test_what_a_catalogue_returns_is_public():
+    import builtins
+    import inspect
+    import re
+    import typing
+
+    import orbitdb
+
+    public = {*orbitdb.__all__, *dir(builtins), *dir(typing)}
+    methods = inspect.getmembers(orbitdb.Catalogue, inspect.isfunction)
+    for name, method in methods:
+        if name[0] != "_":
+            returned = str(inspect.signature(method).return_annotation)
+            assert set(re.findall(r"\b[A-Z]\w+", returned)) <= public, (name, returned)

@@ -86,8 +86,9 @@ def export(
 
     The file itself (parquet) or FILE-metadata.json beside it says where the rows come from, and which of
     their periods were only partly filled. With --dataset, FILE is a folder that others can load: a Data
-    Package, version 2. It contains the chosen words of every completely filled period, with coordinates; its
-    classes, births, counts, averages, bounds and levels are not limited to these words.
+    Package, version 2. It contains the chosen words of every completely filled period, with coordinates,
+    at every stored a unless you name some; its classes, births, counts, averages, bounds and levels are not
+    limited to these words.
     """
     from orbitdb import export as files
 

@@ -53,6 +53,8 @@ def levels_from_zero(
         ends[each] = end
     last = min(ends.values())
     high = last if k_max is None else k_max
+    if k_max is not None and not k_max > 0:
+        raise InputError(f"k_max {k_max:g}: give a number above 0")
     if not 0 < high <= last:
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"

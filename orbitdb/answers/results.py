@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.equality import ByValue
+from orbitdb.errors import InputError
 from orbitdb.extras import data_frame, drawn
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
@@ -111,14 +112,15 @@ class Result(ByValue):
 
         Raises
         ------
-        ValueError
+        InputError
             If the result does not have these averages.
         """
         known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
         wanted: str | None = kind or next(iter(known), None)
         if wanted not in known or not len(self):
             has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
-            raise ValueError(f"kind {kind!r}: {has}" if kind else "no entropy or lambda in this result")
+            lacks = "this result has no averages to draw: entropy() and lyapunov() have"
+            raise InputError(f"kind {kind!r}: {has}" if kind else lacks)
         entropy = wanted == "entropy"
         figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
@@ -136,11 +138,11 @@ class Births(list[Life]):
 
         Raises
         ------
-        ValueError
+        InputError
             If there are no births.
         """
         if not self:
-            raise ValueError("there are no births to draw: fill_births finds them")
+            raise InputError("there are no births to draw: fill_births finds them")
         return drawn("curves.draw_births", (self,), f"orbits of period {self[0].p} at each a", ax)
 
 

@@ -15,6 +15,7 @@ from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.equality import ByValue
+from orbitdb.errors import InputError
 from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
@@ -243,7 +244,7 @@ class Subset(ByValue):
 
     def _read(self) -> Floats:
         if self.coordinates is None:
-            raise ValueError("the coordinates were not read: use select(..., coordinates=True)")
+            raise InputError("the coordinates were not read: use select(..., coordinates=True)")
         return self.coordinates
 
     def _columns(self) -> Iterator[tuple[str, Values]]:
@@ -352,14 +353,14 @@ class Subset(ByValue):
 
         Raises
         ------
-        ValueError
+        InputError
             If there are no orbits or no coordinates, or the kind of figure is unknown.
         """
         if kind not in ("phase space", "lengths", "sheet"):
-            raise ValueError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
+            raise InputError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
-            raise ValueError(f"there is nothing to draw in {self!r}")
+            raise InputError(f"there is nothing to draw in {self!r}")
         title = self.selection.describe()
         if kind == "lengths":
             return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)

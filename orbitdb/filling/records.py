@@ -3,6 +3,7 @@
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import closing, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,7 +138,7 @@ def find_bounds(
         for level, computed in _enclosed(values, limits, proofs, jobs, tell):
             if writer is not None:
                 keep_bounds(writer, level, kind, computed)
-            yield level
+            yield replace(level, proof=kind)
 
 
 def _enclosed(

@@ -198,7 +198,7 @@ class Orbit(Drawn):
 
         Raises
         ------
-        ValueError
+        InputError
             If the number of traversals is less than one.
 
         Notes
@@ -207,7 +207,7 @@ class Orbit(Drawn):
         amount.
         """
         if repetitions < 1:
-            raise ValueError(f"{repetitions} repetitions: give 1 or more")
+            raise InputError(f"{repetitions} repetitions: give 1 or more")
         if self.length is None or self.lyapunov is None or self.maslov is None:
             return None
         decay = math.exp(-repetitions * self.lyapunov)  # the root is exp(r lambda / 2) (1 -+ decay)
@@ -306,7 +306,7 @@ class Orbit(Drawn):
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         if self.points is None:
-            raise ValueError(
+            raise InputError(
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
         return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)

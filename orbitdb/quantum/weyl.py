@@ -54,11 +54,13 @@ def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) ->
     Raises
     ------
     InputError
-        If one of them is not ``ee``, ``eo``, ``oe`` or ``oo``.
+        If there is none, or one of them is not ``ee``, ``eo``, ``oe`` or ``oo``.
     """
     if names is None:
         return list(Parity)
     given = names.split(",") if isinstance(names, str) else list(names)
+    if not given:
+        raise InputError("no parity: use ee, eo, oe or oo")
     try:
         return list(dict.fromkeys(Parity(name.strip()) for name in given))
     except (ValueError, AttributeError):

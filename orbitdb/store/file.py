@@ -116,7 +116,8 @@ def need_newest(path: Path) -> None:
     """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
     version = check_file(path)
     if version is None:
-        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11'")
+        there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
+        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
     if version < SCHEMA_VERSION:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium
+from orbitdb.errors import InputError
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
 
@@ -232,7 +233,7 @@ def references(
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
-        raise ValueError("give at least one bounce and two trajectories")
+        raise InputError(f"{bounces} bounces and {trajectories or LEAST} trajectories: give at least 1 and 2")
     if trajectories is None:
         trajectories = max(LEAST, math.ceil(wanted / math.ceil(wanted / TRAJECTORIES)))
     arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))

@@ -17,6 +17,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.trajectories.ensemble import LEAST, Measured, Reference
 
 _TINY = 1e-150
@@ -134,7 +135,7 @@ def simulate_legs(
     errors are still correct, but `orbitdb.trajectories.ensemble` gives smaller errors.
     """
     if bounces < 1:
-        raise ValueError("give at least one bounce")
+        raise InputError(f"{bounces} bounces: give 1 or more")
     legs = bounces / (stadium.a + math.pi / 2)
     starts = max(LEAST, math.ceil(legs / LEGS))
     legs_each = math.ceil(min(LEGS, legs / starts))

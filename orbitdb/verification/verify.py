@@ -17,7 +17,7 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import AlteredError
+from orbitdb.errors import AlteredError, InputError
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.numerals import exact
@@ -233,7 +233,16 @@ def verification_steps(
     """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
 
     The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
+
+    Raises
+    ------
+    InputError
+        If the sample is below 1, or the number of restarts below 0.
     """
+    if sample is not None and sample < 1:
+        raise InputError(f"sample {sample}: give 1 or more")
+    if restarts < 0:
+        raise InputError(f"restarts {restarts}: give 0 or more")
     was = place(path)
     with reading(path) as moment:
         known = 0

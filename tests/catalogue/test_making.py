@@ -117,6 +117,12 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
         (lambda c: c.prove_bounds(width=-1), "above 0"),
         (lambda c: c.fill_levels(3, parities=["xx"]), "use ee, eo, oe or oo"),
         (lambda c: c.fill_levels(5, 3), "is not a range"),
+        (lambda c: c.fill_levels(3, parities=[]), "no parity: use ee, eo, oe or oo"),
+        (lambda c: c.levels(-1), "k_max -1: give a number above 0"),
+        (lambda c: c.simulate(0), "0 bounces"),
+        (lambda c: c.simulate(0, legwise=True), "0 bounces"),
+        (lambda c: c.verify(sample=0), "sample 0: give 1 or more"),
+        (lambda c: c.verify(restarts=-1), "restarts -1: give 0 or more"),
     ],
 )
 def test_bad_input_is_refused_and_nothing_is_stored(tmp_path, make, told):
@@ -157,6 +163,22 @@ def empty(tmp_path):
 def test_a_bare_text_is_one_word(empty):
     empty.fill(words="1232131")
     assert {orbit.p for orbit in empty.select()} == {7}
+
+
+def test_words_are_texts(empty):
+    with pytest.raises(TypeError, match="a code is a string such as '1232131', not 1232131"):
+        empty.fill(words=1232131)
+
+
+def test_bounds_say_which_arithmetic_proved_them(empty):
+    assert empty.prove_bounds(5, balls=True) == empty.entropy_bounds()
+    assert empty.entropy_bounds().proof == "balls"
+
+
+def test_a_missing_catalogue_is_to_be_made_where_it_was_looked_for(tmp_path):
+    path = tmp_path / "none.db"
+    with pytest.raises(StoreError, match=f"'orbitdb fill --p 11 --db {path}'"):
+        Catalogue(path)
 
 
 @pytest.mark.parametrize("words", ["1", ["13", "0"]])

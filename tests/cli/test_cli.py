@@ -136,6 +136,23 @@ def test_every_command_has_help_with_an_example_and_is_in_the_readme(cli, comman
     assert f"orbitdb {command}" in (ROOT / "README.md").read_text()
 
 
+@pytest.mark.parametrize("command", commands())
+def test_every_example_in_the_help_has_only_options_of_its_command(cli, command):
+    import shlex
+
+    from typer.main import get_command
+
+    from orbitdb.cli.app import program
+
+    group = get_command(program((command,)))
+    examples = re.findall(r"^\s+orbitdb (.*)$", str(group.commands[command].epilog), re.M)
+    assert examples
+    for example in examples:
+        name, *arguments = shlex.split(re.split(r" [|>] ", example)[0])
+        if name == command:  # not the first command of a pipe
+            assert group.commands[command].make_context(name, arguments).params
+
+
 def test_panels_list_every_command_except_the_alias_of_browse(cli):
     _, about, _, *panels = cli("--help").out.split("\n\n")
     assert " ".join(about.split()) == f"{metadata('orbitdb')['Summary']}."
