@@ -89,13 +89,18 @@ def test_stored_periods_are_not_estimated_again(filled, tmp_path):
     assert need(filled, 1.0, [8], 1) == need(tmp_path / "none.db", 1.0, [8], 1)
 
 
-def test_stored_sweeps_are_not_estimated_again(filled):
+def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypatch):
     whole = sweep_need(filled, 1.6, range(2, 10), 1)
     assert whole.words == sum(map(count_admissible, range(2, 10)))
     made(filled, sweep_periods(filled, 1.6, range(2, 9)))
     rest = sweep_need(filled, 1.6, range(2, 10), 4)
     assert (rest.words, rest.bytes) == (count_admissible(9), 0)
     assert rest.alone / whole.seconds == pytest.approx(rest.words / whole.words)
+    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
+    large = [sweep for sweep in Catalogue(filled).sweeps(a=1.6) if sweep.p in (7, 8)]
+    rate = sum(sweep.processor for sweep in large) / (712 + 2096)
+    found = sweep_need(filled, 1.6, [9], 4)
+    assert (found.alone, 4 * found.seconds) == pytest.approx([rate * rest.words] * 2)
 
 
 def test_writing_limits_the_gain_from_many_processes(tmp_path):
@@ -111,6 +116,23 @@ def test_the_size_of_a_file_is_estimated_within_a_factor_of_two(tmp_path):
     expected = need(path, 1.6, range(2, 11), 1).bytes
     made(path, fill_periods(path, 1.6, range(2, 11)))
     assert path.stat().st_size / 2 < expected < 2 * path.stat().st_size
+
+
+def test_estimates_know_how_fast_this_machine_was(filled, monkeypatch):
+    """The largest fills count, for small ones take more time per word; the disk may be the slowest part."""
+    monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
+    words = count_admissible(12)
+    alter(
+        filled, "UPDATE fill SET enumerating = words, solving = words, storing = words, seconds = 9 * words"
+    )
+    rates = "enumerating = 1e-6 * words, solving = 2e-6 * words, storing = 3e-6 * words"
+    for wall in (1e-6, 9e-6):
+        alter(filled, f"UPDATE fill SET {rates}, seconds = {wall} * words WHERE p > 6")
+        alone, many = (need(filled, 1.6, [12], jobs).seconds for jobs in (1, 10**6))
+        assert alone == pytest.approx(max(6e-6, wall) * words)
+        assert many == pytest.approx(3e-6 * words)
+    alter(filled, "UPDATE fill SET enumerating = 0, storing = 0")
+    assert need(filled, 1.6, [12], 1).seconds == need(filled.with_name("none.db"), 1.6, [12], 1).seconds
 
 
 def test_estimates_are_shown_briefly():
