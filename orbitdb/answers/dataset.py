@@ -240,7 +240,7 @@ def _check(folder: Path, force: bool, need: int) -> None:
         if not force:
             raise ExportError(f"{folder} already exists: --force replaces a dataset")
         if others := _other_files(folder, [each["path"] for each in read_package(folder)]):
-            raise ExportError(f"{folder} also holds {others[0]}, not a part of a dataset: move it away")
+            raise ExportError(f"{folder} also holds {others[0]}, which is no part of a dataset: move it away")
     check_space(folder, need, "it takes up to")
 
 

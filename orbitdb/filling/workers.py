@@ -142,7 +142,7 @@ class Processes(Workers):
             ) from None
 
     def _check(self) -> None:
-        """Notice a process that died while it was sending a result, for whose rest the pool would wait."""
+        """Notice a process that died while sending a result; the pool would wait for the rest of it."""
         if connection.wait([process.sentinel for process in self._pool._processes.values()], 0):
             raise BrokenProcessPool
 

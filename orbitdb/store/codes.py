@@ -32,7 +32,7 @@ _CONDITION = re.compile(
     r"(?:$|\b(?:and|or|then|group|order|limit)\b)",
     re.IGNORECASE,
 )
-"""A call that is compared with nothing: it is no condition, but SQLite would take the digits for true."""
+"""A call that is not compared with anything, which is not a condition; SQLite would take it as true."""
 
 _BESIDE_NUMBER = (
     rf"\w\s*(?:{_SIGN}\s*)+\(?\s*(?:{_ITEM}\s*(?:,|\band\b)\s*)*:NAME\b|:NAME\b\s*{_SIGN}\s*\w"
@@ -54,7 +54,7 @@ def bound_names(sql: str) -> list[str]:
 
 
 def check_words(sql: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` if SQL compares a code with a number, or calls ``code()`` in a wrong way."""
+    """Raise `SelectionError` if SQL compares a code with a number, or calls ``code()`` wrongly."""
     called = _called(sql)
     for item in (*_beside_columns(sql), *called):
         value = parameters.get(item[1:]) if item.startswith(":") else None
@@ -91,7 +91,7 @@ def _beside_columns(sql: str) -> list[str]:
 
 
 def _called(sql: str) -> list[str]:
-    """Return the quoted texts, names and numbers of which SQL takes the ``code()``."""
+    """Return the quoted texts, names and numbers that SQL passes to ``code()``."""
     return [match[1] for match in _CALLED.finditer(sql) if match[1]]
 
 
