@@ -497,7 +497,7 @@ class Catalogue(StoredCatalogue):
             If the values cannot be levels of the stadium, too few orbits are stored, or the orbits cannot
             tell with which level a window begins.
         """
-        from orbitdb.answers.assessment import assess_levels
+        from orbitdb.answers.levels import assess_levels
 
         with self._file.moment() as moment:
             return assess_levels(moment, self._at(a), k, parity, fit_radius, window)[0]

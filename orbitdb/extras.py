@@ -76,7 +76,7 @@ class Record:
         return {_IN_JSON.get(name, name): value for name, value in asdict(self).items()}  # type: ignore[call-overload]
 
 
-_IN_JSON = {"n_t": "N_t", "n_c": "N_c"}
+_IN_JSON = {"n_t": "N_t", "n_c": "N_c", "word": "representative"}
 
 
 class Drawn:

@@ -62,7 +62,7 @@ def assess(
         options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers")
         _show_statistics(given, a, output, db)
         return
-    from orbitdb.answers.assessment import assess_levels
+    from orbitdb.answers.levels import assess_levels
 
     parity = given.of_one()
     read = given.read(parity)
@@ -84,7 +84,7 @@ def assess(
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    from orbitdb.answers.assessment import told_missing
+    from orbitdb.answers.levels import told_missing
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 

@@ -1,5 +1,6 @@
 """``orbitdb bench``: run time against error, and hard cases."""
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -27,6 +28,9 @@ EXAMPLES = (
     "bench --kind stress --json",
 )
 _MOST = 13
+_LEAST_SHOWN = 1e-20
+"""Smaller errors, which only ball arithmetic has, are beyond the left edge of the diagram."""
+
 _DOUBLE = 2.0**-53
 
 
@@ -109,7 +113,10 @@ def draw_work_precision(rows: "Sequence[WorkPrecision]", said: str) -> "Figure":
             mine = [row for row in rows if row.method == method]
             errors = [row.coordinates_max for row in mine]
             times = [row.seconds_per_sequence for row in mine]
+            if method == "balls" and min(errors, default=1.0) < _LEAST_SHOWN:
+                label += f", down to $10^{{{math.floor(math.log10(min(errors)))}}}$"
             ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
+        ax.set_xlim(left=max(ax.get_xlim()[0], _LEAST_SHOWN))
         ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
         ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
                     textcoords="offset points", color=INK, fontsize=8)  # fmt: skip

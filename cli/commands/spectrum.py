@@ -50,8 +50,7 @@ def spectrum(
     half of a symmetric orbit is closed. repetition counts traversals of the orbit or half orbit, and length
     is that of all of them. A is sign times |A| exp(-i pi index / 2).
     """
-    from orbitdb.answers.assessment import told_missing
-    from orbitdb.answers.levels import read_spectrum
+    from orbitdb.answers.levels import read_spectrum, told_missing
 
     low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:

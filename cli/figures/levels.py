@@ -5,8 +5,14 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from orbitdb.answers.assessment import assess_levels, orbits_for, told_missing
-from orbitdb.answers.levels import levels_from_zero, read_orbits, read_spectrum
+from orbitdb.answers.levels import (
+    assess_levels,
+    levels_from_zero,
+    orbits_for,
+    read_orbits,
+    read_spectrum,
+    told_missing,
+)
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels

@@ -27,6 +27,7 @@ from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 
 if TYPE_CHECKING:
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
 
-_IN_TABLE = (*(name for name in WRITTEN if name not in ("code", "a", "rules")), "born", "dies")
 _BLOCK = 1 << 14
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
@@ -253,11 +253,16 @@ class Subset(ByValue):
         They are made one at a time, because together they take as much memory as the subset.
         """
         classless = (self.representative == "").tolist()
-        yield "code", _texts(self.codes)
-        yield "a", np.full(len(self), self.selection.a)
-        for name in _IN_TABLE:
-            kind, values = kind_of(name), getattr(self, name)
-            if kind == "text":
+        for name in (*WRITTEN, "born", "dies"):
+            if name == "rules":
+                pairs = zip(self.codes.tolist(), classless, strict=True)
+                yield name, [list(rules_of(word)) if no else [] for word, no in pairs]
+                continue
+            values = self.codes if name == "code" else getattr(self, name, None)
+            kind = kind_of(name)
+            if name == "a":
+                yield name, np.full(len(self), self.selection.a)
+            elif kind == "text":
                 yield name, _texts(values)
             elif kind == "integer" and name != "p":
                 yield name, [None if no else n for n, no in zip(values.tolist(), classless, strict=True)]
@@ -278,7 +283,7 @@ class Subset(ByValue):
         for name, values in self._columns():
             if isinstance(values, np.ndarray):
                 table[name] = values
-            elif kind_of(name) == "numbers":
+            elif kind_of(name) in ("numbers", "integers"):
                 table[name] = pd.Series(values, dtype=object)
             else:
                 table[name] = pd.array(values, "string" if kind_of(name) == "text" else "Int64")

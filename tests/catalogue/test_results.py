@@ -27,7 +27,7 @@ FIRST = {
     "Levels": ("parity", "ee"),
     "Fill": ("N_c", 8),
     "Sweep": ("N_t", 252),
-    "Life": ("word", "0103"),
+    "Life": ("representative", "0103"),
     "EntropyBounds": ("window", 4),
     "Reference": ("seed", 0),
     "Verification": ("failures", 0),

@@ -19,9 +19,8 @@ from solutions import entropy, lyapunov
 from there import there
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
-from orbitdb.answers.assessment import orbits_for
 from orbitdb.answers.entropy import enclosure
-from orbitdb.answers.levels import read_orbits
+from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff

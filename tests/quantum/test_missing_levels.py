@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from there import there
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.assessment import assess_levels
-from orbitdb.answers.levels import beside, levels_from_orbits, read_orbits
+from orbitdb.answers.levels import assess_levels, beside, levels_from_orbits, read_orbits
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
 from orbitdb.quantum.levels import levels
