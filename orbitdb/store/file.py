@@ -176,7 +176,7 @@ class Moment:
 
 
 class Reader:
-    """A catalogue file to read; each call of `moment` starts a new `Moment` of the file that is then there.
+    """A catalogue file to read; each call of `moment` starts a `Moment` of the file then at the path.
 
     Between moments the file is closed.
 
