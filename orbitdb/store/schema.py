@@ -23,10 +23,10 @@ from orbitdb.symbols.words import MAX_KEYED, key
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 8
+SCHEMA_VERSION = 9
 """The version of the latest schema, stored as SQLite's user_version."""
 
-OLDEST_VERSION = 8
+OLDEST_VERSION = 9
 """The oldest schema that can be migrated; files with an older one are refused."""
 
 PAGE_SIZE = 16384

@@ -1,6 +1,7 @@
 """The database file: its schema, refusals, estimates of size and time, and results that are stored."""
 
 import json
+from hashlib import sha256
 from types import SimpleNamespace
 
 import pytest
@@ -52,6 +53,17 @@ def test_foreign_databases_folders_and_missing_files_are_refused(tmp_path):
         Catalogue(tmp_path)
     with pytest.raises(StoreError, match="orbitdb fill"):
         Catalogue(tmp_path / "missing.db")
+
+
+def test_a_file_with_other_columns_has_another_version(tmp_path):
+    """If this fails, raise SCHEMA_VERSION: files that lack the new columns would be called damaged."""
+    migrate(tmp_path / "new.db")
+    columns = (
+        "SELECT m.name, c.name FROM sqlite_master AS m, pragma_table_info(m.name) AS c "
+        "WHERE m.type IN ('table', 'view') ORDER BY m.name, c.cid"
+    )
+    digest = sha256(repr(ask(tmp_path / "new.db", columns)).encode()).hexdigest()
+    assert (SCHEMA_VERSION, digest[:12]) == (9, "f2f29ea19a09")
 
 
 def test_a_newer_schema_is_refused(filled):

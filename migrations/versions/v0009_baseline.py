@@ -1,9 +1,9 @@
-"""Schema 8, the baseline: the first that was released. Older files are refused.
+"""Schema 9, the baseline: the first that was released. Older files are refused.
 
 There is nothing to do here, because `orbitdb.store.file` creates catalogues with the latest schema.
 """
 
-revision = "0008"
+revision = "0009"
 down_revision = None
 branch_labels = None
 depends_on = None
