@@ -213,7 +213,7 @@ class BrowseApp(App[None], Working):
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
         ours = ("Quit", "Keys")
-        yield from (each for each in super().get_system_commands(screen) if each.title not in ours)
+        yield from (command for command in super().get_system_commands(screen) if command.title not in ours)
 
     # the end
 

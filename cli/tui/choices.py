@@ -98,8 +98,8 @@ class Choices(Static, Working):
     def filtered(self, where: str | None) -> Selection:
         """Return the selection with another filter and the values of -P that this filter uses."""
         used = bound_names(where or "")
-        known = self._values | dict(self.selection.parameters)
-        values = {name: value for name, value in known.items() if name in used}
+        values_of_names = self._values | dict(self.selection.parameters)
+        values = {name: value for name, value in values_of_names.items() if name in used}
         return replace(self.selection, where=where, parameters=values)
 
     def add(self, condition: str) -> None:

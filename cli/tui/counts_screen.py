@@ -3,7 +3,6 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -30,15 +29,13 @@ from orbitdb.cli.tui.keys import LEAVING, key
 from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.equality import ByValue
 from orbitdb.store.file import Moment, Reader
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
-_MOST_BINS = 40
-_LEAST_BINS = 8
+_LEAST_BINS, _MOST_BINS = 8, 40
 _COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
@@ -50,23 +47,13 @@ _FINEST = 1e-12
 _DECADES = 1000.0
 """Bins are logarithmic if the largest value is more than this many times the smallest."""
 
-Values = tuple[Any, ...]
-"""A value of each of several columns."""
+Values = tuple[Any, ...]  # a value of each of several columns
 
 
-@dataclass(frozen=True, eq=False)
-class Histogram(ByValue):
-    """Numbers of rows in the bins of a column.
+class Histogram(NamedTuple):
+    """Numbers of rows in the bins of a column, and `without` a value; a value on an edge is in the bin above.
 
-    Attributes
-    ----------
-    edges : ndarray, shape (bins + 1,)
-        In ascending order; a value on an edge belongs to the bin above it.
-    counts : ndarray of int64, shape (bins,)
-    without : int
-        Number of rows without a value.
-    logarithmic : bool
-        Whether the bins have equal widths in the logarithm of the value.
+    The shapes are (bins + 1,) and (bins,); the edges ascend, evenly in the logarithm if `logarithmic`.
     """
 
     edges: Floats
@@ -76,10 +63,7 @@ class Histogram(ByValue):
 
 
 def tally(
-    moment: Moment,
-    selection: Selection,
-    columns: Sequence[str],
-    cancelled: Callable[[], bool] = never,
+    moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
 ) -> dict[Values, int]:
     """Count the rows of a subset for each combination of values of some columns of the view ``class``."""
     chosen = choose(moment.connection, selection, columns=columns, cancelled=cancelled)
@@ -91,11 +75,7 @@ def tally(
 
 
 def histogram(
-    moment: Moment,
-    selection: Selection,
-    column: str,
-    bins: int,
-    cancelled: Callable[[], bool] = never,
+    moment: Moment, selection: Selection, column: str, bins: int, cancelled: Callable[[], bool] = never
 ) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
@@ -103,16 +83,16 @@ def histogram(
     """
     chosen = choose(moment.connection, selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
-    known = ~np.isnan(values)
-    if not known.any():
+    present = ~np.isnan(values)
+    if not present.any():
         return None
-    low, high = float(values[known].min()), float(values[known].max())
+    low, high = float(values[present].min()), float(values[present].max())
     logarithmic = low > 0 and high > _DECADES * low
     edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
-    places = np.searchsorted(edges[1:-1], values[known], side="right")
+    places = np.searchsorted(edges[1:-1], values[present], side="right")
     counts = np.zeros(len(edges) - 1, dtype=np.int64)
-    np.add.at(counts, places, rows[known])
-    return Histogram(edges, counts, int(rows[~known].sum()), logarithmic)
+    np.add.at(counts, places, rows[present])
+    return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)
 
 
 def _round_edges(low: float, high: float, bins: int) -> Floats:
@@ -148,8 +128,8 @@ class Count(NamedTuple):
 def counts_by(column: str, counts: Mapping[Any, int]) -> list[Count]:
     """Return the count of each value of a column, in the order of the values; rows without one come last."""
     values: list[Any] = sorted(value for value in counts if value is not None)
-    found = [Count(number(column, value), counts[value], equals(column, value)) for value in values]
-    return found + _without(column, counts.get(None, 0))
+    valued = [Count(number(column, value), counts[value], equals(column, value)) for value in values]
+    return valued + _without(column, counts.get(None, 0))
 
 
 def counts_in(column: str, histogram: Histogram) -> list[Count]:
@@ -206,9 +186,8 @@ class CountsList(NameList):
                 self.add_options([Option(Text(title, "bold"), disabled=True)])
             lines = zip(lines_of(counts), counts, strict=True)
             self.add_options([Option(line, f"{title}:{count.condition}") for line, count in lines])
-            self.add_options(
-                [Option("none" if not counts else "", disabled=True)] if title or not counts else []
-            )
+            if title or not counts:
+                self.add_option(Option("" if counts else "none", disabled=True))
         self.action_first()
 
 
@@ -246,9 +225,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def on_mount(self) -> None:
         self.sub_title = self._selection.describe()
-        tallies = self.query_one("#tallies")
-        tallies.border_title = "counting …"
-        tallies.focus()
+        self.query_one("#tallies").focus().border_title = "counting …"
         self.in_thread("counts", self._count, self._show_tallies)
 
     def on_resize(self) -> None:
@@ -262,9 +239,9 @@ class CountsScreen(OwnScreen[str | None]):
             self.watch_column(self.column)
 
     def watch_column(self, column: str) -> None:
-        known, bins = _COLUMNS[column], self._bins
-        unit = f" ({known.unit})" if known.unit not in ("", "1") else ""
-        self.query_one("#histogram").border_title = f"{column}: {known.brief}{unit}"
+        entry, bins = _COLUMNS[column], self._bins
+        unit = f" ({entry.unit})" if entry.unit not in ("", "1") else ""
+        self.query_one("#histogram").border_title = f"{column}: {entry.brief}{unit}"
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._show_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
@@ -285,20 +262,18 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.moment() as moment:
             if _COLUMNS[column].kind != "number":  # integers or texts
-                return counts_by(
-                    column, marginal(tally(moment, self._selection, (column,), cancelled), 0)
-                ), ""
-            found = histogram(moment, self._selection, column, bins, cancelled)
-        if found is None:
+                tallied = tally(moment, self._selection, (column,), cancelled)
+                return counts_by(column, marginal(tallied, 0)), ""
+            binned = histogram(moment, self._selection, column, bins, cancelled)
+        if binned is None:
             return [], ""
-        even = "bins of equal width in the logarithm" if found.logarithmic else ""
-        return counts_in(column, found), even
+        even = "bins of equal width in the logarithm" if binned.logarithmic else ""
+        return counts_in(column, binned), even
 
     def _show_values(self, values: tuple[list[Count], str]) -> None:
         self._drawn, note = values
-        box = self.query_one("#histogram", CountsList)
-        box.show({"": self._drawn})
-        box.border_subtitle = note
+        self.query_one("#histogram", CountsList).show({"": self._drawn})
+        self.query_one("#histogram").border_subtitle = note
 
     def on_option_list_option_selected(self, message: OptionList.OptionSelected) -> None:
         self.dismiss((message.option_id or "").partition(":")[2] or None)

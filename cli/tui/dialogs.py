@@ -83,9 +83,9 @@ class LineDialog(Dialog[str | None]):
         self.query_one(Label).set_class(not wrong, "-note").update(text)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        told, wrong = self.checked(event.value)
+        message, wrong = self.checked(event.value)
         if wrong:
-            self.tell(told, wrong)
+            self.tell(message, wrong)
         else:
             self.dismiss(event.value.strip() or self.EMPTY)
 

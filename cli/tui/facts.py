@@ -38,17 +38,17 @@ ELEMENT_NAMES = {
 
 def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
     """Return the facts about a word as (name, text) pairs; a bar shows at which a it is an orbit."""
-    known = [(name, told) for name, told in facts(orbit, partners, "±") if name != "a"]
-    if run_notation(orbit.code) != known[0][1]:
-        known.insert(1, ("runs", run_notation(orbit.code)))
+    lines = [(name, text) for name, text in facts(orbit, partners, "±") if name != "a"]
+    if run_notation(orbit.code) != lines[0][1]:
+        lines.insert(1, ("runs", run_notation(orbit.code)))
     if orbit.exists:
-        place = [name for name, _ in known].index("exists")
+        place = [name for name, _ in lines].index("exists")
         lives = bar(orbit.exists, orbit.a, _BAR)
-        known[place : place + 1] = [("exists", f"a = 0.05 {lives} 20"), ("", known[place][1])]
+        lines[place : place + 1] = [("exists", f"a = 0.05 {lives} 20"), ("", lines[place][1])]
     if orbit.length is not None:
         proof = f"radius {upwards(certificate[0])}, {certificate[1]} bits" if certificate else "none stored"
-        known.append(("certificate", proof))
-    return [(name, printable(sentence)) for name, sentence in known]
+        lines.append(("certificate", proof))
+    return [(name, printable(sentence)) for name, sentence in lines]
 
 
 def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
@@ -56,8 +56,8 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
     alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
-    here = math.floor(width * math.log(a / _LEAST) / scale)
-    return "".join("┃" if i == here else "━" if alive[i] else "·" for i in range(width))
+    cell_of_a = math.floor(width * math.log(a / _LEAST) / scale)
+    return "".join("┃" if i == cell_of_a else "━" if alive[i] else "·" for i in range(width))
 
 
 def table_of(facts: Iterable[tuple[str, str]]) -> Table:
@@ -107,11 +107,11 @@ def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[Re
 
 def _class(orbit: Orbit) -> list[tuple[str, str]]:
     """Return the words of the class of an orbit, each with the symmetries that map the orbit to that word."""
-    found: dict[str, list[str]] = {}
+    elements: dict[str, list[str]] = {}
     for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
         how = ", ".join(name for bit, name in ELEMENT_NAMES.items() if element & bit) or "itself"
-        found.setdefault(least_rotation(image), []).append(how)
-    return [(code_text(word), "; ".join(how)) for word, how in found.items()]
+        elements.setdefault(least_rotation(image), []).append(how)
+    return [(code_text(word), "; ".join(how)) for word, how in elements.items()]
 
 
 class FactsPanel(RichLog):

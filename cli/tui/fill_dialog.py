@@ -172,7 +172,7 @@ class FillDialog(Dialog[None]):
                     yield Field(self._values[name], placeholder=example, id=name, compact=True)
             yield Label("", id="cost", markup=False)
             yield ProgressBar(show_eta=False, id="bar")
-            yield Label("", id="told", markup=False)
+            yield Label("", id="progress", markup=False)
             with Horizontal(classes="buttons"):
                 yield Button("Fill", id="start", variant="primary")
                 yield Button("Stop", id="stop", variant="error")
@@ -193,7 +193,7 @@ class FillDialog(Dialog[None]):
         bar.display = state is not None
         if state is not None:
             bar.update(total=state.total or None, progress=state.done)
-            self.query_one("#told", Label).update(state.sentence())
+            self.query_one("#progress", Label).update(state.sentence())
 
     def on_input_changed(self) -> None:
         self.query_one("#periods", Input).disabled = bool(self.query_one("#codes", Input).value.strip())
@@ -212,7 +212,7 @@ class FillDialog(Dialog[None]):
         if self._fills:
             return
         self.query_one("#bar").display = False  # the progress of the last fill no longer matters
-        self.query_one("#told", Label).update("")
+        self.query_one("#progress", Label).update("")
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
         except InputError as error:
@@ -223,21 +223,21 @@ class FillDialog(Dialog[None]):
             "cost",
             lambda _: cost_of(self._path, wish),
             lambda cost: self._take_cost(wish, cost, begin),
-            lambda told: self._say(told, wrong=True),
+            lambda reason: self._say(reason, wrong=True),
         )
 
     def _take_cost(self, wish: Wish, cost: tuple[str, int], begin: bool) -> None:
         """Show the estimate; if requested, begin, but ask first if the fill is large."""
         from orbitdb.filling.estimate import LARGE
 
-        told, words = cost
-        self._say(told)
+        estimate, words = cost
+        self._say(estimate)
         if not begin or not words or self._fills:
             return
         if words < LARGE:
             self.app.post_message(self.Begin(wish))
             return
-        question = f"{told}. You can stop the fill at any time and resume it later."
+        question = f"{estimate}. You can stop the fill at any time and resume it later."
         self.ask(
             QuestionDialog(question, "Fill", "Cancel"),
             lambda sure: sure and self.app.post_message(self.Begin(wish)),

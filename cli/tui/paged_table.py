@@ -99,10 +99,10 @@ class PagedTable(ScrollView, can_focus=True):
 
     def watch_column(self, column: int) -> None:
         """Scroll so far that the column under the cursor is visible."""
-        known = self._known()
-        if 0 < column < self._first and known[column] not in self._visible()[0]:
+        present = self._known()
+        if 0 < column < self._first and present[column] not in self._visible()[0]:
             self._first = column
-        while self._first < column and not any(known[column] in part for part in self._visible()):
+        while self._first < column and not any(present[column] in part for part in self._visible()):
             self._first += 1
 
     def watch_columns(self) -> None:
@@ -162,18 +162,18 @@ class PagedTable(ScrollView, can_focus=True):
     def _shown(self) -> list[tuple[Column, int]]:
         """Return the columns that fit, including the sort column if possible, with their widths."""
         pinned, window = self._visible()
-        return [(COLUMNS[0], self._code_width()), *((each, each.width) for each in pinned + window)]
+        return [(COLUMNS[0], self._code_width()), *((column, column.width) for column in pinned + window)]
 
     def _visible(self) -> tuple[list[Column], list[Column]]:
         """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""
-        known, room = self._known(), self.scrollable_content_region.width - self._code_width()
-        after = known[min(self._first, max(len(known) - 1, 1)) :]
+        present, room = self._known(), self.scrollable_content_region.width - self._code_width()
+        after = present[min(self._first, max(len(present) - 1, 1)) :]
         window = _fitting(after, room)
         pinned = EVERY[self.ordering.column]
         left = room - pinned.width - 1
         if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.fields or left < 0:
             return [], window
-        return [pinned], _fitting([each for each in after if each != pinned], left)
+        return [pinned], _fitting([column for column in after if column != pinned], left)
 
     def _code_width(self) -> int:
         places = self._places()
@@ -218,14 +218,14 @@ class PagedTable(ScrollView, can_focus=True):
         self, cells: list[tuple[Column, int, str]], style: Style, after_code: str = " ", current: bool = False
     ) -> Strip:
         """Return a line with the given cells; that of the current column is marked on the current row."""
-        known = self._known()
-        here = known[self.column] if current and self.column < len(known) else None
+        present = self._known()
+        underlined = present[self.column] if current and self.column < len(present) else None
         marked = style + self.get_component_rich_style("table--cell", partial=True)
         segments = []
         for place, (column, width, text) in enumerate(cells):
             cut = text if len(text) <= width else text[: width - 1] + "…"
             shown = cut.ljust(width) if column.text else cut.rjust(width)
-            segments.append(Segment(shown, marked if column == here else style))
+            segments.append(Segment(shown, marked if column == underlined else style))
             segments.append(Segment(" " if place else after_code, style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
 

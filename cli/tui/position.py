@@ -68,8 +68,8 @@ class Position(Widget, Working):
     def render(self) -> Text:
         """Return where the digits led, until the cursor moves on, and the position of the cursor."""
         rows = len(self._table.source)
-        known = "…" if self.total is None else f"{rows:,}"
-        place = f"row {self._table.cursor + 1:,} of {known}" if rows else "no rows"
+        total = "…" if self.total is None else f"{rows:,}"
+        place = f"row {self._table.cursor + 1:,} of {total}" if rows else "no rows"
         return Text(" │ ".join(filter(None, (self.note, self.aside or place))))
 
     @property

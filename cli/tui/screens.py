@@ -50,9 +50,9 @@ class Working(DOMNode):
 
         def run() -> None:
             try:
-                found = find(lambda: worker.is_cancelled)
-                for each in found if isinstance(found, Generator) else (found,):
-                    self.call_later(hand_over, partial(take, each))
+                outcome = find(lambda: worker.is_cancelled)
+                for part in outcome if isinstance(outcome, Generator) else (outcome,):
+                    self.call_later(hand_over, partial(take, part))
                     if worker.is_cancelled:
                         return
             except CancelledError:

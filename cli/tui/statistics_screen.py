@@ -65,19 +65,19 @@ def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.
         "N_c": subset.cycles()[periods].tolist(),
         "classes": [None if p in subset.swept else classes.count(p) for p in periods],
     }
-    for found in (entropy_of_rows(subset), lyapunov_of_rows(subset, weight)):
-        columns |= {name: list(values) for name, values in found.columns.items()}
-        notes += found.notes
+    for result in (entropy_of_rows(subset), lyapunov_of_rows(subset, weight)):
+        columns |= {name: list(values) for name, values in result.columns.items()}
+        notes += result.notes
     notes.append(outside(periods, columns["h_zeta"], proved, subset.selection))
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(periods) for name, value in bounds}
     return Result(subset.selection, columns, (line,), tuple(dict.fromkeys(filter(None, notes))))
 
 
-def curves_of(found: Result, reference: Reference | None) -> dict[str, list[Curve]]:
+def curves_of(result: Result, reference: Reference | None) -> dict[str, list[Curve]]:
     """Return the curves of the entropy, and of the Lyapunov exponents per bounce and per unit length."""
     shown = {
-        name: np.array(values, dtype=float) for name, values in found.columns.items() if name != PROVED[2]
+        name: np.array(values, dtype=float) for name, values in result.columns.items() if name != PROVED[2]
     }
     p = shown["p"]
     curves = {
@@ -119,7 +119,7 @@ class StatisticsScreen(OwnScreen[str | None]):
     def __init__(self, catalogue: Reader, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
-        self.found: Result | None = None
+        self.result: Result | None = None
         self.reference: Reference | None = None
         self._weight = Weight.EXPONENTIAL
         self._everything, self._rest = False, ""
@@ -173,7 +173,7 @@ class StatisticsScreen(OwnScreen[str | None]):
             return None, note
 
     def _take(self, averages: tuple[Result | None, str]) -> None:
-        self.found, self._rest = averages
+        self.result, self._rest = averages
         self._show()
 
     def _stored_reference(self) -> Reference | None:
@@ -211,25 +211,25 @@ class StatisticsScreen(OwnScreen[str | None]):
 
     def failed(self, reason: str) -> None:
         super().failed(reason)
-        self.found = None
+        self.result = None
         self.query_one("#numbers", Static).update(reason)
 
     def _show(self) -> None:
         box, notes = self.query_one("#statistics"), [self._rest]
         box.border_title = _WEIGHTS[self._weight]
-        self.query_one("#numbers", Static).update("" if self.found is None else _as_table(self.found))
-        if self.found is not None:
-            notes += [*self.found.facts, *self.found.notes]
-            for name, curves in curves_of(self.found, self.reference).items():
+        self.query_one("#numbers", Static).update("" if self.result is None else _as_table(self.result))
+        if self.result is not None:
+            notes += [*self.result.facts, *self.result.notes]
+            for name, curves in curves_of(self.result, self.reference).items():
                 self.query_one(f"#plot-{name}", Plot).curves = curves
         self.query_one("#notes", Static).update("; ".join(filter(None, notes)))
 
     def action_export(self) -> None:
         from orbitdb.cli.tui.export import ask_for_file, save_figure
 
-        if self.found is None:
+        if self.result is None:
             return
-        curves, title = curves_of(self.found, self.reference), self._selection.describe()
+        curves, title = curves_of(self.result, self.reference), self._selection.describe()
 
         def write(path: Path, _: object) -> str:
             return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
@@ -250,13 +250,13 @@ def _described(one: Reference) -> str:
     return ", ".join(f"{name} {with_error(value, error, '±')}" for name, value, error in values)
 
 
-def _as_table(found: Result) -> Table:
+def _as_table(result: Result) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
     names = columns()
     for name in names:
         table.add_column(name, justify="right", no_wrap=True)
-    errors = [found.columns.get(f"{name}_error") for name in names]
-    for place, row in enumerate(found.rows(names)):
+    errors = [result.columns.get(f"{name}_error") for name in names]
+    for place, row in enumerate(result.rows(names)):
         cells = zip(names, row, errors, strict=True)
         table.add_row(*(concise(x, error[place]) if error else number(name, x) for name, x, error in cells))
     return table

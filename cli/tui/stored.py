@@ -97,7 +97,7 @@ class Kept:
         try:
             if self.path is not None:
                 stored = json.loads(self.path.read_text(encoding="utf-8"))
-                columns, marked, filters = (stored.get(each.name) or () for each in fields(State))
+                columns, marked, filters = (stored.get(entry.name) or () for entry in fields(State))
                 self.state = State(
                     [str(name) for name in columns or USUAL],
                     [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
@@ -129,7 +129,7 @@ class Kept:
     def remember(self, where: str) -> None:
         """Keep a filter, so that it can be recalled; the oldest of more than 50 is forgotten."""
         with self.changing() as state:
-            others = [each for each in state.filters if each != where]
+            others = [entry for entry in state.filters if entry != where]
             state.filters = [*others[-_MOST_FILTERS + 1 :], where]
 
 

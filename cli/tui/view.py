@@ -40,12 +40,12 @@ _WIDTHS = {
 
 
 def _every() -> dict[str, Column]:
-    known = {each.name: each for each in IN_CATALOGUE if each.name != "a"}  # all rows have the same a
+    entries = {entry.name: entry for entry in IN_CATALOGUE if entry.name != "a"}  # all rows have the same a
     columns = {}
-    for name in dict.fromkeys((*USUAL, *known)):
-        text = known[name].kind not in ("number", "integer")
+    for name in dict.fromkeys((*USUAL, *entries)):
+        text = entries[name].kind not in ("number", "integer")
         width = max(_WIDTHS.get(name, 0), len(name) + 1)  # room for the arrow of the sort order
-        columns[name] = Column(name, width, text, known[name].brief)
+        columns[name] = Column(name, width, text, entries[name].brief)
     return columns
 
 
@@ -58,8 +58,8 @@ COLUMNS = tuple(EVERY[name] for name in USUAL)
 
 def columns_named(names: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns with the given names, the code first; unknown names are ignored."""
-    known = [EVERY[name] for name in dict.fromkeys(names) if name in EVERY and name != "code"]
-    return (EVERY["code"], *known)
+    named = [EVERY[name] for name in dict.fromkeys(names) if name in EVERY and name != "code"]
+    return (EVERY["code"], *named)
 
 
 def fields_of(columns: Sequence[Column], sorted_by: str) -> tuple[str, ...]:
@@ -102,7 +102,7 @@ class View(NamedTuple):
                     low, high = ("" if bound is None else exact(bound) for bound in value)
                     words += ["--range", f"{name}={low}:{high}"]
                 case list():
-                    words += [word for each in value for word in (option, exact(each))]
+                    words += [word for a in value for word in (option, exact(a))]
                 case _:
                     words += [option, exact(value) if isinstance(value, float) else value]
         if self.ordering != Ordering():
