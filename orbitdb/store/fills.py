@@ -96,7 +96,7 @@ def read_fills(connection: sa.Connection, a: float) -> list[Fill]:
 def _as_fill(row: sa.Row[Any]) -> Fill:
     values = row._mapping
     pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
-    names = (each.name for each in fields(Fill) if each.name != "pruned")
+    names = (column.name for column in fields(Fill) if column.name != "pruned")
     return Fill(pruned=pruned, **{name: values[name] for name in names})
 
 
@@ -117,17 +117,17 @@ def status_counts(
     connection: sa.Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
     """Return the numbers of words and classes at a stadium, by period and status."""
-    here = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
+    of_period = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
     query = (
         sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
         .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == stadium, *here)
+        .where(orbit.c.stadium == stadium, *of_period)
         .group_by(cycle.c.p, orbit.c.status)
     )
-    found: dict[int, dict[str, tuple[int, int]]] = {}
+    counts: dict[int, dict[str, tuple[int, int]]] = {}
     for p, status, words, classes in connection.execute(query):
-        found.setdefault(p, {})[status] = (words, classes)
-    return found
+        counts.setdefault(p, {})[status] = (words, classes)
+    return counts
 
 
 def counts_when_done(p: int, statuses: Mapping[str, tuple[int, int]]) -> dict[str, int]:
@@ -202,14 +202,14 @@ def read_sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
     return [_as_sweep(row) for row in connection.execute(query)]
 
 
-def moments_of(found: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
+def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
     """Return the moments of the swept periods above `EXACT`, up to the first period that has none."""
     from orbitdb.averages.sum_rules import EXACT
 
-    known = {each.p: each.moments for each in found}
+    by_period = {stored.p: stored.moments for stored in sweeps}
     moments: list[Mapping[int, TiltMoments]] = []
-    while each := known.get(EXACT + 1 + len(moments)):
-        moments.append(each)
+    while stored := by_period.get(EXACT + 1 + len(moments)):
+        moments.append(stored)
     return moments
 
 
@@ -333,7 +333,7 @@ def contents(connection: sa.Connection, a: float, spans: Sequence[tuple[int, int
         (trajectory, trajectory.c.stadium == own),
     )
     return Contents(
-        stored, periods(fill), periods(sweep), *(() if spans else (count(*each) for each in rest))
+        stored, periods(fill), periods(sweep), *(() if spans else (count(*condition) for condition in rest))
     )
 
 
@@ -368,10 +368,10 @@ def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
     tables = {"classes": cycle, "orbits": orbit, "pruned words": pruned}
     counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in tables.values()]
     rows, pages = connection.execute(sa.select(*counts)).one(), _bytes_of_tables(connection)
-    each = zip(tables.items(), rows, strict=True)
+    sizes = zip(tables.items(), rows, strict=True)
     return {
         name: (count, pages[table.name] / count if pages and count else None)
-        for (name, table), count in each
+        for (name, table), count in sizes
         if count or table is not pruned
     }
 

@@ -97,16 +97,16 @@ class Life(Record):
 
 def read_birth_fills(connection: sa.Connection) -> list[BirthFill]:
     """Return how far births and deaths are stored, in order of period."""
-    names = [each.name for each in fields(BirthFill)]
+    names = [column.name for column in fields(BirthFill)]
     query = sa.select(*(birth_fill.c[name] for name in names)).order_by(birth_fill.c.p)
     return [BirthFill(*row) for row in connection.execute(query)]
 
 
 def read_lives(connection: sa.Connection, p: int) -> list[Life]:
     """Return the lives of all classes of a period, in order of birth."""
-    names = [each.name for each in fields(Life)]
-    here = life.c.cycle.between(*keys_of_period(p))
-    query = sa.select(*(life.c[name] for name in names)).where(here).order_by(life.c.born, life.c.word)
+    names = [column.name for column in fields(Life)]
+    of_period = life.c.cycle.between(*keys_of_period(p))
+    query = sa.select(*(life.c[name] for name in names)).where(of_period).order_by(life.c.born, life.c.word)
     return [Life(*row) for row in connection.execute(query)]
 
 
@@ -187,14 +187,16 @@ class Standings(ByValue):
             np.add.reduceat(past & kind, self.starts, dtype=int) for kind in (self.born, ~self.born)
         )
         gone = np.where(births == 0, Standing.NOT_YET, Standing.NO_LONGER)
-        found = np.where(births > deaths, Standing.ORBIT, gone).astype(np.uint8)
+        standings = np.where(births > deaths, Standing.ORBIT, gone).astype(np.uint8)
         near = np.logical_or.reduceat(np.abs(self.a - a) <= NEAR * self.error, self.starts)
         words = {place: word_of(int(self.cycles[place])) for place in np.flatnonzero(near).tolist()}
         for _, group in groupby(words, key=lambda place: len(words[place])):
-            here = list(group)
-            statuses = _solved([words[place] for place in here], a)
-            found[here] = [_SOLVED.get(each, gone[place]) for each, place in zip(statuses, here, strict=True)]
-        return found
+            members = list(group)
+            statuses = _solved([words[place] for place in members], a)
+            standings[members] = [
+                _SOLVED.get(status, gone[place]) for status, place in zip(statuses, members, strict=True)
+            ]
+        return standings
 
 
 def _solved(words: Sequence[str], a: float) -> list[Status]:
@@ -214,14 +216,14 @@ def load_standings(connection: sa.Connection, ids: Integers, *where: sa.ColumnEl
     columns = (change.c.cycle, change.c.a, change.c.error, change.c.kind == BORN)
     query = sa.select(*columns).where(*where).order_by(change.c.cycle, change.c.number)
     rows = cast(sqlite3.Cursor, connection.execute(query).cursor)
-    found = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
-    found = found[np.isin(found["cycle"], ids)]
-    cycles, starts = np.unique(found["cycle"], return_index=True)
+    changes = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
+    changes = changes[np.isin(changes["cycle"], ids)]
+    cycles, starts = np.unique(changes["cycle"], return_index=True)
     places = np.searchsorted(cycles, ids)
-    known = np.append(cycles, 0)[places] == ids
-    places = np.where(ids < 0, len(cycles) + 1, np.where(known, places, len(cycles)))
+    born = np.append(cycles, 0)[places] == ids
+    places = np.where(ids < 0, len(cycles) + 1, np.where(born, places, len(cycles)))
     return Standings(
-        cycles, starts, found["a"].copy(), found["error"].copy(), found["born"].astype(bool), places
+        cycles, starts, changes["a"].copy(), changes["error"].copy(), changes["born"].astype(bool), places
     )
 
 
@@ -229,11 +231,11 @@ def counts_at(connection: sa.Connection, a: float, p: int) -> "Tally":
     """Count the orbits of a period at a given a; the births of the period must be complete."""
     from orbitdb.orbits.exponents import Tally
 
-    here = change.c.cycle.between(*keys_of_period(p))
+    of_period = change.c.cycle.between(*keys_of_period(p))
     query = sa.select(cycle.c.id, cycle.c.class_size).join_from(change, cycle)
-    rows = connection.execute(query.where(here, change.c.number == 1)).cursor.fetchall()
+    rows = connection.execute(query.where(of_period, change.c.number == 1)).cursor.fetchall()
     ids, sizes = np.array(rows, np.int64).reshape(-1, 2).T
-    standing = load_standings(connection, ids, here).at(a)
+    standing = load_standings(connection, ids, of_period).at(a)
     classes, words = int((standing == Standing.ORBIT).sum()), sums(standing, sizes)
-    orbits, boundary, unresolved = (words[each] for each in _SOLVED.values())
+    orbits, boundary, unresolved = (words[status] for status in _SOLVED.values())
     return Tally(count_admissible(p), orbits, classes, boundary, unresolved)

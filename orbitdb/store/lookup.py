@@ -26,8 +26,8 @@ _KNOWN = ("time_reversal", "symmetry", "class_size", "status", "coordinates", "s
 
 _FIND = """\
 SELECT {columns} FROM cycle
-JOIN {table} AS found ON found.cycle = cycle.id
-JOIN stadium ON stadium.id = found.stadium
+JOIN {table} AS own ON own.cycle = cycle.id
+JOIN stadium ON stadium.id = own.stadium
 WHERE cycle.id BETWEEN ? AND ? AND cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
 
 _PARTNERS = """\
@@ -41,15 +41,15 @@ ORDER BY own.a, cycle.word"""
 def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
     """Return the stored orbit of a primitive word at a given a, in the given rotation, or None."""
     if (pruned := pruned_word(word, a)) is not None:
-        stored = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
-        known = connection.execute(stored, (pruned.p, pruned.representative)).fetchone()
-        return None if known is None else replace(pruned, stored=True)
+        query = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
+        present = connection.execute(query, (pruned.p, pruned.representative)).fetchone()
+        return None if present is None else replace(pruned, stored=True)
     family = symmetry.class_of(word)
     query = _FIND.format(columns=", ".join(_KNOWN), table="orbit")
-    found = connection.execute(query, (*_ids_of(family.representative), a)).fetchone()
-    if found is None:
+    stored = connection.execute(query, (*_ids_of(family.representative), a)).fetchone()
+    if stored is None:
         return None
-    row = dict(zip(_KNOWN, found, strict=True))
+    row = dict(zip(_KNOWN, stored, strict=True))
     coordinates = None
     if row["area"] is not None:
         row["area"] = float(symmetry.act_on_areas(family.element, row["area"]))
@@ -90,9 +90,11 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
 
 def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the number of bits of a class's certificate, or None if it has none."""
-    query = _FIND.format(columns="found.radius, found.bits", table="certificate")
-    found: tuple[float, int] | None = connection.execute(query, (*_ids_of(representative), a)).fetchone()
-    return found
+    query = _FIND.format(columns="own.radius, own.bits", table="certificate")
+    certificate: tuple[float, int] | None = connection.execute(
+        query, (*_ids_of(representative), a)
+    ).fetchone()
+    return certificate
 
 
 def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
@@ -101,10 +103,10 @@ def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[
     Classes with another period are left out, such as a shorter word that the word goes round twice.
     """
     values = (key(representative), *keys_of_period(len(representative)))
-    found: dict[float, list[str]] = {}
+    by_birth: dict[float, list[str]] = {}
     for a, word in connection.execute(_PARTNERS, values):
-        found.setdefault(a, []).append(word)
-    return list(found.items())
+        by_birth.setdefault(a, []).append(word)
+    return list(by_birth.items())
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
@@ -163,6 +165,6 @@ def meant(values: Sequence[float]) -> float:
     if len(values) == 1:
         return values[0]
     if values and USUAL_A not in values:
-        known = ", ".join(map(exact, values))
-        raise InputError(f"orbits are stored at a = {known}: name one with --a, or with a= in Python")
+        stored = ", ".join(map(exact, values))
+        raise InputError(f"orbits are stored at a = {stored}: name one with --a, or with a= in Python")
     return USUAL_A

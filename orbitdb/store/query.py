@@ -98,7 +98,9 @@ def choose(
     ids = np.right_shift(coded, 2, out=coded)
     elements = more.pop(0).astype(np.uint8) if of_words else masks
     if of_words:
-        stabilisers = np.array([STABILISER_OF.get(each, 1) for each in more.pop(0).tolist()], np.uint8)
+        stabilisers = np.array(
+            [STABILISER_OF.get(symmetry, 1) for symmetry in more.pop(0).tolist()], np.uint8
+        )
         masks &= places_of_elements(elements, stabilisers)
     if by_class:
         masks = np.ones_like(masks)
@@ -209,9 +211,9 @@ def _order_of_classes(
     return [*sorting, *natural] if keys else []
 
 
-def _column(known: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
+def _column(view: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
     """Return a column of a view, or NULL if the view does not have it."""
-    return known[name] if name in known else sa.null()
+    return view[name] if name in view else sa.null()
 
 
 def _of_class(view: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
@@ -228,9 +230,11 @@ def _arrays(
     parts: list[list[NDArray[Any]]] = []
     cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
     while rows_of_block := cursor.fetchmany(BLOCK):  # so that few objects are in memory at a time
-        each = zip(*rows_of_block, strict=True)
-        numbers = [np.array(values, np.int64) for _, values in zip(range(count), each, strict=False)]
-        parts.append(numbers + [as_array(name, values) for name, values in zip(columns, each, strict=True)])
+        remaining = zip(*rows_of_block, strict=True)
+        numbers = [np.array(values, np.int64) for _, values in zip(range(count), remaining, strict=False)]
+        parts.append(
+            numbers + [as_array(name, values) for name, values in zip(columns, remaining, strict=True)]
+        )
     if not parts:
         return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
@@ -296,26 +300,26 @@ def conditions_of(
     selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
 ) -> list[sa.ColumnElement[bool] | sa.TextClause]:
     """Return a selection, with an expression that is checked, as conditions on a view with these columns."""
-    found: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
+    conditions: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
     if selection.periods:
-        found.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
+        conditions.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
     if selection.statuses:
-        found.append(view.status.in_([status.value for status in selection.statuses]))
+        conditions.append(view.status.in_([status.value for status in selection.statuses]))
     if selection.time_reversal:
-        found.append(view.time_reversal == selection.time_reversal)
+        conditions.append(view.time_reversal == selection.time_reversal)
     if selection.symmetry:
-        found.append(view.symmetry == selection.symmetry)
-    found += [alive_at(view.cycle, a) for a in selection.exists]
+        conditions.append(view.symmetry == selection.symmetry)
+    conditions += [alive_at(view.cycle, a) for a in selection.exists]
     has_life = sa.exists().where(change.c.cycle == view.cycle, change.c.number == 1)
-    found += [sa.and_(has_life, sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
+    conditions += [sa.and_(has_life, sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
-        found += [] if low is None else [view[name] >= low]
-        found += [] if high is None else [view[name] <= high]
+        conditions += [] if low is None else [view[name] >= low]
+        conditions += [] if high is None else [view[name] <= high]
     if selection.contains is not None:
-        found.append(sa.func.instr(view.code.concat(view.code), selection.contains) > 0)
+        conditions.append(sa.func.instr(view.code.concat(view.code), selection.contains) > 0)
     if selection.where is not None:
-        found.append(expression(selection.where, selection.parameters))
-    return found
+        conditions.append(expression(selection.where, selection.parameters))
+    return conditions
 
 
 def is_of_classes(selection: Selection) -> bool:
@@ -355,11 +359,11 @@ def parse_order(order: str) -> dict[str, bool]:
     """
     keys: dict[str, bool] = {}
     for part in order.split(","):
-        found = _ORDER.fullmatch(part.strip())
-        if found is None:
+        key = _ORDER.fullmatch(part.strip())
+        if key is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
-        falling = bool(found[1]) != ((found[3] or "").lower() == "desc")
-        if found[2] not in COLUMNS:
-            raise unknown_column(found[2], COLUMNS)
-        keys.setdefault(found[2], falling)
+        falling = bool(key[1]) != ((key[3] or "").lower() == "desc")
+        if key[2] not in COLUMNS:
+            raise unknown_column(key[2], COLUMNS)
+        keys.setdefault(key[2], falling)
     return keys

@@ -106,10 +106,10 @@ class Chosen(ByValue):
 
     def position(self, number: int, place: int) -> int | None:
         """Return the row number of a word, given by class id and position in the class, or None."""
-        for found in np.flatnonzero(self.ids == number).tolist():
-            mask = int(self.masks[found])
+        for index in np.flatnonzero(self.ids == number).tolist():
+            mask = int(self.masks[index])
             if mask >> place & 1:
-                row = int(self.ends[found]) - (mask >> place).bit_count()
+                row = int(self.ends[index]) - (mask >> place).bit_count()
                 return row if self.rows is None else int(np.flatnonzero(self.rows == row)[0])
         return None
 
@@ -119,9 +119,9 @@ class Chosen(ByValue):
         if not wanted.any():
             return None
         if self.rows is None:
-            found = int(np.argmax(wanted > 0))
-            return self.position(int(self.ids[found]), int(_NTH[wanted[found], 0]))
-        inside, chosen = (BITS_OF[each].astype(np.bool_) for each in (wanted, self.masks))
+            index = int(np.argmax(wanted > 0))
+            return self.position(int(self.ids[index]), int(_NTH[wanted[index], 0]))
+        inside, chosen = (BITS_OF[masks].astype(np.bool_) for masks in (wanted, self.masks))
         return int(np.argmax(inside[chosen][self.rows]))
 
 
@@ -142,10 +142,10 @@ def orders_of(ids: Integers) -> Integers:
     """
     keys = np.abs(ids)
     ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
-    found = np.searchsorted(ends, keys, side="right")
-    found[keys >= LONG] = MAX_KEYED + 1
-    found[keys < _LEAST] = 0
-    return found
+    periods = np.searchsorted(ends, keys, side="right")
+    periods[keys >= LONG] = MAX_KEYED + 1
+    periods[keys < _LEAST] = 0
+    return periods
 
 
 COORDINATES = "coordinates"
@@ -176,11 +176,11 @@ def blocks_of(
         words = chosen.words(start, min(start + ROWS, last))
         step = ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
         for begin in range(0, len(words.ids), step):
-            here = slice(begin, begin + step)
-            ids, inverse = np.unique(words.ids[here], return_inverse=True)
+            part = slice(begin, begin + step)
+            ids, inverse = np.unique(words.ids[part], return_inverse=True)
             try:
                 shared = _classes(connection, chosen.selection.a, ids, names)
-                columns = _Block(shared, inverse, words.places[here]).columns(names)
+                columns = _Block(shared, inverse, words.places[part]).columns(names)
             except (LookupError, TypeError, ValueError) as error:
                 raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
             yield columns
@@ -215,8 +215,8 @@ def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequenc
     rows: list[tuple[Any, ...]] = []
     pruned = ids[ids < 0]
     if len(pruned):
-        known = pruned_rows(a).c
-        query = sa.select(known.id, *(known[name] for name in names)).where(known.id.in_(listed(pruned)))
+        view = pruned_rows(a).c
+        query = sa.select(view.id, *(view[name] for name in names)).where(view.id.in_(listed(pruned)))
         rows += sorted(connection.execute(query).cursor.fetchall())
     if len(pruned) < len(ids):
         of_view = [classes.c[name] if name in classes.c else sa.null() for name in names]
@@ -280,7 +280,7 @@ class _Block:
     def _coordinates(self) -> list[Floats | None]:
         """Return the coordinates of the words, from those of the representatives and the symmetries."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
-        found: list[Floats | None] = [None] * len(self.rows)
+        coordinates: list[Floats | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}
         for row, (own, element) in enumerate(zip(self.rows, self._elements(), strict=True)):
             if blobs[own] is not None and element is not None:
@@ -291,5 +291,5 @@ class _Block:
             texts = [least[own] for own in owners]
             images = image_coordinates([self.words[row] for row in members], texts, element, places)
             for row, image in zip(members, images, strict=True):
-                found[row] = image
-        return found
+                coordinates[row] = image
+        return coordinates

@@ -56,8 +56,8 @@ TABLES = {
 
 def comments() -> dict[str, str]:
     """Return the comment above each table in ``schema.sql``, by name of the table."""
-    found = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
-    return {each[2]: " ".join(line[3:] for line in each[1].splitlines()) for each in found}
+    matches = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
+    return {match[2]: " ".join(line[3:] for line in match[1].splitlines()) for match in matches}
 
 
 REVISIONS = """\
@@ -130,8 +130,8 @@ def id_of_class(connection: sqlite3.Connection, word: str) -> int:
     """Return the id of the class of a representative; a long word that is not stored gets a new id."""
     if len(word) <= MAX_KEYED:
         return key(word)
-    known = "SELECT id FROM cycle WHERE id >= ? AND p = ? AND word = ?"
-    stored = connection.execute(known, (LONG, len(word), word)).fetchone()
+    query = "SELECT id FROM cycle WHERE id >= ? AND p = ? AND word = ?"
+    stored = connection.execute(query, (LONG, len(word), word)).fetchone()
     (last,) = connection.execute("SELECT max(id) FROM cycle").fetchone()
     return int(stored[0]) if stored else max(LONG, (last or 0) + 1)
 

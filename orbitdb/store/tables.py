@@ -24,7 +24,7 @@ with sa.create_engine("sqlite://").begin() as _empty:  # reflects the tables fro
 
 def view(name: str, columns: Iterable[str]) -> sa.TableClause:
     """Return SQLAlchemy's description of a view with the given columns."""
-    return sa.table(name, *(sa.column(each, _KINDS[kind_of(each)]) for each in columns))
+    return sa.table(name, *(sa.column(column, _KINDS[kind_of(column)]) for column in columns))
 
 
 (

@@ -182,49 +182,51 @@ def replace_certificates(
         connection.exec_driver_sql("INSERT INTO certificate VALUES (?, ?, ?, ?, ?, ?)", rows)
 
 
-def add_reference(writer: Writer, a: float, found: "Reference") -> None:
+def add_reference(writer: Writer, a: float, reference: "Reference") -> None:
     """Store averages over random trajectories."""
-    values = asdict(found) | {"seed": str(found.seed)}
+    values = asdict(reference) | {"seed": str(reference.seed)}
     with writer.writing() as connection:
         key = {"stadium": writer.stadium_id(connection, a), "run": writer.run_id(connection)}
         connection.execute(sa.insert(trajectory).values(**key, **values))
 
 
-def keep_bounds(writer: Writer, found: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
+def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
     """Store the bounds from windows of a given length; return whether they were new.
 
     `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
     table = entropy_bound.c
-    values = {name: getattr(found, name) for name in ("lower", "upper", "windows", "undecided")}
-    here = (table.a == found.a) & (table.proof == proof) & (table.edges == found.window)
+    values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
+    same = (table.a == bounds.a) & (table.proof == proof) & (table.edges == bounds.window)
     with writer.writing() as connection:
-        old = connection.execute(sa.select(*(table[name] for name in values)).where(here)).first()
+        old = connection.execute(sa.select(*(table[name] for name in values)).where(same)).first()
         if old is not None and tuple(old) == tuple(values.values()):
             return False
         key = {
-            "a": found.a,
+            "a": bounds.a,
             "proof": proof,
-            "edges": found.window,
+            "edges": bounds.window,
             "run": writer.run_id(connection, computed),
         }
         connection.execute(sa.insert(entropy_bound).prefix_with("OR REPLACE").values(**key, **values))
     return True
 
 
-def keep_levels(writer: Writer, found: "LevelWindow") -> bool:
+def keep_levels(writer: Writer, levels: "LevelWindow") -> bool:
     """Store the levels of a window, unless it overlaps a stored one; return whether they were stored."""
-    of, own = level_fill.c, {"a": found.a, "parity": str(found.parity)}
-    stored = (of.a == found.a) & (of.parity == own["parity"]) & (of.low < found.high) & (of.high > found.low)
+    of, own = level_fill.c, {"a": levels.a, "parity": str(levels.parity)}
+    stored = (
+        (of.a == levels.a) & (of.parity == own["parity"]) & (of.low < levels.high) & (of.high > levels.low)
+    )
     with writer.writing() as connection:
         if connection.scalar(sa.select(sa.exists().where(stored))):
             return False
-        window = {name: getattr(found, name) for name in ("low", "high", "below", "seconds")}
-        run = writer.run_id(connection, found.arithmetic)
+        window = {name: getattr(levels, name) for name in ("low", "high", "below", "seconds")}
+        run = writer.run_id(connection, levels.arithmetic)
         connection.execute(sa.insert(level_fill).values(**own, **window, run=run))
         rows = [
-            {**own, "number": found.below + n, "k": k, "error": error}
-            for n, (k, error) in enumerate(zip(found.k.tolist(), found.error.tolist(), strict=True), 1)
+            {**own, "number": levels.below + n, "k": k, "error": error}
+            for n, (k, error) in enumerate(zip(levels.k.tolist(), levels.error.tolist(), strict=True), 1)
         ]
         if rows:
             connection.execute(sa.insert(level), rows)
@@ -341,11 +343,11 @@ def add_changes(
 
 def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
     """Number the events of a period whose births and deaths are complete; return the births and deaths."""
-    here = change.c.cycle.between(*keys_of_period(p))
-    found = connection.execute(
-        sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(here)
+    of_period = change.c.cycle.between(*keys_of_period(p))
+    changes = connection.execute(
+        sa.select(change.c.cycle, change.c.number, change.c.a, change.c.error, change.c.kind).where(of_period)
     ).all()
-    moving = [row for row in found if row.a > 0]
+    moving = [row for row in changes if row.a > 0]
     if moving:
         a, error = (np.array([getattr(row, name) for row in moving]) for name in ("a", "error"))
         numbered = zip(events(a, error).tolist(), moving, strict=True)
@@ -353,12 +355,12 @@ def number_events(connection: sa.Connection, p: int) -> Sequence[Any]:
             "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
             [(event, row.cycle, row.number) for event, row in numbered],
         )
-    return found
+    return changes
 
 
 def _or_null(values: Floats, kept: Marks) -> list[float]:
-    found: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
-    return found
+    numbers: list[float] = np.where(kept & np.isfinite(values), values, NULL).tolist()
+    return numbers
 
 
 def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
