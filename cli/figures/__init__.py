@@ -40,7 +40,7 @@ DRAWINGS: dict[Kind, Drawing] = {
     "sheet": Drawing(
         "orbits.draw_sheet",
         (*_OF_SUBSET, "words", "code", "order", "limit"),
-        "each class of a subset, or each given word (- reads stdin), by itself",
+        "each class of a subset, or each given word (- reads stdin)",
     ),
     "phase-space": Drawing("orbits.draw_phase_space", _OF_SUBSET, "the bounces in phase space"),
     "lengths": Drawing(
@@ -49,7 +49,7 @@ DRAWINGS: dict[Kind, Drawing] = {
     "births": Drawing(
         "averages.draw_births",
         ("p",),
-        "the share of words that are orbits, against a (run 'orbitdb births' first)",
+        "the share of orbits, against a (needs 'orbitdb births')",
     ),
     "spectrum": Drawing(
         "levels.draw_length_spectrum",
@@ -59,7 +59,7 @@ DRAWINGS: dict[Kind, Drawing] = {
     "staircase": Drawing(
         "levels.draw_levels",
         _OF_LEVELS,
-        "the number of levels below k, from levels and orbits (run 'orbitdb levels' first)",
+        "the number of levels below k, from stored levels and from orbits",
     ),
     "assess": Drawing(
         "levels.draw_assessment", _OF_LEVELS, "where levels are missing, according to the orbits"
@@ -70,13 +70,11 @@ DRAWINGS: dict[Kind, Drawing] = {
     "rigidity": Drawing(
         "levels.draw_rigidity", _OF_LEVELS, "Delta_3 and the number variance, compared with random matrices"
     ),
-    "wave": Drawing(
-        "levels.draw_wave", OF_WAVE, "psi^2 of the level nearest to --k, with the orbit of WORD if given"
-    ),
+    "wave": Drawing("levels.draw_wave", OF_WAVE, "psi^2 of the level nearest to --k, with the orbit of WORD"),
     "husimi": Drawing(
         "levels.draw_husimi",
         OF_WAVE,
-        "the Husimi function of the level nearest to --k, with the bounces of WORD if given",
+        "the Husimi function of that level, with the bounces of WORD",
     ),
 }
 """All figures by name. The help, the options and the drawing follow from these entries."""
