@@ -84,7 +84,7 @@ def assess(
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    from orbitdb.answers.levels import told_missing
+    from orbitdb.answers.levels import notes_on_missing_levels
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 
@@ -93,7 +93,7 @@ def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output,
         for parity, k in given.by_parity(moment, chosen.a).items():
             rows += [statistics(k, Stadium(chosen.a), parity, balls) for balls in (False, True)]
             told.append(f"{parity}: {len(k)} levels at a = {exact(chosen.a)}, k below {k[-1]:.4g}")
-            told += told_missing(moment, chosen.a, k, parity)
+            told += notes_on_missing_levels(moment, chosen.a, k, parity)
     output.write(Statistics._fields, [*rows, *expected()])
     for said in told:
         note(said)

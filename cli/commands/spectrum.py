@@ -50,7 +50,7 @@ def spectrum(
     half of a symmetric orbit is closed. repetition counts traversals of the orbit or half orbit, and length
     is that of all of them. A is sign times |A| exp(-i pi index / 2).
     """
-    from orbitdb.answers.levels import read_spectrum, told_missing
+    from orbitdb.answers.levels import notes_on_missing_levels, read_spectrum
 
     low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:
@@ -61,7 +61,7 @@ def spectrum(
     read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
         found = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
-        judged = [] if read is None else told_missing(moment, chosen.a, read, parity)
+        judged = [] if read is None else notes_on_missing_levels(moment, chosen.a, read, parity)
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
 

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from orbitdb.answers.levels import (
     assess_levels,
     levels_from_zero,
+    notes_on_missing_levels,
     orbits_for,
     read_orbits,
     read_spectrum,
-    told_missing,
 )
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
@@ -47,7 +47,7 @@ def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) 
     parity = given.of_one()
     levels = given.read(parity)
     found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
-    judged = [] if levels is None else told_missing(moment, chosen.a, levels, parity)
+    judged = [] if levels is None else notes_on_missing_levels(moment, chosen.a, levels, parity)
     for said in [*found.notes(), *judged]:
         note(said)
     title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"

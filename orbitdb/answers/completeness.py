@@ -77,10 +77,10 @@ class Counted:
 
     def cycles(self) -> Integers:
         """Return the number of orbits of each period from 0 to the highest chosen one; 0 where unknown."""
-        found = np.zeros(max(self.chosen) + 1, dtype=np.int64)
+        numbers = np.zeros(max(self.chosen) + 1, dtype=np.int64)
         for p in self.chosen:
-            found[p] = self.known[p].n_c
-        return found
+            numbers[p] = self.known[p].n_c
+        return numbers
 
     def describe(self) -> str | None:
         """Return a line that says how the periods without a fill were counted; None if there are none."""
@@ -330,9 +330,9 @@ def describe_unfilled(
 
 def _filled(known: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
     """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
-    here = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
+    whole = joined_spans([(fill.p, fill.p) for fill in known if fill.whole])
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
-    parts = [written_spans(here)] if here else []
+    parts = [written_spans(whole)] if whole else []
     if others:
         more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
         parts.append(f"some at a = {', '.join(map(exact, sorted(others[:_SHOWN])))}{more}")

@@ -11,9 +11,9 @@ from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
+    notes_on_missing,
     read_noted,
     rows_of,
-    told_missing,
     why_missing,
     with_lower,
 )
@@ -53,23 +53,25 @@ def table_of_rows(
     chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
 ) -> Result:
     """Return the paper's Table 1 for rows that were already read (`Subset.table`)."""
-    known = {}
+    tallies = {}
     for order in filled:
-        here, least = status[p == order], representative[p == order]
-        orbits = here == Status.ORBIT.value
-        apart = (int((here == each.value).sum()) for each in (Status.BOUNDARY, Status.UNRESOLVED))
-        known[order] = Tally(len(here), int(orbits.sum()), len(set(least[orbits].tolist())), *apart)
-    return Result(chosen, _table(filled, known), (chosen.describe(),))
+        of_period, least = status[p == order], representative[p == order]
+        orbits = of_period == Status.ORBIT.value
+        apart = (int((of_period == kind.value).sum()) for kind in (Status.BOUNDARY, Status.UNRESOLVED))
+        tallies[order] = Tally(len(of_period), int(orbits.sum()), len(set(least[orbits].tolist())), *apart)
+    return Result(chosen, _table(filled, tallies), (chosen.describe(),))
 
 
-def _table(periods: Sequence[int], known: Mapping[int, Tally]) -> dict[str, list[Any]]:
+def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, list[Any]]:
     """Return the columns of Table 1, computed from the counts of the periods and of their divisors."""
     rows = []
     for p in periods:
-        here, whole = known[p], known.keys() >= of_divisors(p)
-        points = sum(d * known[d].n_c for d in divisors(p) if d > 1) if whole else None
+        tally, whole = tallies[p], tallies.keys() >= of_divisors(p)
+        points = sum(d * tallies[d].n_c for d in divisors(p) if d > 1) if whole else None
         entropy = math.log(points) / p if points else None
-        rows.append((p, here.words, here.n_c, points, entropy, here.classes, here.boundary, here.unresolved))
+        rows.append(
+            (p, tally.words, tally.n_c, points, entropy, tally.classes, tally.boundary, tally.unresolved)
+        )
     return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
 
 
@@ -113,12 +115,12 @@ def _entropy(
 
     The counts of `periods` are complete; the `shown` ones among them have rows.
     """
-    found = by_period.entropy_of_counts(cycles)
-    columns = {"p": found.p.tolist()}
-    columns |= standing(found.p, {"N": found.N, "K_0": found.K_0}, of_divisors, periods)
-    zeta = {"h_zeta": found.h_zeta, "h_zeta_change": found.h_zeta_change}
-    columns |= standing(found.p, zeta, every_period, periods)
-    return rows_of(columns, shown), told_missing(found, periods, shown, lacking, chosen)
+    estimates = by_period.entropy_of_counts(cycles)
+    columns = {"p": estimates.p.tolist()}
+    columns |= standing(estimates.p, {"N": estimates.N, "K_0": estimates.K_0}, of_divisors, periods)
+    zeta = {"h_zeta": estimates.h_zeta, "h_zeta_change": estimates.h_zeta_change}
+    columns |= standing(estimates.p, zeta, every_period, periods)
+    return rows_of(columns, shown), notes_on_missing(estimates, periods, shown, lacking, chosen)
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
@@ -151,15 +153,15 @@ def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
     stored = stored_enclosure(moment, a)
     if stored is not None and stored[0].window >= _EDGES:
         return stored
-    found = _found_now(a)
-    if stored is not None and stored[0].width <= found.width:
+    computed = _computed_bounds(a)
+    if stored is not None and stored[0].width <= computed.width:
         return stored
     closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
-    return found, f"entropy of all orbits: {found.between}, proved by {found.basis}; {closer}"
+    return computed, f"entropy of all orbits: {computed.between}, proved by {computed.basis}; {closer}"
 
 
 @cache
-def _found_now(a: float) -> EntropyBounds:
+def _computed_bounds(a: float) -> EntropyBounds:
     """Compute bounds on the entropy; the cache keeps them for the next question."""
     *_, last = search(Stadium(a), _EDGES)
     return last

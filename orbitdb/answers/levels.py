@@ -55,13 +55,13 @@ def levels_from_zero(
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
-    found = {each: stored_levels(moment.connection, a, each) for each in parities}
+    windows_of = {one: stored_levels(moment.connection, a, one) for one in parities}
     ends = {}
-    for each, windows in found.items():
+    for one, windows in windows_of.items():
         end = 0.0
         for window in windows:
             end = window.high if window.low == end else end
-        ends[each] = end
+        ends[one] = end
     last = min(ends.values())
     high = last if k_max is None else k_max
     if k_max is not None and not k_max > 0:
@@ -72,22 +72,22 @@ def levels_from_zero(
         known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
         command = f"'orbitdb levels --k 0:{asked:g} --a {exact(a)}'"
         if any(ends.values()) and not last:
-            some = ", ".join(each for each, end in ends.items() if end)
+            some = ", ".join(one for one, end in ends.items() if end)
             raise InputError(
                 f"only {some} levels are stored at a = {exact(a)}: choose one parity, or find "
                 f"the others with {command}"
             )
         raise InputError(f"{known} at a = {exact(a)}: {command} finds them")
-    return Levels.joined(a, 0.0, high, found)
+    return Levels.joined(a, 0.0, high, windows_of)
 
 
 def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
-        found = levels_from_zero(moment, a, parity)
+        levels = levels_from_zero(moment, a, parity)
     except InputError:
         return None
-    return found.k, found.high
+    return levels.k, levels.high
 
 
 def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
@@ -97,20 +97,20 @@ def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[L
         fills.a == a, fills.parity == str(parity)
     )
     rows = sa.select(levels.number, levels.k, levels.error).where(levels.a == a, levels.parity == str(parity))
-    known = np.array([tuple(row) for row in connection.execute(rows)], np.float64).reshape(-1, 3)
-    found = []
+    numbers = np.array([tuple(row) for row in connection.execute(rows)], np.float64).reshape(-1, 3)
+    windows = []
     for low, high, below, seconds in connection.execute(query):
-        _, k, error = known[(known[:, 1] >= low) & (known[:, 1] < high)].T
-        found.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
-    return found
+        _, k, error = numbers[(numbers[:, 1] >= low) & (numbers[:, 1] < high)].T
+        windows.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
+    return windows
 
 
 def ranges_not_stored(known: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of k between `low` and `high` that no window covers."""
-    for each in known:
-        if low < min(each.low, high):
-            yield low, min(each.low, high)
-        low = max(low, each.high)
+    for window in known:
+        if low < min(window.low, high):
+            yield low, min(window.low, high)
+        low = max(low, window.high)
     if low < high:
         yield low, high
 
@@ -128,10 +128,10 @@ def levels_from_orbits(
     end = math.floor(reliable * 10) / 10 if k_max is None else k_max
     if not 0 < end <= _MOST_K:
         raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
-    found = {}
+    windows = {}
     for parity in named:
         k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
-        found[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
+        windows[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
     basis = [
         f"from {several(len(classes), 'class', 'classes')} of orbits up to period {highest}, "
         f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
@@ -142,7 +142,7 @@ def levels_from_orbits(
         )
     if end > reliable:
         basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
-    return replace(Levels.joined(stadium.a, 0.0, end, found), basis="; ".join(basis))
+    return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
 
 
 def beside(moment: Moment, found: Levels) -> list[float | None]:
@@ -298,7 +298,7 @@ def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) 
     return hints
 
 
-def told_missing(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
+def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
         found, notes = assess_levels(moment, a, k, parity)

@@ -13,10 +13,10 @@ from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
+    notes_on_missing,
     read_noted,
     rows_of,
     sum_rules_of,
-    told_missing,
     why_no_sum_rules_of,
     with_lower,
 )
@@ -200,7 +200,7 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
     notes.append(why_no_sum_rules_of(subset))
     read = with_lower(subset.selection) if subset.lower else subset.selection
-    notes += told_missing(given.sums, subset.periods, subset.shown, subset.why_missing(), read)
+    notes += notes_on_missing(given.sums, subset.periods, subset.shown, subset.why_missing(), read)
     return rows_of(columns, subset.shown)
 
 

@@ -110,11 +110,11 @@ class WholePeriods:
 
     def cycles(self) -> Integers:
         """Return the number of chosen orbits of each period from 0 to `highest`."""
-        found = np.zeros(self.highest + 1, dtype=np.int64)
-        np.add.at(found, self.classes.p, self.classes.words)
+        numbers = np.zeros(self.highest + 1, dtype=np.int64)
+        np.add.at(numbers, self.classes.p, self.classes.words)
         for p, count in self.orbits.items():
-            found[p] = count
-        return found
+            numbers[p] = count
+        return numbers
 
     @property
     def highest(self) -> int:
@@ -150,13 +150,13 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     fills = [fill for fill in read_fills(moment.connection, selection.a) if selection.includes(fill.p)]
     unborn = tuple(without_births(moment, selection))
     whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-    known = read_sweeps(moment.connection, selection.a) if swept and all_orbits(selection) else []
-    wanted = [each for each in known if selection.includes(each.p) and each.p not in whole]
-    sums = {each.p: each.sums for each in wanted if each.sums is not None}
-    orbits = {each.p: each.tally.n_c for each in wanted if each.p in sums}
+    sweeps = read_sweeps(moment.connection, selection.a) if swept and all_orbits(selection) else []
+    counted = [done for done in sweeps if selection.includes(done.p) and done.p not in whole]
+    sums = {done.p: done.sums for done in counted if done.sums is not None}
+    orbits = {done.p: done.tally.n_c for done in counted if done.p in sums}
     spans = tuple((p, p) for p in whole) or ((0, 0),)
     classes = read_classes(moment, replace(selection, periods=spans))
-    return WholePeriods(chosen, whole, classes, sums, moments_of(known), orbits, unborn, lower=lower)
+    return WholePeriods(chosen, whole, classes, sums, moments_of(sweeps), orbits, unborn, lower=lower)
 
 
 def read_noted(
@@ -175,7 +175,7 @@ def read_noted(
     return None
 
 
-def told_missing(
+def notes_on_missing(
     found: by_period.Entropy | by_period.Lyapunov,
     periods: Sequence[int],
     shown: Sequence[int],
