@@ -258,7 +258,7 @@ class Subset(ByValue):
                 pairs = zip(self.codes.tolist(), classless, strict=True)
                 yield name, [list(rules_of(word)) if no else [] for word, no in pairs]
                 continue
-            values = self.codes if name == "code" else getattr(self, name, None)
+            values: Any = self.codes if name == "code" else getattr(self, name, None)
             kind = kind_of(name)
             if name == "a":
                 yield name, np.full(len(self), self.selection.a)
