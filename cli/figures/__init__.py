@@ -49,7 +49,7 @@ DRAWINGS: dict[Kind, Drawing] = {
     "births": Drawing(
         "averages.draw_births",
         ("p",),
-        "the share of orbits, against a (needs 'orbitdb births')",
+        "the share of words that are orbits, against a (needs births)",
     ),
     "spectrum": Drawing(
         "levels.draw_length_spectrum",
