@@ -12,9 +12,9 @@ from typing import Annotated, Any
 
 import typer
 
+from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
-from orbitdb.export import TEXT_WRITERS
 from orbitdb.numerals import as_sure, exact, outward, upwards
 from orbitdb.plaintext import line, printable
 from orbitdb.progress import aside

@@ -4,8 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from orbitdb import arithmetic
-from orbitdb.arithmetic import RoundingError, check_functions
+from orbitdb.billiard import arithmetic
+from orbitdb.billiard.arithmetic import RoundingError, check_functions
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.symbols.words import from_strings

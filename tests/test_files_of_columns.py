@@ -11,7 +11,7 @@ import pytest
 from processes import run
 from quick import slow_but
 
-from orbitdb import export as files
+from orbitdb.answers import export as files
 from orbitdb.errors import StoreError
 
 
@@ -58,7 +58,8 @@ WRITE = """
 import random, sys
 from importlib.metadata import version
 from pathlib import Path
-from orbitdb import errors, export
+from orbitdb import errors
+from orbitdb.answers import export
 random.seed(1)
 rows = [["13", random.random()] for _ in range(50_000)]
 try:

@@ -10,7 +10,8 @@ import pytest
 from flint import ctx
 from threadpoolctl import threadpool_info
 
-from orbitdb import arithmetic, solve_word
+from orbitdb import solve_word
+from orbitdb.billiard import arithmetic
 from orbitdb.quantum.condensation import one_thread
 
 JOINTS = ("011032", "011033", "011332", "011333", "012032", "111333")

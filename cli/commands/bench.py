@@ -81,8 +81,8 @@ def _period(text: str) -> int:
 
 def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods for one period, and draw the diagram if requested."""
+    from orbitdb.answers.export import FIGURES, complete, form_of
     from orbitdb.benchmarks.work_precision import WorkPrecision
-    from orbitdb.export import FIGURES, complete, form_of
 
     said = f"p = {p} at a = {exact(stadium.a)}"
     if picture is None:

@@ -90,7 +90,7 @@ def export(
     at every stored a unless you name some; its classes, births, counts, averages, bounds and levels are not
     limited to these words.
     """
-    from orbitdb import export as files
+    from orbitdb.answers import export as files
 
     if dataset:
         choosing = (each.name for each in fields(Choice))
@@ -174,7 +174,7 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
 
 def _form_of_stdout(form: str | None) -> str:
     """Check and return the format for stdout: the user must choose one that is written row by row."""
-    from orbitdb.export import FORMATS, TEXT_WRITERS
+    from orbitdb.answers.export import FORMATS, TEXT_WRITERS
 
     if form in TEXT_WRITERS:
         return str(form)

@@ -101,7 +101,7 @@ def plot(
     orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
     quantum level. The other figures show a subset of the orbits or levels.
     """
-    from orbitdb.export import FIGURES, STDOUT, check_target, complete, form_of
+    from orbitdb.answers.export import FIGURES, STDOUT, check_target, complete, form_of
 
     to_stdout = output == STDOUT
     if to_stdout:

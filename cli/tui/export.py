@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from textual.message import Message
 
 from orbitdb.answers.completeness import describe_partial, partial_fills
+from orbitdb.answers.export import TEXT_WRITERS, complete, write_file
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
 from orbitdb.cli.reading import provenance
@@ -18,7 +19,6 @@ from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.view import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.export import TEXT_WRITERS, complete, write_file
 from orbitdb.extras import load
 from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit

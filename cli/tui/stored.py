@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 
+from orbitdb.answers.export import complete
 from orbitdb.cli.tui.view import USUAL
 from orbitdb.errors import InputError, StoreError
-from orbitdb.export import complete
 from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.store.connection import driver
 from orbitdb.store.file import Reader, check_file

@@ -17,12 +17,12 @@ import sqlalchemy as sa
 
 from orbitdb import __version__
 from orbitdb.answers.entropy import table
+from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.answers.levels import stored_levels
 from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
 from orbitdb.errors import ExportError, StoreError
-from orbitdb.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity

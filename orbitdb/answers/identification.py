@@ -10,7 +10,6 @@ import sqlalchemy as sa
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import data_frame
 from orbitdb.orbits.orbit import Orbit
@@ -81,7 +80,7 @@ class Followed:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(ByValue):
+class Trajectory:
     """The symbols of a trajectory, and the periodic orbits that it shadows.
 
     Attributes

@@ -7,7 +7,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import data_frame, drawn
 from orbitdb.orbits.orbit import Orbit
@@ -35,7 +34,7 @@ TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Result(ByValue):
+class Result:
     """A small table, one row per period.
 
     Attributes

@@ -1,7 +1,7 @@
 """`Subset`: chosen words as arrays."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.answers.completeness import lacking_births, unfilled
+from orbitdb.answers.export import arrow_batch, arrow_schema
 from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
-from orbitdb.export import arrow_batch, arrow_schema
 from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
@@ -46,7 +45,7 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Subset(ByValue):
+class Subset:
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
 
     Attributes
@@ -118,7 +117,7 @@ class Subset(ByValue):
     unfilled: str | None = None
     filled: tuple[int, ...] = ()
     total: int | None = None
-    path: Path | None = field(default=None, compare=False)
+    path: Path | None = None
     by_class: bool = False
 
     def __len__(self) -> int:

@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.averages.zeta import ZetaAverages, expand, leading_zero, zero_fault
-from orbitdb.equality import ByValue
 from orbitdb.orbits.exponents import OrbitClasses
 
 
@@ -74,7 +73,7 @@ def repetitions(p: int) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodSums(ByValue):
+class PeriodSums:
     """Sums over the orbits of period p, or over some of these orbits."""
 
     p: int
@@ -130,7 +129,7 @@ class PeriodSums(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
-class Entropy(ByValue):
+class Entropy:
     """Entropies by period; all arrays have the same shape as p."""
 
     p: Integers  # 2, 3, .. up to the highest period
@@ -170,7 +169,7 @@ def entropy_of_counts(cycles: Integers) -> Entropy:
 
 
 @dataclass(frozen=True, eq=False)
-class Lyapunov(ByValue):
+class Lyapunov:
     """Lyapunov averages by period; all arrays have the same shape as p, with NaN where there is no orbit."""
 
     p: Integers  # 2, 3, .. up to the highest period

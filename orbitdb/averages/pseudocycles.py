@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Integers, Places
+from orbitdb.arrays import Batch, Floats, Integers, Places
 from orbitdb.averages.by_period import Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
-from orbitdb.equality import Batch
 from orbitdb.orbits.exponents import OrbitClasses
 
 CHUNK = 1 << 16

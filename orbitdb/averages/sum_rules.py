@@ -30,7 +30,6 @@ from orbitdb.averages.exact_means import ExactMeans, exact_means
 from orbitdb.averages.tilting import HELD, Tilted, TiltedOrbits, TiltedSums, TiltMoments, exact_tilt, tilt
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.exponents import Exponents, exponents
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.enumeration import Span, least_words
@@ -59,7 +58,7 @@ _OF_THE_REST = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class SumRules(ByValue):
+class SumRules:
     """Lyapunov averages by period; all arrays have the same shape as p, with NaN where there is no orbit."""
 
     p: Integers  # 2, 3, .. up to the highest period

@@ -22,8 +22,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Integers
-from orbitdb.equality import Batch, ByValue
+from orbitdb.arrays import Batch, Floats, Integers
 
 _SMALL = 1e-16
 """Square of the Newton step, in the metric of the spread, below which a step is only a rounding error."""
@@ -142,7 +141,7 @@ class TiltedOrbits(Batch):
 
 
 @dataclass(frozen=True, eq=False)
-class TiltMoments(ByValue):
+class TiltMoments:
     """The moments of a set of orbits: the coefficients of the power series of their sums."""
 
     centre: Floats  # the tilt c around which the sums are expanded, shape (k,)

@@ -18,13 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitdb.arrays import Floats
-from orbitdb.equality import ByValue
 
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Expansion(ByValue):
+class Expansion:
     """The truncated power series of 1/zeta in z."""
 
     coefficients: Floats  # coefficients of z^0 .. z^n at beta = 0, the first of which is 1, shape (n + 1,)

@@ -13,9 +13,9 @@ from time import perf_counter
 
 import numpy as np
 
-from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats, Words
 from orbitdb.averages.by_period import HIGHEST, PeriodSums
+from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.numerals import exact
 from orbitdb.orbits.exponents import OrbitClasses

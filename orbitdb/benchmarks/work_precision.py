@@ -15,7 +15,6 @@ import numpy as np
 from orbitdb.arrays import Floats, Integers, Places, Words
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.orbits.newton import certificates, solve_in_doubles
 from orbitdb.orbits.relaxation import relax, starting_points
 from orbitdb.orbits.status import Orbits, Status
@@ -58,7 +57,7 @@ class WorkPrecision:
 
 
 @dataclass(frozen=True, eq=False)
-class Sample(ByValue):
+class Sample:
     """Words of the same period, one per class, with their enclosures."""
 
     words: Words  # shape (N, p)

@@ -26,10 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, EPSILON
-from orbitdb.arrays import Floats, Marks, Places, Words
+from orbitdb.arrays import Batch, Floats, Marks, Places, Words
+from orbitdb.billiard.arithmetic import ABOVE, EPSILON
 from orbitdb.billiard.stadium import HALF_PI, SIDE, STRAIGHT
-from orbitdb.equality import Batch
 
 _WIDER = 1.0625
 _DOWNWARD = np.array([False, False, False, False, True, True])

@@ -18,7 +18,6 @@ import numpy as np
 from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.legs import Derivatives, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
-from orbitdb.equality import ByValue
 
 _LARGE = 1e120
 
@@ -99,7 +98,7 @@ def couplings_of(links: "Links", tangents: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class Links(ByValue):
+class Links:
     """The links of closed paths that meet at each bounce, as arrays of shape (N, p)."""
 
     before: Floats  # length of the link that arrives at the bounce

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Marks
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.growth import Automaton, automaton, growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
@@ -187,7 +187,7 @@ class Enclosed(NamedTuple):
 
     levels: tuple[EntropyBounds, ...]  # the bounds for each window length
     proof: "Proof | None"  # counts of decisions confirmed in ball arithmetic, if it was used
-    arithmetic: str  # the software that computed the bounds (`orbitdb.arithmetic.arithmetic`)
+    arithmetic: str  # the software that computed the bounds (`orbitdb.billiard.arithmetic.arithmetic`)
 
 
 def enclose(

@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Marks, Masks, Places
 from orbitdb.entropy.windows import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
-from orbitdb.equality import ByValue
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array  # slow to import
@@ -52,7 +51,7 @@ def upright(words: Letters) -> Letters:
 
 
 @dataclass(frozen=True, eq=False)
-class Automaton(ByValue):
+class Automaton:
     """The states and steps of an automaton that searches for patterns; in state 0 it has read nothing."""
 
     # twice the state after each first letter, plus 1 if the word is mirrored, shape (9,)

@@ -19,8 +19,8 @@ import numpy as np
 from flint import arb
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ball_precision
 from orbitdb.arrays import Marks
+from orbitdb.billiard.arithmetic import ball_precision
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner

@@ -22,8 +22,8 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, EPSILON, check_functions
-from orbitdb.arrays import Floats, Marks, Places
+from orbitdb.arrays import Batch, Floats, Marks, Places
+from orbitdb.billiard.arithmetic import ABOVE, EPSILON, check_functions
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -35,7 +35,6 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
-from orbitdb.equality import Batch, ByValue
 from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.newton import responses
 from orbitdb.progress import Tell
@@ -96,7 +95,7 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 
 @dataclass(frozen=True, eq=False)
-class Condition(ByValue):
+class Condition:
     """The condition f > 0 of the marked junction at directions near the maximum of the length."""
 
     alpha: Floats  # the directions, shape (m + 2, N)
@@ -176,7 +175,7 @@ class Verdict(IntEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Decision(ByValue):
+class Decision:
     """Verdicts on N windows."""
 
     # values of `Verdict`, shape (N,): allowed if f > 0 for all continuations, forbidden if f < 0 for all

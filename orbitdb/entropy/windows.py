@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Marks, Places
-from orbitdb.equality import Batch, ByValue
+from orbitdb.arrays import Batch, Floats, Marks, Places
 
 Letters = NDArray[np.uint8]
 
@@ -77,7 +76,7 @@ UNKNOWN_RUN, PART_OF_RUN, PART_OF_LEG = range(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Windows(ByValue):
+class Windows:
     """N windows of L edges."""
 
     letters: Letters  # shape (N, L)

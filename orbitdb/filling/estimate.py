@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from orbitdb.export import check_space
+from orbitdb.answers.export import check_space
 from orbitdb.store.connection import driver
 from orbitdb.store.file import check_file, reading
 from orbitdb.store.fills import Fill, Sweep, read_fills, read_sweeps

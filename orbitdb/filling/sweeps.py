@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import sweep_need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb, arb_poly, ctx, fmpq, fmpq_poly, fmpz_mat
 
-from orbitdb.arithmetic import ball_precision
 from orbitdb.arrays import Floats, Words
+from orbitdb.billiard.arithmetic import ball_precision
 from orbitdb.billiard.legs import Legs, centre_directions, cut, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium

@@ -14,10 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers, Marks, Places, Words
+from orbitdb.arrays import Batch, Floats, Integers, Marks, Places, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
-from orbitdb.equality import Batch, ByValue
 from orbitdb.errors import WorkError
 from orbitdb.orbits.continuation import Zeros, candidates, follow, motion, refine, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
@@ -141,7 +140,7 @@ _BATCH = 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
-class Changes(ByValue):
+class Changes:
     """Births and deaths of N words, K in total, as a structure of arrays sorted by word and ascending a."""
 
     always: Marks  # whether the word is an orbit from a = 0 on, shape (N,)

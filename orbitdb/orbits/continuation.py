@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Marks, Places
+from orbitdb.arrays import Batch, Floats, Marks, Places
 from orbitdb.billiard.legs import (
     Chain,
     derivatives,
@@ -28,7 +28,6 @@ from orbitdb.billiard.legs import (
     slack_changes,
     smooth_slacks,
 )
-from orbitdb.equality import Batch
 from orbitdb.orbits.newton import newton, responses
 
 _ON_THE_WAY = 2e-3

@@ -9,13 +9,13 @@ its value at the maximum is bounded by
 F = D / 2 holds at any distance. Once the directions are known to be close to the maximum, F is almost D.
 
 Every bound holds for the computed numbers: it includes their rounding errors, and the factor `ABOVE` covers
-the rounding of the bound itself (`orbitdb.arithmetic` lists the assumptions).
+the rounding of the bound itself (`orbitdb.billiard.arithmetic` lists the assumptions).
 """
 
 import numpy as np
 
-from orbitdb.arithmetic import ABOVE, EPSILON
 from orbitdb.arrays import Floats, Marks, Words
+from orbitdb.billiard.arithmetic import ABOVE, EPSILON
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Integers, Marks, Places
+from orbitdb.arrays import Batch, Floats, Integers, Marks, Places
 from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import Batch, ByValue
 from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
 from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
@@ -27,7 +26,7 @@ _BATCH = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents(ByValue):
+class Exponents:
     """Statuses of words with the same number of runs, with the lengths and exponents of the orbits."""
 
     orbits: Places  # indices of the orbits among the given words

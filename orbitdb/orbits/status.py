@@ -10,8 +10,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import ABOVE, check_functions
-from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
+from orbitdb.arrays import Batch, Floats, Integers, Marks, Masks, Places, Words
+from orbitdb.billiard.arithmetic import ABOVE, check_functions
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
@@ -26,7 +26,6 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stability import exponent, forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import Batch, ByValue
 from orbitdb.orbits.error_bounds import (
     coordinate_error,
     direction_errors,
@@ -114,7 +113,7 @@ def finite(number: np.float64) -> float | None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Orbits(ByValue):
+class Orbits:
     """N words of the same period p, and the stationary points of their lengths.
 
     Attributes
@@ -157,6 +156,10 @@ class Orbits(ByValue):
 
     def __len__(self) -> int:
         return len(self.words)
+
+    def __repr__(self) -> str:
+        count = int(np.isin(self.status, EXISTING).sum())
+        return f"<{len(self)} words of period {self.words.shape[1]}, {count} with an orbit>"
 
     @classmethod
     def empty(cls, words: Words) -> "Orbits":

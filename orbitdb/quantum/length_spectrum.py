@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
 from orbitdb.quantum.trace_formula import Terms, family
@@ -58,7 +57,7 @@ class Peak(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(ByValue, Drawn):
+class Spectrum(Drawn):
     """The length spectrum F(x), windowed with sin^4(pi k / k_max).
 
     `plot` draws the modulus of F, downwards for the orbits and upwards for the levels, if there are any.

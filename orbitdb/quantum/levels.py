@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
@@ -53,8 +52,8 @@ _BEYOND = 1e-6
 by less, so they agree on the number of levels."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class LevelWindow(ByValue):
+@dataclass(frozen=True, eq=False)
+class LevelWindow:
     """Levels of one parity in a window of k.
 
     Attributes
@@ -71,7 +70,7 @@ class LevelWindow(ByValue):
     seconds : float
         Processor time for finding the levels.
     arithmetic : str
-        The software that computed the levels (`orbitdb.arithmetic.arithmetic`).
+        The software that computed the levels (`orbitdb.billiard.arithmetic.arithmetic`).
     """
 
     a: float
@@ -179,7 +178,7 @@ def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Levels(ByValue, Drawn):
+class Levels(Drawn):
     """All levels of the given parities in a range of k; `plot` draws the staircase of levels and Weyl's law.
 
     Attributes

@@ -26,7 +26,6 @@ from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
@@ -107,7 +106,7 @@ class Gap(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Assessment(ByValue, Drawn):
+class Assessment(Drawn):
     """Comparison of a list of levels with the orbits; `plot` draws how many levels are missing below each k.
 
     Attributes

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Marks, Places
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store.schema import BORN, DONE
@@ -143,7 +142,7 @@ _SOLVED = {
 
 
 @dataclass(frozen=True, eq=False)
-class Standings(ByValue):
+class Standings:
     """The births and deaths of the classes of a subset.
 
     Attributes

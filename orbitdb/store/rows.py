@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
-from orbitdb.equality import ByValue
 from orbitdb.errors import AlteredError
 from orbitdb.store.schema import LONG, OF_WORD, SHARED
 from orbitdb.store.selection import Selection, unknown_column
@@ -50,7 +49,7 @@ class ChosenWords(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen(ByValue):
+class Chosen:
     """A chosen subset of the words stored at one value of a.
 
     Attributes

@@ -13,7 +13,6 @@ from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.numerals import exact, real, whole
 from orbitdb.orbits.status import STORED, Status
@@ -35,8 +34,8 @@ class SelectionError(InputError):
     """A part of the selection cannot be read; the message says how to write it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Selection(ByValue):
+@dataclass(frozen=True)
+class Selection:
     """A chosen subset of the words of a catalogue.
 
     Attributes
@@ -71,9 +70,9 @@ class Selection(ByValue):
     contains: str | None = None
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
-    ranges: Mapping[str, Bounds] = field(default_factory=dict)
+    ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
     where: str | None = None
-    parameters: Mapping[str, str | int | float] = field(default_factory=dict)
+    parameters: Mapping[str, str | int | float] = field(default_factory=dict, hash=False)
 
     def includes(self, p: int) -> bool:
         """Tell whether the subset can contain words of a given period."""

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from sqlalchemy.dialects import sqlite
 
 from orbitdb import __version__
-from orbitdb.arithmetic import arithmetic
 from orbitdb.arrays import Floats, Marks
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.errors import StoreError
 from orbitdb.orbits.births import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats, Marks, Words
+from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
-from orbitdb.equality import ByValue
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.numerals import exact
@@ -107,7 +106,7 @@ _EXACT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Bounces(ByValue, Drawn):
+class Bounces(Drawn):
     """Successive bounces of one trajectory, as arrays of shape (T,).
 
     `plot` draws the path from the first bounce to the last one in its stadium.
@@ -199,7 +198,7 @@ def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounc
 
 
 @dataclass(frozen=True, eq=False)
-class Trace(ByValue):
+class Trace:
     """The bounces of one trajectory."""
 
     first: int  # number of the first bounce; bounce 1 is the first bounce after a start, or the first point

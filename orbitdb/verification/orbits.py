@@ -20,8 +20,8 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb import __version__
-from orbitdb.arithmetic import EPSILON
 from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium

@@ -11,7 +11,7 @@ from processes import COMMAND
 from there import there
 
 from orbitdb import Catalogue, __version__
-from orbitdb import export as files
+from orbitdb.answers import export as files
 from orbitdb.store.selection import SelectionError
 
 

@@ -15,9 +15,9 @@ from quick import slow_but
 from there import there
 
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
-from orbitdb.arithmetic import arithmetic
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import beginning
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling import sweeps
@@ -40,7 +40,7 @@ def swept(path: Path, a: float = 1.6, periods=PERIODS, workers: Workers = HERE) 
 
 
 def found(path: Path, **options) -> list[tuple[Any, ...]]:
-    return [(each.p, each.tally, each.sums) for each in swept(path, **options).values()]
+    return [(each.p, each.tally, there(each.sums).numbers()) for each in swept(path, **options).values()]
 
 
 @pytest.mark.parametrize("a", slow_but([1.0], [0.3, 1.0, 1.6]))

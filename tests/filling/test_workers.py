@@ -14,7 +14,7 @@ from contents import rows
 from processes import run, workers_of
 from workforce import Deadly, Failing, filled_by
 
-from orbitdb.arithmetic import arithmetic
+from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.entropy.bounds import enclose, search

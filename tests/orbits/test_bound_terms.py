@@ -1,7 +1,7 @@
 """Every term of every error bound is needed by some row, and each row comes close to its bound.
 
 Well-solved orbits would satisfy bounds of half the size. Directions are therefore moved deliberately here, or
-rounded as badly as `orbitdb.arithmetic` allows, and the resulting error is measured in ball arithmetic. Each
+rounded as badly as the bounds allow, and the resulting error is measured in ball arithmetic. Each
 row names the terms without which it would fail.
 """
 
@@ -136,7 +136,7 @@ def test_lambda_has_no_bound_if_a_drift_may_vanish():
 
 
 class Worse:
-    """NumPy with sine, cosine and arcsinh rounded up or down by as much as `orbitdb.arithmetic` assumes."""
+    """NumPy with sine, cosine and arcsinh rounded up or down by as much as the bounds assume."""
 
     def __init__(self, sin: int, cos: int, arcsinh: int = 0):
         self.ways = {"sin": sin, "cos": cos, "arcsinh": arcsinh}

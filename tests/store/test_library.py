@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from processes import run
+from same import same
 from there import there
 
 from orbitdb import Catalogue, InputError, Selection, Status, solve_word
@@ -61,8 +62,8 @@ def test_coordinates_that_were_not_read_are_none(catalogue):
 def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
     """Copies and images have them, too."""
     read, later = (catalogue.select(p=5, status="orbit,dynamical", coordinates=now) for now in (True, False))
-    assert read != later
-    assert later == pickle.loads(pickle.dumps(later))
+    assert not same(read, later)
+    assert same(later, pickle.loads(pickle.dumps(later)))
     for one, other in zip(read, later, strict=True):
         for name in ("coordinates", "points", "arclength", "sine", "monodromy"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
@@ -130,12 +131,15 @@ def test_parts_of_a_subset_are_subsets(catalogue):
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
     some = subset[5:50:7]
     assert repr(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
-    assert some == subset[[5, 12, 19, 26, 33, 40, 47]] == subset[np.arange(121) % 7 == 5][:7]
+    assert same(some, subset[[5, 12, 19, 26, 33, 40, 47]])
+    assert same(some, subset[np.arange(121) % 7 == 5][:7])
     assert list(some) == list(subset)[5:50:7]
     np.testing.assert_array_equal(some.coordinates_of(2), subset.coordinates_of(19))
     assert some[1:][0] == some[1]
     assert repr(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
-    assert subset[:] == subset[np.ones(121, bool)] == subset != subset[1:]
+    assert same(subset[:], subset)
+    assert same(subset[np.ones(121, bool)], subset)
+    assert not same(subset, subset[1:])
     assert (len(subset[9:9]), bool(subset[9:9]), list(subset[9:9])) == (0, False, [])
     for wrong, error in (
         (121, IndexError),
