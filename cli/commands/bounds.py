@@ -1,5 +1,6 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
+import os
 from collections.abc import Sequence
 from contextlib import closing
 from operator import attrgetter
@@ -122,7 +123,8 @@ def _kept(db: Path, store: bool | None) -> Path | None:
     from orbitdb.store.file import check_file
     from orbitdb.store.schema import SCHEMA_VERSION
 
-    if store is False or (store is None and check_file(db) != SCHEMA_VERSION):
+    usable = check_file(db) == SCHEMA_VERSION and os.access(db, os.W_OK)
+    if store is False or (store is None and not usable):
         return None
     bring(db)
     return db
@@ -130,8 +132,11 @@ def _kept(db: Path, store: bool | None) -> Path | None:
 
 def _why_not_kept(db: Path) -> str:
     from orbitdb.store.file import check_file
+    from orbitdb.store.schema import SCHEMA_VERSION
 
     if (version := check_file(db)) is None:
         return f"not saved: there is no catalogue at {db}; --store creates one"
+    if version == SCHEMA_VERSION:
+        return f"not saved: {db} cannot be written"
     older = f"not saved: {db} has the older schema {version}"
     return f"{older}; --store, or 'orbitdb migrate', updates it"

@@ -32,6 +32,7 @@ READING = (
     ["query", "--code", "13"],
     ["table"],
     ["entropy"],
+    ["bounds", "--window", "4"],
     ["info"],
     ["export", "--format", "csv"],
     ["verify", "--p", "2-4"],
