@@ -230,7 +230,7 @@ def _refusal(sql: str, message: str, what: str) -> str:
         where_from = "only catalogue has it; " if name in catalogue.c else guess(name, catalogue.c.keys())
         message = f"{message}; {where_from}'orbitdb columns' lists all columns"
     elif "binding" in message.lower():
-        message = f"{message.rstrip('.')}: give each :name a value, with -P name=value or parameters={'name': value}"
+        message = f"{message.rstrip('.')}: give each :name a value, with -P name=value or in parameters"
     elif message == "it may only read":
         message = "it may only read, with a single SELECT"
     return line(f"{what} {shortened(sql, 200)!r}: {message}")

@@ -8,6 +8,7 @@ import subprocess
 from fractions import Fraction
 from importlib.metadata import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -144,13 +145,13 @@ def test_every_example_in_the_help_has_only_options_of_its_command(cli, command)
 
     from orbitdb.cli.app import program
 
-    group = get_command(program((command,)))
-    examples = re.findall(r"^\s+orbitdb (.*)$", str(group.commands[command].epilog), re.M)
+    asked: Any = get_command(program((command,))).commands[command]  # type: ignore[attr-defined]
+    examples = re.findall(r"^\s+orbitdb (.*)$", str(asked.epilog), re.M)
     assert examples
     for example in examples:
         name, *arguments = shlex.split(re.split(r" [|>] ", example)[0])
         if name == command:  # not the first command of a pipe
-            assert group.commands[command].make_context(name, arguments).params
+            assert asked.make_context(name, arguments).params
 
 
 def test_panels_list_every_command_except_the_alias_of_browse(cli):
