@@ -123,7 +123,6 @@ class StatisticsScreen(OwnScreen[str | None]):
         self.reference: Reference | None = None
         self._weight = Weight.EXPONENTIAL
         self._everything, self._rest = False, ""
-        self._kept = ""
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
@@ -185,28 +184,18 @@ class StatisticsScreen(OwnScreen[str | None]):
             self.take_reference(1.0, reference, True)
 
     def action_trajectories(self) -> None:
-        """Follow new trajectories, four times as many each time; the more precise result is kept."""
+        """Follow new trajectories, four times as many each time."""
         bounces, self._bounces = self._bounces, 4 * self._bounces
         seed = bounces // FIRST_BOUNCES  # different trajectories each time
         follow = partial(references, Stadium(self._selection.a), bounces, seed)
-        self.in_thread(
-            "trajectories", lambda _: follow(), lambda step: self.take_reference(step[0], step[1], False)
-        )
+        self.in_thread("trajectories", lambda _: follow(), lambda step: self.take_reference(*step))
 
-    def take_reference(self, done: float, new: Reference, stored: bool) -> None:
-        """Show the more precise of the old and the new reference; if neither is complete, the new one."""
-        old = self.reference
-        source = "stored" if stored else f"{new.bounces:.2g} bounces, computed now"
-        if done < 1 and self._kept:
-            followed = f"following more trajectories: {done:.0%}"
-        elif self._kept and old is not None and old.lambda_d_error <= new.lambda_d_error:
-            followed = f"{source}, less precise: {_described(new)}"
-        else:
-            self._kept, followed = (source, "") if done >= 1 else ("", f"{done:.0%}")
-            self.reference = old = new
-        assert old is not None
-        parts = (f"trajectories: {_described(old)}", self._kept, followed)
-        self.query_one("#reference", Static).update("; ".join(filter(None, parts)))
+    def take_reference(self, done: float, reference: Reference, stored: bool = False) -> None:
+        """Show averages over trajectories: stored ones, new ones, or those so far."""
+        self.reference = reference
+        source = "stored" if stored else f"{reference.bounces:.2g} bounces, computed now"
+        text = f"trajectories: {_described(reference)}; {source if done >= 1 else f'{done:.0%}'}"
+        self.query_one("#reference", Static).update(text)
         self._show()
 
     def failed(self, reason: str) -> None:
