@@ -137,7 +137,7 @@ def test_proofs_accept_exactly_the_allowed_deviations(solved):
     assert (radius <= rows.error).all()
     place = 4 * EPS * 3.0
     bounded = {name: bound for name, bound in BOUNDED.items() if name != "area"}  # it follows from the path
-    allowed = {"margin": first(rows, "error", 2) + place}
+    allowed: dict[str, float] = {"margin": first(rows, "error", 2) + place}
     allowed |= {name: first(rows, bound, 2) for name, bound in bounded.items()}
     for name, most in allowed.items():
         for by, right in ((0.3, True), (3.0, False)):
