@@ -233,7 +233,8 @@ def references(
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
-        raise InputError(f"{bounces} bounces and {trajectories or LEAST} trajectories: give at least 1 and 2")
+        given = f"{bounces} bounces, {LEAST if trajectories is None else trajectories} trajectories"
+        raise InputError(f"{given}: give at least one bounce and two trajectories")
     if trajectories is None:
         trajectories = max(LEAST, math.ceil(wanted / math.ceil(wanted / TRAJECTORIES)))
     arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))

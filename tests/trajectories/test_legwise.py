@@ -95,5 +95,5 @@ def test_the_seed_fixes_the_result_and_bad_numbers_are_refused():
     assert seen[-1] == 1
     assert one != simulate_legs(Stadium(1.6), 1000, (2.8, 0.0), 4)
     assert simulate_legs(Stadium(1.6), 1, (2.8, 0.0)).bounces > 0
-    with pytest.raises(ValueError, match="at least one bounce"):
+    with pytest.raises(ValueError, match="0 bounces: give 1 or more"):
         simulate_legs(Stadium(1.6), 0, (2.8, 0.0))
