@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.output import note, repeats
 from orbitdb.errors import InputError
-from orbitdb.numerals import real, whole
-from orbitdb.plaintext import printable
+from orbitdb.text import printable, real, whole
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment

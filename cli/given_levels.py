@@ -11,7 +11,7 @@ import typer
 from orbitdb.cli.options import number_option
 from orbitdb.cli.output import note
 from orbitdb.errors import InputError
-from orbitdb.numerals import real
+from orbitdb.text import real
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats

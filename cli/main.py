@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from orbitdb.cli.advice import completed, remember
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
-from orbitdb.plaintext import line
+from orbitdb.text import line
 
 if TYPE_CHECKING:
     from orbitdb.cli.app import ParsingError

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.errors import InputError
-from orbitdb.numerals import real, whole
 from orbitdb.store.file import default_path, home_expanded
+from orbitdb.text import real, whole
 
 if TYPE_CHECKING:
     from orbitdb.store.selection import Selection
@@ -60,10 +60,10 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
     from orbitdb.errors import StoreError
-    from orbitdb.numerals import exact
     from orbitdb.store.connection import driver
     from orbitdb.store.file import reading
     from orbitdb.store.lookup import a_values
+    from orbitdb.text import exact
 
     try:
         with reading(context.params.get("db")) as moment:

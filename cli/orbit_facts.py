@@ -5,9 +5,8 @@ from typing import Any
 
 from orbitdb.cli.output import LONG_CODE, Format, code_text, number, write
 from orbitdb.columns import OF_BOUNCES
-from orbitdb.numerals import with_bound
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plaintext import several
+from orbitdb.text import several, with_bound
 
 _NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
 
@@ -16,9 +15,9 @@ def facts(
     orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
-    from orbitdb.numerals import closed_form, exact
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
+    from orbitdb.text import closed_form, exact
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
     facts = [

@@ -15,9 +15,8 @@ import typer
 from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
-from orbitdb.numerals import as_sure, exact, outward, upwards
-from orbitdb.plaintext import line, printable
 from orbitdb.progress import aside
+from orbitdb.text import as_sure, exact, line, outward, printable, upwards
 
 
 class Format(StrEnum):

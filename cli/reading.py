@@ -17,9 +17,8 @@ from orbitdb.cli.options import Choice
 from orbitdb.cli.output import note
 from orbitdb.columns import Row
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
 from orbitdb.store.file import asking, check_file, default_path
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment

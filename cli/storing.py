@@ -14,7 +14,7 @@ from orbitdb.cli.options import count_option, refuse_idle
 from orbitdb.cli.output import note
 from orbitdb.cli.progress import progress
 from orbitdb.errors import InputError
-from orbitdb.plaintext import several
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.filling.estimate import Need
@@ -55,7 +55,7 @@ def written(periods: Sequence[int]) -> str:
 def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
     """Write a note with the estimate for a large fill or sweep; with --dry-run, for any."""
     from orbitdb.filling.estimate import LARGE, about
-    from orbitdb.numerals import gigabytes
+    from orbitdb.text import gigabytes
 
     if dry_run or coming.words >= LARGE:
         room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""

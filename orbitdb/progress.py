@@ -16,7 +16,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from datetime import timedelta
 from typing import TextIO, TypeAlias
 
-from orbitdb.plaintext import printable
+from orbitdb.text import printable
 
 Tell: TypeAlias = Callable[[float, float, str], object]
 """Called with the amount done, the total (0 if unknown), and a text."""

@@ -11,7 +11,7 @@ from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import reading
-from orbitdb.numerals import exact, with_error
+from orbitdb.text import exact, with_error
 
 EXAMPLES = (
     "assess levels.csv --parity oo",

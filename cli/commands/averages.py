@@ -13,7 +13,7 @@ from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, reading
 from orbitdb.cli.storing import bring
-from orbitdb.numerals import concise, exact, with_error
+from orbitdb.text import concise, exact, with_error
 
 if TYPE_CHECKING:
     from orbitdb.answers.results import Result

@@ -13,8 +13,8 @@ from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.numerals import exact
 from orbitdb.progress import aside
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

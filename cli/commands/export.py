@@ -26,8 +26,8 @@ from orbitdb.cli.reading import (
 )
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
-from orbitdb.plaintext import several
 from orbitdb.progress import Tell
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment

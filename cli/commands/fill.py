@@ -26,8 +26,7 @@ from orbitdb.cli.storing import (
     written,
 )
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment

@@ -12,7 +12,7 @@ from orbitdb.cli.options import Choice, count_option, number_option
 from orbitdb.cli.output import Output, code_text, note, write_facts
 from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
 from orbitdb.errors import InputError
-from orbitdb.plaintext import several
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.answers.identification import Trajectory
@@ -150,9 +150,9 @@ def _show_length(
     """Write the stored orbits of a given length; return the number of rows."""
     from orbitdb.answers.completeness import describe_fills
     from orbitdb.answers.identification import identify_length
-    from orbitdb.numerals import exact
     from orbitdb.orbits.status import Status
     from orbitdb.store.fills import read_fills
+    from orbitdb.text import exact
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit

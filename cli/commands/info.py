@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
-from orbitdb.plaintext import several
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment
@@ -75,7 +75,7 @@ def delete(
     belong to no half length. On a terminal you are asked first.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.numerals import exact
+    from orbitdb.text import exact
 
     catalogue = Catalogue(db)
     contents = catalogue.contents(a, p)
@@ -119,11 +119,11 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
 
 def _facts(moment: "Moment") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    from orbitdb.numerals import exact, gigabytes
     from orbitdb.store.fills import level_windows, room, trajectories
     from orbitdb.store.lives import read_birth_fills
     from orbitdb.store.schema import SCHEMA_VERSION
     from orbitdb.store.selection import written_periods
+    from orbitdb.text import exact, gigabytes
 
     taken = room(moment.connection)
     facts = [
@@ -148,10 +148,10 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
 def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
-    from orbitdb.numerals import exact
     from orbitdb.store.connection import driver
     from orbitdb.store.fills import bounds_by_a
     from orbitdb.store.lookup import a_values
+    from orbitdb.text import exact
 
     curve, filled = bounds_by_a(moment.connection), a_values(driver(moment.connection), ["fill"])
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]

@@ -12,7 +12,7 @@ from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.storing import Jobs, bring
 from orbitdb.errors import InputError
-from orbitdb.plaintext import several
+from orbitdb.text import several
 
 EXAMPLES = (
     "levels --k 0:30",

@@ -20,8 +20,7 @@ from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.numerals import exact, real
-from orbitdb.plaintext import several
+from orbitdb.text import exact, real, several
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -28,7 +28,7 @@ from orbitdb.cli.reading import (
 )
 from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN, Column
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit

@@ -11,7 +11,7 @@ from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.reading import known_catalogue, meant
 from orbitdb.errors import InputError
-from orbitdb.numerals import real
+from orbitdb.text import real
 
 EXAMPLES = (
     "scars 13 --k 20:22",

@@ -17,7 +17,7 @@ from orbitdb.cli.output import Output, note
 from orbitdb.cli.progress import progress
 from orbitdb.cli.storing import Jobs
 from orbitdb.errors import AlteredError
-from orbitdb.plaintext import several
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.store.file import Moment

@@ -17,7 +17,6 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.output import note
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves
 from orbitdb.plots.curves import short
@@ -36,6 +35,7 @@ from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
 from orbitdb.store.file import Moment
 from orbitdb.store.selection import Selection
+from orbitdb.text import exact
 
 _LENGTHS = (1.0, 12.0)
 _RIGID = np.linspace(0.5, 25.0, 50)

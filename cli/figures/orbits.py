@@ -21,7 +21,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.output import code_text, note
 from orbitdb.cli.reading import note_gaps, note_nothing
-from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.orbits.status import EXISTING, Status
@@ -37,6 +36,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import REVERSE, images_of
+from orbitdb.text import exact
 
 PLACES = 400
 _WIDTH = 6.4

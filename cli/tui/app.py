@@ -31,8 +31,8 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.errors import InputError, StoreError
-from orbitdb.plaintext import printable
 from orbitdb.store.selection import Selection
+from orbitdb.text import printable
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]

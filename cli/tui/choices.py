@@ -15,12 +15,11 @@ from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import View
-from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
-from orbitdb.plaintext import printable
 from orbitdb.store.codes import bound_names
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import check
+from orbitdb.text import exact, printable
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows can have, in the order in which lists show them."""

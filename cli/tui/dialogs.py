@@ -16,9 +16,8 @@ from orbitdb.cli.tui.keys import key
 from orbitdb.cli.tui.screens import Dialog, Field, Result
 from orbitdb.cli.tui.view import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
-from orbitdb.numerals import real
-from orbitdb.plaintext import printable
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
+from orbitdb.text import printable, real
 
 Names = tuple[str, ...]
 

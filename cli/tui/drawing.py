@@ -20,8 +20,8 @@ from orbitdb.cli.tui.braille import (
     path_of,
     phase_points,
 )
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.text import exact
 
 _FRAMES_PER_SECOND = 20
 _LEAST = 4, 3

@@ -20,7 +20,6 @@ from orbitdb.cli.tui.view import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.file import Reader
@@ -28,6 +27,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
+from orbitdb.text import exact
 
 ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
 PICTURES = (".svg", ".png", ".pdf")

@@ -15,11 +15,10 @@ from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.keys import SCROLLING
 from orbitdb.cli.tui.stored import Certificate, Partners
-from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plaintext import printable
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, run_notation
+from orbitdb.text import printable, upwards
 
 _MOST_BOUNCES = 60
 _BAR = 24

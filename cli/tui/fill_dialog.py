@@ -15,13 +15,12 @@ from textual.widgets import Button, Input, Label, ProgressBar, Static
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
-from orbitdb.plaintext import printable, several
 from orbitdb.store.file import migrate
 from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
+from orbitdb.text import exact, printable, several
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -86,7 +85,7 @@ def parse_wish(a: str, periods: str, codes: str) -> Wish:
 def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
     from orbitdb.filling.estimate import about, check_room, need
-    from orbitdb.numerals import gigabytes
+    from orbitdb.text import gigabytes
 
     at = f"at a = {exact(wish.a)}"
     if wish.words:

@@ -24,10 +24,10 @@ from orbitdb.cli.tui.screens import OwnScreen
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import Ordering, View
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
+from orbitdb.text import exact
 
 
 class MainScreen(OwnScreen[None]):

@@ -17,11 +17,11 @@ from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, most_important, who
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Partners
 from orbitdb.errors import StoreError
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.lookup import with_existence
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
+from orbitdb.text import exact
 
 STEP = 0.02
 """Step in ln a per key press."""

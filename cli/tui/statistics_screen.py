@@ -24,11 +24,11 @@ from orbitdb.cli.tui.drawing import Plot
 from orbitdb.cli.tui.keys import LEAVING
 from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
 from orbitdb.errors import InputError
-from orbitdb.numerals import concise, with_error
 from orbitdb.store.file import Reader
 from orbitdb.store.fills import best_reference, read_fills
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
+from orbitdb.text import concise, with_error
 from orbitdb.trajectories.ensemble import Reference, references
 
 FIRST_BOUNCES = 6_000_000

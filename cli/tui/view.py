@@ -10,11 +10,11 @@ import numpy as np
 from textual.cache import LRUCache
 
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.numerals import exact
 from orbitdb.store.file import Reader
 from orbitdb.store.query import position_of
 from orbitdb.store.rows import Chosen, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.text import exact
 
 
 class Column(NamedTuple):

@@ -12,7 +12,6 @@ import numpy as np
 import sqlalchemy as sa
 
 from orbitdb.arrays import Integers
-from orbitdb.numerals import exact
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import driver
@@ -32,6 +31,7 @@ from orbitdb.store.selection import (
 from orbitdb.store.tables import pruned
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally

@@ -23,7 +23,6 @@ from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
 from orbitdb.errors import ExportError, StoreError
-from orbitdb.numerals import exact
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import Moment
@@ -33,6 +32,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import cycle, run
+from orbitdb.text import exact
 
 PACKAGE = "datapackage.json"
 _NAME = "stadium-orbits"

@@ -22,12 +22,12 @@ from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
-from orbitdb.numerals import exact
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import Moment
 from orbitdb.store.fills import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
+from orbitdb.text import exact
 
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""

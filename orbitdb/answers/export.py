@@ -21,8 +21,7 @@ from typing import IO, TYPE_CHECKING, Any, TextIO
 from orbitdb.columns import Row, kind_of
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.extras import load
-from orbitdb.numerals import gigabytes
-from orbitdb.plaintext import cell
+from orbitdb.text import cell, gigabytes
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -15,10 +15,10 @@ from orbitdb.extras import data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from orbitdb.plaintext import several
 from orbitdb.store.file import Moment
 from orbitdb.store.tables import classes
 from orbitdb.symbols.words import to_strings
+from orbitdb.text import several
 from orbitdb.trajectories.trajectory import trace_points, trace_start
 
 if TYPE_CHECKING:

@@ -36,11 +36,11 @@ from orbitdb.averages.sum_rules import SumRules
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import Column
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact, with_error
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.store.file import Moment
 from orbitdb.store.fills import best_reference
 from orbitdb.store.selection import Selection
+from orbitdb.text import exact, with_error
 
 _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000

@@ -11,9 +11,9 @@ from orbitdb.errors import InputError
 from orbitdb.extras import data_frame, drawn
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
-from orbitdb.plaintext import several, shortened
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
+from orbitdb.text import several, shortened
 
 if TYPE_CHECKING:
     import pandas

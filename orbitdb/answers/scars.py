@@ -9,7 +9,6 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
@@ -21,6 +20,7 @@ from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.text import exact
 
 SHORTEST = 20
 """Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""

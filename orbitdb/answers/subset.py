@@ -19,7 +19,6 @@ from orbitdb.errors import InputError
 from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.plaintext import several
 from orbitdb.store.file import Moment
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
@@ -28,6 +27,7 @@ from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     import pandas

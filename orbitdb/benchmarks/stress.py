@@ -17,13 +17,13 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.averages.by_period import HIGHEST, PeriodSums
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import SIDE, Stadium, written
-from orbitdb.numerals import exact
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.newton import certificates, solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
+from orbitdb.text import exact
 from orbitdb.trajectories.ensemble import random_arcs
 from orbitdb.trajectories.trajectory import Rays, bounce
 

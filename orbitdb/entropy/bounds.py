@@ -20,8 +20,8 @@ from orbitdb.entropy.growth import Automaton, automaton, growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
 from orbitdb.extras import Record
-from orbitdb.numerals import between
 from orbitdb.progress import Tell
+from orbitdb.text import between
 
 if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof

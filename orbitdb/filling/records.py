@@ -15,12 +15,12 @@ from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, searc
 from orbitdb.entropy.verdicts import decide
 from orbitdb.errors import InputError
 from orbitdb.filling.workers import at_work
-from orbitdb.numerals import exact, with_error
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.levels import LevelWindow, in_order, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, add_reference, keep_bounds, keep_levels
+from orbitdb.text import exact, with_error
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.ensemble import simulate as simulate_bounces
 from orbitdb.trajectories.legwise import simulate_legs

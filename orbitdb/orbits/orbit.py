@@ -14,9 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
-from orbitdb.numerals import exact
 from orbitdb.orbits.status import NUMBERS, Orbits, Status, finite
-from orbitdb.plaintext import shortened
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
@@ -38,6 +36,7 @@ from orbitdb.symbols.words import (
     parse_primitive,
     to_strings,
 )
+from orbitdb.text import exact, shortened
 
 _SHOWN = 40
 

@@ -13,11 +13,10 @@ from orbitdb.answers.lyapunov import AVERAGES
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.numerals import exact
-from orbitdb.plaintext import shortened
 from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE
 from orbitdb.quantum.weyl import weyl
 from orbitdb.symbols.words import run_notation
+from orbitdb.text import exact, shortened
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.extras import Drawn, data_frame
-from orbitdb.numerals import exact
 from orbitdb.quantum.trace_formula import Terms, family
 from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     import pandas

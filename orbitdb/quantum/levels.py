@@ -19,11 +19,10 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
 from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     import pandas

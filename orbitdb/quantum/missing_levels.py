@@ -28,11 +28,10 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
 from orbitdb.quantum.level_numbers import numbered, rearranged
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.weyl import Parity, weyl
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     import pandas

@@ -28,13 +28,13 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import drawn
-from orbitdb.numerals import exact
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.weyl import Parity, one_parity, parities_of
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,8 +21,7 @@ from numpy.polynomial import Polynomial
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

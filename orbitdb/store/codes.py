@@ -7,9 +7,9 @@ Rows contain the least rotation of a word, which is what SQLite's function ``cod
 import re
 from collections.abc import Iterable, Mapping
 
-from orbitdb.numerals import real
 from orbitdb.store.selection import SelectionError
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
+from orbitdb.text import real
 
 Value = str | int | float
 Parameters = Mapping[str, Value]

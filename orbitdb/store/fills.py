@@ -12,7 +12,6 @@ from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
-from orbitdb.plaintext import several
 from orbitdb.store.schema import DONE, SWEPT
 from orbitdb.store.selection import written_periods
 from orbitdb.store.tables import (
@@ -30,6 +29,7 @@ from orbitdb.store.tables import (
 )
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import key, keys_of_period
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.averages.by_period import PeriodSums

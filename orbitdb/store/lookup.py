@@ -12,13 +12,13 @@ import numpy as np
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
 from orbitdb.store.file import asking
 from orbitdb.store.schema import LONG
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
+from orbitdb.text import exact
 
 Lives = tuple[tuple[float, float | None], ...]
 

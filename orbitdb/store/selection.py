@@ -14,12 +14,11 @@ from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.numerals import exact, real, whole
 from orbitdb.orbits.status import STORED, Status
-from orbitdb.plaintext import guess, printable, several, shortened
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
+from orbitdb.text import exact, guess, printable, real, several, shortened, whole
 
 MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
 """The columns that a selection can bound from below and above."""

@@ -13,12 +13,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from orbitdb.plaintext import guess, line, shortened
 from orbitdb.store.codes import NAMES, Parameters, bound_names, check_words
 from orbitdb.store.connection import add_code, driver
 from orbitdb.store.schema import SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
 from orbitdb.store.tables import catalogue
+from orbitdb.text import guess, line, shortened
 
 SECONDS = 60.0
 """Time limit in seconds for a statement, or for a query with a free expression."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from orbitdb.arrays import Integers, Marks, Words
 from orbitdb.errors import InputError
-from orbitdb.plaintext import shortened
+from orbitdb.text import shortened
 
 SYMBOLS = "012345"
 MAX_ORDER = 1_000_000

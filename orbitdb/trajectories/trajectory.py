@@ -13,8 +13,7 @@ from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
-from orbitdb.numerals import exact
-from orbitdb.plaintext import several
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     import pandas

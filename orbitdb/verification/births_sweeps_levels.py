@@ -22,13 +22,11 @@ from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
-from orbitdb.numerals import exact
 from orbitdb.orbits.births import signs
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.missing_births import KnownChange, Verdict, prove_all
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.status import Status
-from orbitdb.plaintext import shortened
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import Moment
@@ -42,6 +40,7 @@ from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import from_strings, unpack
+from orbitdb.text import exact, shortened
 from orbitdb.verification.checks import (
     Block,
     Check,

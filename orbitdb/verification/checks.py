@@ -12,13 +12,13 @@ import sqlalchemy as sa
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import NUMBERS, Orbits
-from orbitdb.plaintext import shortened
 from orbitdb.store import query
 from orbitdb.store.file import reading
 from orbitdb.store.rows import listed as subquery
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import cycle, orbit, stadium
 from orbitdb.symbols.words import from_strings
+from orbitdb.text import shortened
 
 _CLASSES = 4096
 _NUMBERS = 1 << 20

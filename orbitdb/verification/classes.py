@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 
-from orbitdb.numerals import exact
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.rows import listed as subquery
 from orbitdb.store.schema import DONE, LONG
@@ -31,6 +30,7 @@ from orbitdb.symbols.words import (
     least_rotations,
     pack,
 )
+from orbitdb.text import exact
 from orbitdb.verification.checks import (
     Block,
     Check,

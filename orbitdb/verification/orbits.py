@@ -25,7 +25,6 @@ from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.numerals import exact
 from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
@@ -34,6 +33,7 @@ from orbitdb.store.selection import Selection
 from orbitdb.store.tables import certificate
 from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
+from orbitdb.text import exact
 from orbitdb.verification.checks import (
     Check,
     Checked,

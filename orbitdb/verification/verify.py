@@ -20,15 +20,14 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
-from orbitdb.numerals import exact
 from orbitdb.orbits.status import EXISTING
-from orbitdb.plaintext import several
 from orbitdb.progress import Tell
 from orbitdb.store.connection import need_place, place
 from orbitdb.store.file import Moment, reading
 from orbitdb.store.fills import read_fills
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import entropy_bound, level_fill, stadium
+from orbitdb.text import exact, several
 from orbitdb.verification.births_sweeps_levels import (
     change_parts,
     check_births,

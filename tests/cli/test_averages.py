@@ -16,7 +16,7 @@ from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import Format, write
-from orbitdb.numerals import concise, upwards, with_error
+from orbitdb.text import concise, upwards, with_error
 from orbitdb.trajectories.ensemble import simulate
 
 

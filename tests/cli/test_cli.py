@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from processes import COMMAND, commands
 
-from orbitdb.numerals import with_bound
 from orbitdb.symbols.pruning import count_admissible, count_primitive
+from orbitdb.text import with_bound
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,7 +9,7 @@ from processes import COMMAND, run
 from quick import slow_but
 
 from orbitdb.cli import app
-from orbitdb.numerals import real, whole
+from orbitdb.text import real, whole
 
 
 def test_numbers_are_read_as_people_write_them():

@@ -11,7 +11,7 @@ from quick import slow_but
 from screens import browsing, press, settle, shown, table_of
 
 from orbitdb.cli.tui.screens import QuestionDialog
-from orbitdb.plaintext import cell, printable, shortened
+from orbitdb.text import cell, printable, shortened
 
 FORMULAS = ["=1+1", "+1", "-1+cmd", "@SUM(1)", "\t=1", "\r=1", '=HYPERLINK("x")', "＝1", "－1"]
 

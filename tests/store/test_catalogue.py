@@ -13,7 +13,6 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.estimate import Need, about, check_room, duration, need, sweep_need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.numerals import gigabytes
 from orbitdb.store.codes import bound_names
 from orbitdb.store.connection import writing_engine
 from orbitdb.store.file import migrate, reading
@@ -23,6 +22,7 @@ from orbitdb.store.schema import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.tables import metadata
 from orbitdb.symbols.pruning import count_admissible
+from orbitdb.text import gigabytes
 
 
 def test_a_new_file_has_the_tables_and_marks_of_a_catalogue(tmp_path):

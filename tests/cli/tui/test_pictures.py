@@ -31,11 +31,11 @@ from orbitdb.cli.tui.braille import (
     polyline,
 )
 from orbitdb.cli.tui.facts import whole
-from orbitdb.numerals import upwards
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
 from orbitdb.symbols.words import least_rotation
+from orbitdb.text import upwards
 
 A = 1.6
 WORDS = ["13", "1232131", "0132", "113", "1554455", "1111113"]

@@ -14,13 +14,13 @@ from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.view import Ordering
-from orbitdb.numerals import with_error
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
+from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
 
 
