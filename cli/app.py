@@ -62,6 +62,7 @@ _MODULES |= {
     "births": "fill",
     "sql": "query",
     "columns": "query",
+    "scars": "spectrum",
 }
 _MODULES |= dict.fromkeys(("delete", "migrate"), "info") | _UNLISTED
 """The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`
