@@ -70,6 +70,8 @@ def leave(code: int) -> NoReturn:
     """End the process without the rest of Python's shutdown, which waits for threads that still work."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
+    if _signalled:
+        gc.collect()  # closes queries that a signal interrupted, so that SQLite can remove its journal
     atexit._run_exitfuncs()
     with suppress(OSError):
         sys.stderr.flush()
@@ -97,6 +99,8 @@ def execute(arguments: list[str]) -> int:
             return _failed(error)
         result = SIGNALLED + _signalled[0][0]
     code = result if isinstance(result, int) else DONE
+    if code == INTERRUPTED and _signalled:  # SQLite turns every signal into a KeyboardInterrupt
+        code = SIGNALLED + _signalled[0][0]
     return _ended(code, arguments) if code > SIGNALLED and code != UNREAD else code
 
 

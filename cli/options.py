@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.errors import InputError
-from orbitdb.store.file import default_path, home_expanded
 from orbitdb.text import real, whole
 
 if TYPE_CHECKING:
@@ -112,13 +111,25 @@ def _reader(
     return read
 
 
+def _default_path() -> Path:
+    from orbitdb.store.file import default_path  # imports NumPy, which help does not need
+
+    return default_path()
+
+
+def _home_expanded(path: Path) -> Path:
+    from orbitdb.store.file import home_expanded
+
+    return home_expanded(path)
+
+
 Database = Annotated[
     Path,
     typer.Option(
         "--db",
         metavar="PATH",
-        default_factory=default_path,
-        callback=home_expanded,
+        default_factory=_default_path,
+        callback=_home_expanded,
         show_default=False,
         readable=False,  # the store reports what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",

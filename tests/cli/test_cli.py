@@ -98,7 +98,6 @@ def test_info_and_simulate_fit_eighty_columns(cli):
     half = ("--a", "0.3660254037844386")
     assert cli("fill", "--p", "6", *half).code == 0
     assert cli("sweep", "--p", "12", *half).code == 0
-    assert cli("sweep", "--p", "9", *half, "--reversal", "self", "--range", "lambda_c=:0.5").code == 0
     assert cli("bounds", *half, "--window", "6", "--prove").code == 0
     for bounces in ("100", "20000"):
         done = cli("simulate", *half, "--bounces", bounces)

@@ -19,8 +19,8 @@ ROOMS = [
 
 LIGHTEST_FIRST = {
     "fill --help": "",
-    "columns": "",
-    "query 1232131 -c code,length": "numpy",
+    "columns": "numpy",
+    "query 1232131 -c code,length": "",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
     "table": "sqlalchemy asyncio orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",

@@ -179,10 +179,10 @@ def test_words_of_a_million_bounces_can_be_queried(tmp_path):
     word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000
     alter(
         path,
-        "INSERT INTO run VALUES (1, '', '', '')",
+        "INSERT INTO run VALUES (1, '', '', '', 0)",
         "INSERT INTO stadium VALUES (1, 1.6)",
         f"INSERT INTO cycle VALUES ({LONG}, 1000000, '{word}', 2, 0, 'pair', '1', '{word}{reverse}')",
-        f"INSERT INTO orbit VALUES (1, {LONG}, 'orbit', zeroblob(8000000), 9, 9, 1, 0, 0, 0, 0, 4, "
+        f"INSERT INTO orbit VALUES (1, {LONG}, 'orbit', zeroblob(8000000), 9, 9, 1, 0, 0, 0, 0, 0, 0, 4, "
         "'newton', 1)",
     )
     chosen = Selection(contains="13", where="length > 8 AND code <> representative || 'x'")
