@@ -139,9 +139,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
         facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
     for a, count, bounces in trajectories(moment.connection):
-        facts.append(
-            ("trajectories", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces")
-        )
+        facts.append(("simulated", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces"))
     return facts + _enclosures(moment)
 
 

@@ -66,7 +66,7 @@ async def test_screens_report_a_damaged_catalogue(filled, monkeypatch):
             return errors(app)
 
         filled.write_bytes(b"no catalogue" * 9999)
-        damaged = f"{filled} is not an orbitdb catalogue: name another file with --db"
+        damaged = f"{filled} is not an orbitdb catalogue: name another file"
         for key, shows in (("d", CountsScreen), ("S", StatisticsScreen)):
             assert damaged in await told(key)
             assert isinstance(app.screen, shows)
