@@ -142,8 +142,8 @@ class Spectrum(Drawn):
         Each row has the values of `TERMS`: the code of the representative (02 for the bouncing balls), the
         number of traversals of the orbit or, for one parity, of its half if it has one, the length of all
         these traversals (in units of the radius), their Maslov index, the sign of the parity, and the real
-        and imaginary part of A (in units of the radius), which is ``sign abs(A) exp(-i index pi / 2)``. For the
-        bouncing balls, A depends on k and is given at k_max / 2; they have no index and sign.
+        and imaginary part of A (in units of the radius), which is ``sign abs(A) exp(-i index pi / 2)``. For
+        the bouncing balls, A depends on k and is given at k_max / 2; they have no index and sign.
         """
         low, high = self.length[[0, -1]]
         inside = self.terms.rows((self.terms.length >= low) & (self.terms.length <= high))

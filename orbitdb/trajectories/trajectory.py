@@ -182,7 +182,7 @@ def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounc
     >>> from orbitdb import trajectory
     >>> path = trajectory(1.6, 0, 0, 1.2, bounces=3)
     >>> path.symbol.tolist(), path.x.round(6).tolist()
-    ([2, 0, 2], [0.38878, 1.16634, 1.9439])
+    ([2, 0, 3], [0.38878, 1.166339, 1.923052])
     """
     stadium = as_stadium(stadium)
     if isinstance(bounces, bool) or not isinstance(bounces, Integral) or not 1 <= bounces <= MOST_FOLLOWED:
