@@ -17,7 +17,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reas
 AT_WORK = "at work"
 COMMANDS = {
     "verify": ("verify", "--jobs", "2", "--restarts", "500", "--db", AT_WORK),
-    "verify-rigorous": ("verify", "--rigorous", "--again", "--db", AT_WORK),
+    "verify-rigorous": ("verify", "--rigorous", "--db", AT_WORK),
     "verify-births": ("verify", "--births", "--restarts", "500", "--jobs", "2", "--db", AT_WORK),
     "verify-restarts": ("verify", "--restarts", "500", "--db", AT_WORK),
     "export": ("export", "rows.parquet", "--coordinates", "--status", "all", "--db", AT_WORK),
