@@ -157,6 +157,20 @@ def add_code(connection: sqlite3.Connection) -> None:
     connection.create_function("code", 1, code, deterministic=True)
 
 
+def _open_own(path: Path, uri: str) -> sqlite3.Connection:
+    """Connect to a file whose journal is its own, also if the file is replaced at this moment."""
+    before = place(path)
+    refuse_foreign_journal(path)
+    connection = open_sqlite(uri)
+    try:
+        if before:
+            need_place(path, before, "opened it")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
 def uri_of(path: Path, mode: str = "ro") -> str:
     """Return a path as an absolute URI; its name need not be UTF-8."""
     return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
@@ -177,9 +191,8 @@ def waiting(ask: Callable[[], object]) -> None:
 
 def open_to_read(path: Path) -> sqlite3.Connection:
     """Open a catalogue for reading, even in a read-only folder or while others write."""
-    refuse_foreign_journal(path)
     mode = "&immutable=1" if read_alone(path) else ""
-    connection = open_sqlite(uri_of(path, "rw") + mode)  # the last to close the file removes the journal
+    connection = _open_own(path, uri_of(path, "rw") + mode)  # the last to close the file removes the journal
     connection.execute("PRAGMA temp_store = MEMORY")
     for text in VIEWS.values():  # this version's views; those in the file are for other programs
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
@@ -196,8 +209,7 @@ def open_to_write(path: Path, references: bool = True, create: bool = False) -> 
     """
     if path.exists() and not os.access(path, os.W_OK):
         raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
-    refuse_foreign_journal(path)
-    connection = open_sqlite(uri_of(path, "rwc" if create else "rw"))
+    connection = _open_own(path, uri_of(path, "rwc" if create else "rw"))
     try:
         connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
         waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
