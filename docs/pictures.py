@@ -46,8 +46,9 @@ async def _taken(folder: Path, keys: tuple[str, ...]) -> str:
         for key in ("", *keys):
             await pilot.press(*filter(None, [key]))
             await pilot.pause()
-            await app.workers.wait_for_complete()
-            await pilot.pause()
+            while app.workers:  # a size that comes late begins work anew
+                await app.workers.wait_for_complete()
+                await pilot.pause()
         return app.export_screenshot(title="orbitdb browse")
 
 

@@ -152,9 +152,8 @@ class CountBar(Bar):
     """A bar drawn in eighths of a cell, so that even a small count is visible."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        if self.end:
-            self.end = max(self.end, 1.01 * self.size / (8 * options.max_width))
-        return super().__rich_console__(console, options)
+        least = 1.01 * self.size / (8 * options.max_width) if self.end else 0
+        return Bar(self.size, 0, max(self.end, least)).__rich_console__(console, options)
 
 
 def lines_of(counts: Sequence[Count]) -> Iterator[Table]:

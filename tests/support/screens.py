@@ -41,8 +41,9 @@ async def browsing(
 async def settle(pilot: Pilot[Any]) -> None:
     """Wait for the workers and their messages."""
     await pilot.pause()  # a closing dialog may start a worker, which sends a message
-    await pilot.app.workers.wait_for_complete()
-    await pilot.pause()
+    while pilot.app.workers:
+        await pilot.app.workers.wait_for_complete()
+        await pilot.pause()
 
 
 async def press(pilot: Pilot[Any], *keys: str) -> None:
