@@ -11,11 +11,14 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import CancelledError, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from itertools import count, islice
 from multiprocessing import connection, get_context, parent_process, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
+from traceback import format_exception
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 from uuid import uuid4
@@ -28,7 +31,6 @@ if TYPE_CHECKING:
     from distributed import Client
     from distributed import Future as DaskTask
 
-Begun = TypeVar("Begun")
 Answer = TypeVar("Answer")
 
 _AHEAD = 2
@@ -38,9 +40,6 @@ _WORTH_PROCESSES = 1.0
 """Work of at least this many seconds is worth starting more processes."""
 _STARTING = 0.1
 """Approximate time in seconds to start processes."""
-
-_BETWEEN_LOOKS = 1.0
-"""Seconds between two looks at whether all processes are alive."""
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
@@ -68,22 +67,10 @@ class Workers:
 HERE = Workers()
 
 
-def begun_ahead(begun: Iterable[Begun], ahead: Callable[[], int]) -> Iterator[Begun]:
-    """Yield futures in order, while further blocks are in progress.
-
-    Each step of `begun` starts a block and yields its future. `ahead` returns how many blocks besides the
-    next may be in progress; it is called each time, because the number of workers may grow.
-    """
-    waiting: deque[Begun] = deque()
-    for future in begun:
-        waiting.append(future)
-        while len(waiting) > ahead():
-            yield waiting.popleft()
-    yield from waiting
-
-
 class Processes(Workers):
-    """Context manager that solves blocks in processes that it starts, and ends them at once after use.
+    """Context manager that solves blocks in processes that it starts, and kills after use.
+
+    Each process has a pipe of its own. If it dies, even while it sends a result, its pipe ends.
 
     Parameters
     ----------
@@ -93,34 +80,30 @@ class Processes(Workers):
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        with _apart():  # it starts Python's tracker of resources
-            self._pool = ProcessPoolExecutor(jobs, get_context("spawn"), _begin)
+        self._processes: list[BaseProcess] = []
+        self._unsolved: dict[Connection, int] = {}  # number of blocks that each process has
+        self._numbers = count()
 
     def __enter__(self) -> Self:
-        """Start the processes now, because that takes a few tenths of a second."""
-        try:
+        context = get_context("spawn")
+        with _apart():
             for _ in range(self.jobs):
-                self._submit(int)
-        except BaseException:
-            self._end()
-            raise
+                pipe, far_end = context.Pipe()
+                process = context.Process(target=_serve, args=(far_end,), daemon=True)
+                process.start()
+                far_end.close()
+                self._processes.append(process)
+                self._unsolved[pipe] = 0
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._end()
-
-    def _end(self) -> None:
-        """End all processes without waiting for blocks in progress, or for the rest of a result."""
-        for process in self._pool._processes.values():
+        for process in self._processes:
             process.kill()
-        self._pool._result_queue._writer.close()  # type: ignore[attr-defined]
-        self._pool.shutdown(cancel_futures=True)
-
-    def _submit(self, block: Task[Answer]) -> Future[Answer]:
-        with _apart():  # each call may start a process
-            return self._pool.submit(block)
+            process.join()
+        for pipe in self._unsolved:
+            pipe.close()
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of the blocks in order.
@@ -130,21 +113,38 @@ class Processes(Workers):
         WorkError
             If a process dies.
         """
-        try:
-            for future in begun_ahead(map(self._submit, blocks), lambda: _AHEAD * self.jobs):
-                while not wait([future], _BETWEEN_LOOKS).done:
-                    self._check()
-                yield future.result()
-        except BrokenProcessPool:
-            raise WorkError(
-                "a worker process died; nothing stored is lost, and the same command continues from there: "
-                "if memory is short, use fewer processes with --jobs"
-            ) from None
+        left, begun = iter(blocks), deque[int]()
+        answers: dict[int, tuple[Answer, Exception | None]] = {}
+        while True:
+            try:
+                begun.extend(map(self._begin, islice(left, _AHEAD * self.jobs + 1 - len(begun))))
+                while begun and begun[0] not in answers:
+                    answers.update(self._received())
+            except (EOFError, OSError):
+                raise WorkError(
+                    "a worker process died; nothing stored is lost, and the same command continues from "
+                    "there: if memory is short, use fewer processes with --jobs"
+                ) from None
+            if not begun:
+                return
+            answer, error = answers.pop(begun.popleft())
+            if error is not None:
+                raise error
+            yield answer
 
-    def _check(self) -> None:
-        """Notice a process that died while sending a result; the pool would wait for the rest of it."""
-        if connection.wait([process.sentinel for process in self._pool._processes.values()], 0):
-            raise BrokenProcessPool
+    def _begin(self, block: Task[Any]) -> int:
+        """Send a block to the process that has the fewest; return its number."""
+        number, pipe = next(self._numbers), min(self._unsolved, key=self._unsolved.__getitem__)
+        pipe.send((number, block))
+        self._unsolved[pipe] += 1
+        return number
+
+    def _received(self) -> Iterator[tuple[int, tuple[Any, Exception | None]]]:
+        """Wait for results; yield each with the number of its block."""
+        ready = connection.wait([*self._unsolved])
+        for pipe in (pipe for pipe in self._unsolved if pipe in ready):
+            yield pipe.recv()
+            self._unsolved[pipe] -= 1
 
 
 _one_at_a_time = threading.Lock()
@@ -169,11 +169,22 @@ def _apart() -> Iterator[None]:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _begin() -> None:
-    """Leave signals to the process that stores the results, and end as soon as it does."""
+def _serve(pipe: Connection) -> None:
+    """Solve blocks in a process until it is killed or its parent ends; signals are left to the parent."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError), ThreadPoolExecutor(1) as sending:
+        while True:
+            number, block = pipe.recv()
+            answer, failure = None, None
+            try:
+                answer = block()
+            except Exception as error:
+                error.add_note("".join(format_exception(error)))
+                failure = error
+            result = pickle.dumps((number, (answer, failure)))
+            sending.submit(pipe.send_bytes, result)  # the next block need not wait until it is read
 
 
 def _end_with_parent() -> None:
@@ -205,11 +216,11 @@ def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = N
     if workers is not None:
         yield workers
         return
-    count = number_of(jobs)
-    if count == 1 or seconds < (_STARTING if jobs else _WORTH_PROCESSES):
+    number = number_of(jobs)
+    if number == 1 or seconds < (_STARTING if jobs else _WORTH_PROCESSES):
         yield HERE
         return
-    with Processes(count) as processes:
+    with Processes(number) as processes:
         yield processes
 
 
@@ -268,29 +279,28 @@ class Cluster(Workers):
         WorkError
             If the connection is lost, or a block kills several workers or cannot be solved.
         """
-        begun = map(self._begun, blocks)
-        for task in begun_ahead(begun, lambda: _AHEAD * max(self.size()[1], 1)):
-            try:
-                version, answer = task.result()
-            except Exception as error:
-                raise _failure(error) from error
+        left = iter(blocks)
+        begun: deque[DaskTask] = deque()
+        while True:
+            ahead = _AHEAD * max(self.size()[1], 1)  # the number of workers may grow
+            begun.extend(map(self._begin, islice(left, ahead + 1 - len(begun))))
+            if not begun:
+                return
+            with _failures():
+                version, answer = begun.popleft().result()
             if version != __version__:
                 raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
             yield answer
 
     def size(self) -> tuple[int, int]:
         """Return the numbers of workers and of all their threads."""
-        try:
+        with _failures():
             threads = self._running().nthreads().values()
-        except Exception as error:
-            raise _failure(error) from error
         return len(threads), sum(threads)
 
-    def _begun(self, block: Task[Any]) -> "DaskTask":
-        try:
+    def _begin(self, block: Task[Any]) -> "DaskTask":
+        with _failures():
             return self._running().submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
-        except Exception as error:
-            raise _failure(error) from error
 
     def _running(self) -> "Client":
         if self._client.status != "running":
@@ -327,14 +337,10 @@ def _connect(scheduler: str) -> "Client":
 
     async def call(address: str) -> None:
         """Check that a scheduler answers, because Client would hang if some other server answered."""
-        arguments = security.get_connection_args("client")
-        comm = await asyncio.wait_for(
-            connect(address, timeout=SCHEDULER_PATIENCE, **arguments), SCHEDULER_PATIENCE
-        )
-        comm.abort()
+        call = connect(address, timeout=SCHEDULER_PATIENCE, **security.get_connection_args("client"))
+        (await asyncio.wait_for(call, SCHEDULER_PATIENCE)).abort()
 
-    security = Security()
-    address = _address(scheduler)
+    security, address = Security(), _address(scheduler)
     try:
         with ThreadPoolExecutor(1) as apart:  # an event loop may be running here, as in a notebook
             apart.submit(asyncio.run, call(address)).result()
@@ -357,26 +363,31 @@ def _address(scheduler: str) -> str:
         raise InputError(f"{scheduler} was not written by a dask scheduler") from error
 
 
-def _failure(error: Exception) -> WorkError:
-    """Return an error that says why the cluster did not solve a block."""
+@contextmanager
+def _failures() -> Iterator[None]:
+    """Say in one line why the cluster did not solve a block."""
     from distributed import KilledWorker
 
-    if isinstance(error, KilledWorker):
+    try:
+        yield
+    except KilledWorker as error:
         times = error.allowed_failures + 1
-        return WorkError(
+        reason = (
             f"workers of the cluster died {times} times on the same block: see their logs; if memory is "
             "short, start fewer on each machine"
         )
-    if isinstance(error, ModuleNotFoundError):
-        return WorkError(
-            f"a worker of the cluster cannot start ({_line(error)}): install orbitdb {__version__} there"
-        )
-    if isinstance(error, CancelledError | OSError):
-        return WorkError(
+    except ModuleNotFoundError as error:
+        reason = f"a worker of the cluster cannot start ({_line(error)}): install orbitdb {__version__} there"
+    except (CancelledError, OSError):
+        reason = (
             "the connection to the dask scheduler was lost; nothing stored is lost: when the scheduler is "
             "back, run the same command again, and it continues from there"
         )
-    return WorkError(f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}")
+    except Exception as error:
+        reason = f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}"
+    else:
+        return
+    raise WorkError(reason)
 
 
 def _line(error: Exception) -> str:

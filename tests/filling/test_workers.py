@@ -5,14 +5,14 @@ import signal
 import sys
 import threading
 import time
-from concurrent.futures import Future
 from functools import partial
-from typing import Any
+from multiprocessing import connection
+from typing import Any, Self
 
 import pytest
 from contents import rows
 from processes import run, workers_of
-from workforce import Deadly, Failing, filled_by
+from workforce import Deadly, Failing, filled_by, later
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -22,7 +22,7 @@ from orbitdb.entropy.proof import Proof
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_births, solve_block
 from orbitdb.filling.sweeps import solve_swept
-from orbitdb.filling.workers import HERE, Processes, Task, begun_ahead, cores
+from orbitdb.filling.workers import HERE, Processes, Task, cores
 from orbitdb.store.file import migrate
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
@@ -45,58 +45,52 @@ def test_rows_do_not_depend_on_the_number_of_processes(tmp_path, jobs, periods):
     assert rows(shared) == rows(filled_by(HERE, alone, a=1.0, periods=periods))
 
 
-def spans_of(blocks: list[Task[Any]]) -> list[Span]:
-    return [block().span for block in blocks]
+class Counted:
+    """An iterator of blocks that counts those taken from it."""
+
+    def __init__(self, blocks: list[Task[int]]) -> None:
+        self.left, self.taken = iter(blocks), 0
+
+    def __iter__(self) -> Self:
+        return self
+
+    def __next__(self) -> Task[int]:
+        self.taken += 1
+        return next(self.left)
 
 
-class Backwards:
-    """Finishes the last block first."""
-
-    def __init__(self) -> None:
-        self.waiting: list[tuple[Task[Any], Future[Any]]] = []
-        self.most = 0
-
-    def submit(self, block: Task[Any]) -> Future[Any]:
-        self.waiting.append((block, BackwardsFuture(self)))
-        self.most = max(self.most, len(self.waiting))
-        return self.waiting[-1][1]
-
-    def work(self) -> None:
-        while self.waiting:
-            block, future = self.waiting.pop()
-            future.set_result(block())
-
-
-class BackwardsFuture(Future[Any]):
-    def __init__(self, pool: Backwards) -> None:
-        super().__init__()
-        self.pool = pool
-
-    def result(self, timeout: float | None = None):
-        if not self.done():
-            self.pool.work()
-        return super().result(timeout)
-
-
-@pytest.mark.usefixtures("small_blocks")
 def test_results_come_in_order_and_few_blocks_run_ahead():
-    blocks = list(cut_into_blocks(1.6, "newton", 8))
-    assert len(blocks) > 8
-    pool = Backwards()
-    found = [each.result() for each in begun_ahead(map(pool.submit, blocks), lambda: 5)]
-    assert [result.span for result in found] == spans_of(blocks)
-    assert pool.most == 6
+    slow: list[Task[int]] = [partial(later, 0.02 * (n % 3), n) for n in range(20)]
+    with Processes(2) as workers:
+        blocks = Counted(slow)
+        for number, answer in enumerate(workers.solved(blocks)):
+            assert answer == number
+            assert blocks.taken <= number + 6  # five in progress, and one that may be the end
+        given_up = workers.solved(iter(slow))
+        assert next(given_up) == 0
+        assert list(workers.solved(slow[:4])) == [0, 1, 2, 3]  # not those of the work given up
 
 
 def test_a_dead_worker_ends_the_work_with_one_line():
     blocks: list[Task[None]] = [Deadly(), *[partial(time.sleep, 60)] * 9]
     with (
         Processes(2) as workers,
-        pytest.raises(WorkError, match=r"a worker process died; .* continues") as told,
+        pytest.raises(WorkError, match=r"a worker process died; .* continues") as raised,
     ):
         list(workers.solved(blocks))
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(raised.value)
     assert not workers_of(os.getpid())
+
+
+def test_a_worker_killed_while_it_sends_a_result_ends_the_work():
+    with Processes(1) as workers:
+        blocks: list[Task[Any]] = [partial(int, 5), *[partial(bytes, 10**7)] * 2]
+        going = workers.solved(blocks)
+        assert next(going) == 5
+        assert connection.wait([*workers._unsolved], 60)  # only a part of the result fits into the pipe
+        os.kill(workers_of(os.getpid())[0], signal.SIGKILL)
+        with pytest.raises(WorkError, match="a worker process died"):
+            next(going)
 
 
 @pytest.mark.slow
@@ -150,9 +144,9 @@ def test_an_error_before_the_first_block_is_raised_unchanged():
 def test_an_error_in_a_block_is_raised_with_its_remote_traceback():
     with Processes(2) as workers:
         for _ in range(3):
-            with pytest.raises(ZeroDivisionError, match="by nothing") as told:
+            with pytest.raises(ZeroDivisionError, match="by nothing") as raised:
                 list(workers.solved([Failing()]))
-            assert "in __call__" in str(told.value.__cause__)
+            assert "in __call__" in raised.value.__notes__[0]
         assert len(list(workers.solved(cut_into_blocks(1.6, "newton", 4)))) > 0
         blocks: list[Task[None]] = [Failing(), *[partial(time.sleep, 20)] * 9]
         with pytest.raises(ZeroDivisionError):
@@ -184,10 +178,10 @@ def test_results_of_tasks_name_their_arithmetic(block):
 
 @pytest.mark.parametrize("prove", [False, True])
 def test_a_task_encloses_the_entropy_like_a_search(prove):
-    found = enclose(1.6, 4, proof=Proof() if prove else None)
-    assert found.levels == tuple(search(Stadium(1.6), 4))
-    if found.proof is not None:
-        assert found.proof.proved > 0 < found.proof.seconds
-        assert found.proof.left_open == 0
-    assert (found.proof is not None) == prove
-    assert len(enclose(1.6, width=0.5, proof=found.proof).levels) < len(found.levels)
+    enclosed = enclose(1.6, 4, proof=Proof() if prove else None)
+    assert enclosed.levels == tuple(search(Stadium(1.6), 4))
+    if enclosed.proof is not None:
+        assert enclosed.proof.proved > 0 < enclosed.proof.seconds
+        assert enclosed.proof.left_open == 0
+    assert (enclosed.proof is not None) == prove
+    assert len(enclose(1.6, width=0.5, proof=enclosed.proof).levels) < len(enclosed.levels)

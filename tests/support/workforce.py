@@ -1,6 +1,7 @@
 """Fills by given workers, and blocks that kill their worker or fail."""
 
 import os
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -31,3 +32,9 @@ class Failing:
 
     def __call__(self) -> None:
         raise ZeroDivisionError("by nothing\nat all")
+
+
+def later(seconds: float, answer: int) -> int:
+    """A block that takes some time."""
+    time.sleep(seconds)
+    return answer
